@@ -1,0 +1,63 @@
+"""Poses, twists, angles and arcs, as REP-103 has them: metres, radians, x forward, y left, turning left is positive."""
+
+from math import atan2, cos, hypot, pi, sin
+from typing import NamedTuple
+
+
+class Pose(NamedTuple):
+    """Where a frame stands in another: by default ``base_link`` in ``map``."""
+
+    x: float
+    y: float
+    yaw: float  # (-pi, pi]
+
+
+class Twist(NamedTuple):
+    """How ``base_link`` moves, in ``base_link``; a differential drive has no sideways part."""
+
+    linear: float  # m/s, forward
+    angular: float  # rad/s, to the left
+
+
+def wrap(angle: float) -> float:
+    """Bring an angle into (-pi, pi].
+
+    >>> wrap(3 * pi) == pi, wrap(-pi) == pi
+    (True, True)
+    """
+    angle = (angle + pi) % (2 * pi) - pi
+    return pi if angle <= -pi else angle
+
+
+def integrate(pose: Pose, twist: Twist, dt: float) -> Pose:
+    """Follow a constant twist for ``dt``: the exact arc about the ICC (paper section 2.3), a line where it is straight.
+
+    The chord of an arc of half-angle a is sin(a)/a times its length and points along yaw + a; this form has no
+    division by the yaw rate, so that the straight line is its limit and not a case of its own.
+    """
+    half = twist.angular * dt / 2
+    chord = twist.linear * dt * (sin(half) / half if abs(half) > 1e-8 else 1.0)
+    heading = pose.yaw + half
+    return Pose(pose.x + chord * cos(heading), pose.y + chord * sin(heading), wrap(pose.yaw + 2 * half))
+
+
+def distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Measure between the first two coordinates of each [m]."""
+    return hypot(a[0] - b[0], a[1] - b[1])
+
+
+def bearing(pose: Pose, point: tuple[float, ...]) -> float:
+    """Take the direction of a point as seen from a pose [rad], positive to the left."""
+    return wrap(atan2(point[1] - pose.y, point[0] - pose.x) - pose.yaw)
+
+
+def to_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
+    """Express a point of the parent frame in ``frame``."""
+    dx, dy, c, s = x - frame.x, y - frame.y, cos(frame.yaw), sin(frame.yaw)
+    return c * dx + s * dy, c * dy - s * dx
+
+
+def from_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
+    """Express a point of ``frame`` in the parent frame."""
+    c, s = cos(frame.yaw), sin(frame.yaw)
+    return frame.x + c * x - s * y, frame.y + s * x + c * y

@@ -1,0 +1,1 @@
+"""Maps people already have, loaded into one kind of grid."""

@@ -1,0 +1,78 @@
+"""The map every loader makes and everything else reads."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import floor
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.geometry import Pose, from_frame, to_frame
+
+FREE: Final = 0
+WALL: Final = 1
+OBSTACLE: Final = 2  # as solid as a wall; contacts with it are counted apart
+UNKNOWN: Final = 3  # nobody looked: solid for the world, a matter of taste for a planner
+
+Cell = tuple[int, int]  # (row, column)
+Point = tuple[float, float]  # m, in the map frame
+
+
+@dataclass(frozen=True, eq=False)
+class OccupancyMap:
+    """What stands where.
+
+    Row 0 lies at the lowest y of the map's own frame (images and text are flipped by their loaders), column 0 at the
+    lowest x. ``origin`` is the pose of the outer corner of cell (0, 0) in the ``map`` frame, as in ROS map_server.
+    """
+
+    cells: NDArray[np.uint8]  # (rows, columns) of FREE, WALL, OBSTACLE, UNKNOWN
+    resolution: float  # m, the side of a cell
+    origin: Pose = Pose(0.0, 0.0, 0.0)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, columns = self.cells.shape
+        return rows, columns
+
+    def cell_of(self, x: float, y: float) -> Cell:
+        """Find the cell that holds a point; it may lie outside the map."""
+        along, up = to_frame(self.origin, x, y)
+        return floor(up / self.resolution), floor(along / self.resolution)
+
+    def centre_of(self, cell: Cell) -> Point:
+        """Give the middle of a cell [m, map frame]."""
+        return from_frame(self.origin, (cell[1] + 0.5) * self.resolution, (cell[0] + 0.5) * self.resolution)
+
+    def inside(self, cell: Cell) -> bool:
+        """Tell whether the map has that cell."""
+        rows, columns = self.cells.shape
+        return 0 <= cell[0] < rows and 0 <= cell[1] < columns
+
+    def at(self, x: float, y: float) -> int:
+        """Tell what stands at a point; everything outside the map is WALL."""
+        cell = self.cell_of(x, y)
+        return int(self.cells[cell]) if self.inside(cell) else WALL
+
+    def corners(self, low: Cell, high: Cell) -> list[Point]:
+        """Give the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
+        (r0, c0), (r1, c1) = low, high
+        side = self.resolution
+        ring = ((c0, r0), (c1, r0), (c1, r1), (c0, r1))
+        return [from_frame(self.origin, column * side, row * side) for column, row in ring]
+
+    def blocks(self, kind: int) -> Iterator[tuple[Cell, Cell]]:
+        """Cover all cells of one kind with few rectangles: ``(low, high)``, ``high`` excluded; none overlap."""
+        left = self.cells == kind
+        for row, column in np.argwhere(left).tolist():
+            if not left[row, column]:
+                continue
+            line = left[row, column:]
+            width = int(np.argmin(line)) if not line.all() else line.size
+            height = 1
+            while row + height < left.shape[0] and left[row + height, column : column + width].all():
+                height += 1
+            left[row : row + height, column : column + width] = False
+            yield (row, column), (row + height, column + width)

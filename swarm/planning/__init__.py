@@ -1,0 +1,1 @@
+"""Paths for one robot alone: the grid, A*, and a checker that knows nothing of A*."""

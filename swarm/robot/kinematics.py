@@ -1,0 +1,35 @@
+"""The differential drive of the paper's section 2.3: wheel speeds to body twist and back."""
+
+from dataclasses import dataclass
+
+from swarm.geometry import Pose, Twist, from_frame
+
+
+@dataclass(frozen=True, slots=True)
+class DifferentialDrive:
+    """Two driven wheels on one axle."""
+
+    track_width: float  # m, L: between the wheels' contact points
+    wheel_radius: float  # m, r
+
+    def twist(self, left: float, right: float) -> Twist:
+        """Body twist of two rim speeds [m/s]: v = (v_r + v_l)/2, w = (v_r - v_l)/L."""
+        return Twist((right + left) / 2, (right - left) / self.track_width)
+
+    def rim_speeds(self, twist: Twist) -> tuple[float, float]:
+        """Rim speeds (left, right) [m/s] that give a body twist: the inverse of ``twist``."""
+        half = twist.angular * self.track_width / 2
+        return twist.linear - half, twist.linear + half
+
+    def wheel_rates(self, left: float, right: float) -> tuple[float, float]:
+        """Angular speeds (left, right) [rad/s] of wheels with these rim speeds: w = v / r."""
+        return left / self.wheel_radius, right / self.wheel_radius
+
+    def icc(self, pose: Pose, left: float, right: float) -> tuple[float, float] | None:
+        """Instantaneous centre of curvature [m, map frame], or None on a straight.
+
+        It lies on the axle at R = (L/2)(v_r + v_l)/(v_r - v_l) to the left: (x - R sin yaw, y + R cos yaw).
+        """
+        if left == right:
+            return None
+        return from_frame(pose, 0.0, self.track_width / 2 * (right + left) / (right - left))

@@ -1,0 +1,1 @@
+"""Who goes first where robots meet."""
