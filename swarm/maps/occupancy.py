@@ -15,6 +15,8 @@ WALL: Final = 1
 OBSTACLE: Final = 2  # as solid as a wall; contacts with it are counted apart
 UNKNOWN: Final = 3  # nobody looked: solid for the world, a matter of taste for a planner
 
+ORIGIN: Final = Pose(0.0, 0.0, 0.0)
+
 Cell = tuple[int, int]  # (row, column)
 Point = tuple[float, float]  # m, in the map frame
 
@@ -29,7 +31,7 @@ class OccupancyMap:
 
     cells: NDArray[np.uint8]  # (rows, columns) of FREE, WALL, OBSTACLE, UNKNOWN
     resolution: float  # m, the side of a cell
-    origin: Pose = Pose(0.0, 0.0, 0.0)
+    origin: Pose = ORIGIN
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -48,7 +50,7 @@ class OccupancyMap:
 
     def inside(self, cell: Cell) -> bool:
         """Tell whether the map has that cell."""
-        rows, columns = self.cells.shape
+        rows, columns = self.shape
         return 0 <= cell[0] < rows and 0 <= cell[1] < columns
 
     def at(self, x: float, y: float) -> int:

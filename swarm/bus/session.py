@@ -1,0 +1,298 @@
+"""One Zenoh session as the rest of the project sees it: send, listen, ask, answer, and one inbox for all that arrives.
+
+Zenoh calls back on threads of its own, where an exception is printed and swallowed. So a callback here does nothing but
+put what came into the inbox; everything is decoded and decided in the thread that calls ``receive``.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from time import monotonic
+from types import TracebackType
+from typing import Any, Final, TypeVar
+
+import zenoh
+
+from swarm.bus import settings
+from swarm.bus.codec import decode, encode
+from swarm.errors import ConfigError, PeerError, SwarmError
+from swarm.messages import REPLIES, Accepted, Message, Topic
+
+INBOX_LIMIT: Final = 50_000  # arrivals that nobody has taken yet; more are dropped and counted
+ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
+
+M = TypeVar("M", bound=Message)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A message on a topic listened to."""
+
+    topic: Topic[Any]
+    ids: dict[str, str]  # the key's variable parts
+    message: Any  # of ``topic.message``
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """A process came or went."""
+
+    role: str
+    id: str
+    session: str  # so that two processes under one name are told apart
+    alive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """The connection to the router came up or went down."""
+
+    up: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Somebody asks; answer it once, with ``accept`` or ``refuse``."""
+
+    topic: Topic[Any]
+    message: Any
+    query: zenoh.Query = field(repr=False)
+    key: str
+
+    def accept(self, reply: Message) -> None:
+        """Answer."""
+        self.query.reply(self.key, encode(reply))
+        self.query.drop()
+
+    def refuse(self, reason: str) -> None:
+        """Say no, and why."""
+        self.query.reply_err(reason.encode())
+        self.query.drop()
+
+
+class Bus:
+    """A fleet's wire. Use it in a ``with``: an open session keeps a dying process, and its presence, alive."""
+
+    def __init__(self, endpoint: settings.Endpoint, fleet: str, log: Callable[[str], None] = print) -> None:
+        if not ID.match(fleet):
+            raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
+        self._prefix = f"swarm/v1/{fleet}/"
+        self._endpoint = endpoint
+        self._log = log
+        self._inbox: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
+        self._declared: dict[str, Any] = {}
+        self._listeners: list[Any] = []
+        self._refused_since_log: Counter[str] = Counter()
+        self._last_refusal = ""
+        self._logged_at = float("-inf")
+        self.refused: Counter[str] = Counter()  # messages dropped, by topic key
+        self.overflowed = 0  # arrivals dropped because nobody took them
+
+    def __enter__(self) -> "Bus":
+        try:
+            self._session = zenoh.open(settings.client(self._endpoint))
+        except zenoh.ZError as fault:
+            raise ConfigError(
+                f"endpoint {self._endpoint}: expected a running router, got {fault}; start one with `swarm router`"
+            ) from None
+        self._session.__enter__()
+        self._listeners.append(
+            self._session.info.declare_transport_events_listener(
+                zenoh.handlers.Callback(self._on_transport, indirect=False), history=False
+            )
+        )
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._flush_refusals()
+        self._session.__exit__(kind, fault, trace)
+
+    @property
+    def id(self) -> str:
+        """This session's own id."""
+        return str(self._session.zid())
+
+    # --- out ---
+
+    def send(self, topic: Topic[M], message: M, **ids: str | int) -> None:
+        """Publish. A reliable topic waits for room, the others drop; while the router is away, both are lost."""
+        self._session.put(
+            self._prefix + topic.key.format(**ids),
+            encode(message),
+            congestion_control=zenoh.CongestionControl.BLOCK if topic.reliable else zenoh.CongestionControl.DROP,
+            express=True,
+        )
+
+    def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:
+        """Ask and wait for the answer, a message of ``REPLIES[topic.key]``.
+
+        Raises:
+            PeerError: it was refused (with the reason), nobody is there, or no answer came within ``timeout`` seconds.
+        """
+        for reply in self._session.get(self._prefix + topic.key, payload=encode(message), timeout=timeout):
+            if reply.ok is None:
+                raise PeerError(f"{topic.key}: {reply.err.payload.to_bytes().decode(errors='replace')}")
+            return decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
+        raise PeerError(f"{topic.key}: expected an answer, got none; is that process running?")
+
+    def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
+        """Get the last message of a topic from whoever keeps it; parts of the key left out match all."""
+        found = []
+        for reply in self._session.get(self._key(topic, ids), timeout=timeout):
+            if reply.ok is not None:
+                try:
+                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit))
+                except PeerError as fault:
+                    self._refuse(topic.key, fault)
+        return found
+
+    def announce(self, role: str, name: str) -> None:
+        """Be seen as present under a name for as long as the session lives."""
+        self._listeners.append(
+            self._session.liveliness().declare_token(f"{self._prefix}alive/{role}/{name}/{self.id}")
+        )
+
+    # --- in ---
+
+    def listen(self, topic: Topic[Any], **ids: str | int) -> None:
+        """Let a topic's messages into the inbox; parts of the key left out match all. Twice is once."""
+        key = self._key(topic, ids)
+        if key in self._declared:
+            return
+        inbox, limit = self._inbox, topic.limit
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            if inbox.qsize() >= INBOX_LIMIT:
+                self.overflowed += 1
+            else:
+                payload = sample.payload
+                size = len(payload)
+                inbox.put(("sample", topic, str(sample.key_expr), payload.to_bytes() if size <= limit else size))
+
+        self._declared[key] = self._session.declare_subscriber(key, zenoh.handlers.Callback(on_sample, indirect=False))
+
+    def unlisten(self, topic: Topic[Any], **ids: str | int) -> None:
+        """Stop listening to what ``listen`` was given."""
+        self._declared.pop(self._key(topic, ids)).undeclare()
+
+    def serve(self, topic: Topic[Any], **ids: str | int) -> None:
+        """Let questions on a topic into the inbox, as ``Request``."""
+        key = self._key(topic, ids)
+        inbox = self._inbox
+        self._listeners.append(
+            self._session.declare_queryable(
+                key, zenoh.handlers.Callback(lambda query: inbox.put(("query", topic, query)), indirect=False)
+            )
+        )
+
+    def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
+        """Answer ``fetch`` with the last messages: ``last()`` maps full keys below the fleet to them."""
+        key, prefix = self._key(topic, ids), self._prefix
+
+        def on_query(query: zenoh.Query) -> None:
+            for name, message in last().items():
+                if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
+                    query.reply(prefix + name, encode(message))
+            query.drop()
+
+        self._listeners.append(
+            self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False))
+        )
+
+    def watch_presence(self) -> None:
+        """Let ``Presence`` into the inbox, of those already there too."""
+        inbox = self._inbox
+        self._listeners.append(
+            self._session.liveliness().declare_subscriber(
+                f"{self._prefix}alive/**",
+                zenoh.handlers.Callback(
+                    lambda s: inbox.put(("token", str(s.key_expr), s.kind == zenoh.SampleKind.PUT)), indirect=False
+                ),
+                history=True,
+            )
+        )
+
+    def receive(self, timeout: float | None = None) -> Arrival | Presence | Link | Request | None:
+        """Take the next thing that arrived, or None when nothing did within ``timeout`` seconds (None: wait for ever).
+
+        What is malformed, oversized, of a wrong type or version is counted in ``refused``, logged once a second at the
+        most, and skipped.
+        """
+        deadline = None if timeout is None else monotonic() + timeout
+        while True:
+            try:
+                wait = None if deadline is None else max(0.0, deadline - monotonic())
+                item = self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()
+            except Empty:
+                self._flush_refusals()
+                return None
+            try:
+                return self._open(item)
+            except PeerError as fault:
+                self._refuse(item[1].key if item[0] != "token" else "alive", fault)
+
+    # --- inside ---
+
+    def _key(self, topic: Topic[Any], ids: dict[str, str | int]) -> str:
+        names = re.findall(r"{(\w+)}", topic.key)
+        return self._prefix + topic.key.format(**{name: ids.get(name, "*") for name in names})
+
+    def _on_transport(self, event: zenoh.TransportEvent) -> None:
+        self._inbox.put(("link", event.kind == zenoh.SampleKind.PUT))
+
+    def _open(self, item: tuple[Any, ...]) -> Arrival | Presence | Link | Request:
+        match item:
+            case ("sample", topic, key, payload):
+                ids = self._ids(topic, key)
+                if isinstance(payload, int):
+                    raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
+                message = decode(payload, topic.message, topic.limit)
+                claimed = getattr(message, "robot", None)
+                if "robot" in ids and claimed is not None and claimed != ids["robot"]:
+                    raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")
+                return Arrival(topic, ids, message)
+            case ("query", topic, query):
+                key = str(query.key_expr)
+                try:
+                    if query.payload is None:
+                        raise PeerError(f"{key}: expected a payload, got none")
+                    message = decode(query.payload.to_bytes(), topic.message, topic.limit)
+                except PeerError as fault:
+                    query.reply_err(str(fault).encode())
+                    query.drop()
+                    raise
+                return Request(topic, message, query, self._prefix + topic.key)
+            case ("token", key, alive):
+                parts = key.removeprefix(self._prefix).split("/")
+                if len(parts) != 4 or not all(ID.match(part) for part in parts):
+                    raise PeerError(f"{key}: expected alive/<role>/<id>/<session>")
+                return Presence(parts[1], parts[2], parts[3], alive)
+            case ("link", up):
+                return Link(up)
+        raise SwarmError(f"inbox: unknown item {item!r}")
+
+    def _ids(self, topic: Topic[Any], key: str) -> dict[str, str]:
+        ids = {}
+        for name, chunk in zip(topic.key.split("/"), key.removeprefix(self._prefix).split("/"), strict=True):
+            if name.startswith("{"):
+                if not ID.match(chunk):
+                    raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
+                ids[name[1:-1]] = chunk
+        return ids
+
+    def _refuse(self, where: str, fault: PeerError) -> None:
+        self.refused[where] += 1
+        self._refused_since_log[where] += 1
+        self._last_refusal = str(fault)
+        self._flush_refusals()
+
+    def _flush_refusals(self) -> None:
+        if self._refused_since_log and monotonic() - self._logged_at >= 1.0:
+            count = sum(self._refused_since_log.values())
+            self._log(f"dropped {count} bad message{'s' * (count > 1)}; the last one: {self._last_refusal}")
+            self._logged_at = monotonic()
+            self._refused_since_log.clear()

@@ -1,0 +1,252 @@
+"""Every message and every key of the wire, with unit, rate, timeout and limit: the one table the rest is made from.
+
+Payloads are MessagePack maps of these fields and ``v``, the version. Lengths in metres, angles in radians, REP-103
+signs; poses are ``base_link`` in ``map``. Fields that a receiver does not know are ignored; a field that is missing,
+of a wrong type, out of its bounds or not a number makes the whole message refused (``PeerError``).
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import pi
+from typing import Annotated, Any, Final, Generic, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+VERSION: Final = 1
+
+Id = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
+Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Length = Annotated[float, Meta(ge=0, le=1e6)]
+Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]
+Speed = Annotated[float, Meta(ge=-20, le=20)]  # m/s or rad/s
+Seconds = Annotated[float, Meta(ge=0, le=1e9)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Text = Annotated[str, Meta(max_length=2000)]
+Point = tuple[Metres, Metres]
+
+
+class Activity(StrEnum):
+    """What a robot is doing, in one word."""
+
+    READY = "ready"  # nothing to do yet
+    DRIVE = "drive"  # under way to its target
+    GIVE_WAY = "give_way"  # stands for another robot
+    BLOCKED = "blocked"  # no path just now, asks for one again and again
+    DONE = "done"  # the whole sequence, and home where that is asked for
+
+
+class Steering(StrEnum):
+    """Whose wheel speeds these are: what ``fuzzy_share`` counts."""
+
+    FUZZY = "fuzzy"  # the ratio of the wheel speeds is the tables' own
+    SUPERVISOR = "supervisor"  # the supervisor changed the ratio
+    REST = "rest"  # not moving
+
+
+class Phase(StrEnum):
+    """Where the world's run stands."""
+
+    WAITING = "waiting"  # robots still missing, or nobody said go
+    RUNNING = "running"
+    PAUSED = "paused"
+    OVER = "over"
+
+
+class Do(StrEnum):
+    """The paper's buttons, and those beside them."""
+
+    GO = "go"
+    PAUSE = "pause"
+    RESUME = "resume"
+    RESTART = "restart"
+    STOP = "stop"
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=True):
+    """What every message is."""
+
+
+class Sense(Message, frozen=True, kw_only=True):
+    """What the world lets one robot know at one tick."""
+
+    run: Count  # goes up with each restart; everything of an older run is void
+    tick: Count
+    time: Seconds  # since the run began
+    lockstep: bool  # the world waits for this robot's command, the robot for all it ``hears``
+    x: Metres
+    y: Metres
+    yaw: Angle
+    linear: Speed  # m/s, as the wheels turn now
+    angular: Speed  # rad/s
+    left: Length  # m, free distance from the robot's edge: nearest hit in the sector's rays
+    front: Length
+    right: Length
+    bearings: list[Angle | None]  # rad, of each target, None where it is out of sight
+    hears: list[tuple[Id, Count]]  # broadcasts (robot, tick) that reach this robot
+
+
+class Command(Message, frozen=True, kw_only=True):
+    """What a robot's wheels shall do, and what the world must know at the same tick."""
+
+    run: Count
+    tick: Count  # of the sense it answers
+    left: Speed  # m/s, rim speed
+    right: Speed
+    steering: Steering
+    activity: Activity
+    reached: list[bool]  # of each stop: the targets, then home where the mission returns
+    sent: bool  # a broadcast of this tick was put on the radio before this
+    replans: Count
+
+
+class Broadcast(Message, frozen=True, kw_only=True):
+    """The paper's radio (section 3.1): position, how far from the target, whether reached; and what it is about."""
+
+    robot: Id
+    run: Count
+    tick: Count
+    x: Metres
+    y: Metres
+    yaw: Angle
+    activity: Activity
+    target: Count  # index of the stop it drives to; the number of stops when all are reached
+    distance: Length  # m, to that stop, along its path
+    reached: list[bool]
+    ahead: list[Point]  # its path from here on, about as far as others must know
+
+
+class State(Message, frozen=True, kw_only=True):
+    """Where one robot's mission stands: on change and at least once a second."""
+
+    robot: Id
+    run: Count
+    tick: Count
+    activity: Activity
+    target: Count
+    reached: list[bool]
+    unreachable: list[Count]  # stops given up because no path led there
+    distance: Length
+    replans: Count
+
+
+class Plan(Message, frozen=True, kw_only=True):
+    """The path a robot follows now."""
+
+    robot: Id
+    run: Count
+    tick: Count
+    points: list[Point]
+
+
+class Body(Message, frozen=True, kw_only=True):
+    """One robot as the world knows it."""
+
+    robot: Id
+    x: Metres
+    y: Metres
+    yaw: Angle
+    left_v: Speed
+    right_v: Speed
+    left: Length
+    front: Length
+    right: Length
+
+
+class Truth(Message, frozen=True, kw_only=True):
+    """All bodies at one tick, for those who watch; robots never hear it."""
+
+    run: Count
+    tick: Count
+    time: Seconds
+    bodies: list[Body]
+
+
+class Clock(Message, frozen=True, kw_only=True):
+    """Where the run stands: on change and once a second."""
+
+    run: Count
+    tick: Count
+    time: Seconds
+    phase: Phase
+    robots: list[Id]  # all that belong to the run
+    present: list[Id]  # those whose process is there now
+
+
+class Event(Message, frozen=True, kw_only=True):
+    """Something worth a line."""
+
+    run: Count
+    tick: Count
+    time: Seconds
+    robot: Id | None
+    kind: Id
+    text: Text
+
+
+class Floor(Message, frozen=True, kw_only=True):
+    """The map, packed by ``swarm.maps.wire``."""
+
+    packed: dict[str, Any]
+
+
+class Action(Message, frozen=True, kw_only=True):
+    """One of the buttons."""
+
+    do: Do
+
+
+class Join(Message, frozen=True, kw_only=True):
+    """A robot process asks for its place in the fleet."""
+
+    robot: Id | None  # None: whichever place is free
+
+
+class Welcome(Message, frozen=True, kw_only=True):
+    """The place: which robot it is, what the scenario says, and where that robot's mission stood."""
+
+    robot: Id
+    scenario: dict[str, Any]
+    packed: dict[str, Any]
+    state: State | None
+
+
+class Accepted(Message, frozen=True, kw_only=True):
+    """Done as asked."""
+
+    text: Text
+
+
+M = TypeVar("M", bound=Message)
+
+
+@dataclass(frozen=True, slots=True)
+class Topic(Generic[M]):
+    """One row of the table."""
+
+    key: str  # below swarm/v1/<fleet>/
+    message: type[M]
+    rate: float  # Hz, as a rule; 0: on change or on request
+    timeout: float  # s; older than this is stale, for everyone; 0: never
+    reliable: bool = False  # the sender waits rather than drops
+    limit: int = 16_384  # bytes; a longer payload is refused unread
+
+
+# fmt: off
+#                 key                       message    rate  timeout  reliable  limit
+SENSE     = Topic("robot/{robot}/sense",    Sense,     20.0, 0.25,    True)
+COMMAND   = Topic("robot/{robot}/cmd",      Command,   20.0, 0.25,    True)
+RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0)
+STATE     = Topic("robot/{robot}/state",    State,     1.0,  3.0,     True)
+PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     262_144)
+TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    1_048_576)
+CLOCK     = Topic("world/clock",            Clock,     1.0,  3.0,     True,     131_072)
+EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
+MAP       = Topic("world/map",              Floor,     0.0,  0.0,     True,     8_388_608)
+# queries: who asks sends the message, who answers sends the reply
+ACTION    = Topic("world/action",           Action,    0.0,  0.0)
+JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
+# fmt: on
+
+TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, JOIN)
+REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, JOIN.key: Welcome}
