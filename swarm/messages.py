@@ -93,6 +93,7 @@ class Command(Message, frozen=True, kw_only=True):
     tick: Count  # of the sense it answers
     left: Speed  # m/s, rim speed
     right: Speed
+    heading: Angle  # rad, what the fuzzy controller was asked to turn towards; left is positive
     steering: Steering
     activity: Activity
     reached: list[bool]  # of each stop: the targets, then home where the mission returns
@@ -151,6 +152,9 @@ class Body(Message, frozen=True, kw_only=True):
     left: Length
     front: Length
     right: Length
+    heading: Angle  # of its last command, as are the next two
+    steering: Steering
+    activity: Activity
 
 
 class Truth(Message, frozen=True, kw_only=True):
@@ -185,9 +189,10 @@ class Event(Message, frozen=True, kw_only=True):
 
 
 class Floor(Message, frozen=True, kw_only=True):
-    """The map, packed by ``swarm.maps.wire``."""
+    """What stands still: the map, packed by ``swarm.maps.wire``, and the scenario's settings and fuzzy profile."""
 
     packed: dict[str, Any]
+    scenario: dict[str, Any]
 
 
 class Action(Message, frozen=True, kw_only=True):
@@ -208,6 +213,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     robot: Id
     scenario: dict[str, Any]
     packed: dict[str, Any]
+    start: tuple[Metres, Metres, Angle]  # its pose when the run began: home
     state: State | None
 
 

@@ -1,0 +1,170 @@
+"""A scenario file to checked values: whatever is wrong with it is said in one sentence."""
+
+import re
+from collections.abc import Hashable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import yaml
+
+from swarm.errors import ConfigError, nearest
+from swarm.maps import load_map, pack, unpack
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.text import from_text
+from swarm.robot.fuzzy import Profile, load_profile
+from swarm.scenario.schema import Section, Settings
+
+SIZE_LIMIT: Final = 4_000_000  # bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """What a run needs to know, whether it came from a file or over the wire."""
+
+    settings: Settings
+    map: OccupancyMap
+    profile: Profile
+
+    def stops(self, robot: int, start: Point) -> tuple[Point, ...]:
+        """List where robot number ``robot`` has to go, in order: its targets, then home if the mission returns."""
+        settings = self.settings
+        targets = settings.own_targets[robot] if settings.own_targets else settings.targets
+        return (*targets, *((start[:2],) if settings.return_home else ()))
+
+    def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Give settings and profile, and the packed map, as plain values."""
+        return {
+            "settings": msgspec.to_builtins(self.settings),
+            "profile": self.profile.to_builtins(),
+        }, pack(self.map)
+
+    @classmethod
+    def from_wire(cls, scenario: dict[str, Any], packed: dict[str, Any]) -> "Scenario":
+        """Read back what ``to_wire`` gave.
+
+        Raises:
+            SwarmError: it is not of that form.
+        """
+        settings = checked(scenario.get("settings"), "welcome")
+        return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
+
+
+def load(path: Path) -> Scenario:
+    """Load a scenario file with the map and the fuzzy profile it names.
+
+    Raises:
+        ConfigError: something in it is not as it has to be; the sentence says where, what and what to do.
+    """
+    raw = _read(path)
+    settings = checked(raw, str(path))
+    where, base = settings.map, path.parent
+    if (where.text is None) == (where.file is None):
+        raise ConfigError(f"{path}: map: expected either `text` or `file`; draw the map in the file or name one")
+    if where.text is not None:
+        try:
+            floor = from_text(where.text, where.cell)
+        except ConfigError as fault:
+            raise ConfigError(f"{path}: map.text: {fault}") from None
+    else:
+        floor = load_map(base / str(where.file), base=base, cell=where.cell)
+    return Scenario(settings, floor, load_profile(settings.controller, base=base))
+
+
+def checked(raw: object, where: str) -> Settings:
+    """Convert plain values to ``Settings``.
+
+    Raises:
+        ConfigError: a field is unknown, missing, of a wrong type or out of its bounds.
+    """
+    try:
+        settings = msgspec.convert(raw, Settings)
+    except msgspec.ValidationError as fault:
+        raise ConfigError(f"{where}: {_explain(str(fault), raw)}") from None
+    if bool(settings.targets) == bool(settings.own_targets):
+        raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
+    if (settings.start.area is None) == (settings.start.poses is None):
+        raise ConfigError(f"{where}: start: expected either `area` or `poses`; give one of them")
+    return settings
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML that refuses a key given twice, where the plain loader would silently keep the last."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key {key.value!r} is given twice", key.start_mark
+                )
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > SIZE_LIMIT:
+            raise ConfigError(f"{path}: expected at most {SIZE_LIMIT} bytes; put a large map into a file of its own")
+        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
+        hint = nearest(path.name, near) if near else "check the path"
+        raise ConfigError(f"{path}: expected a scenario file, found none; {hint}") from None
+    except (OSError, UnicodeDecodeError) as fault:
+        raise ConfigError(f"{path}: expected a readable text file, got {fault}") from None
+    except (yaml.YAMLError, RecursionError, ValueError) as fault:
+        mark = getattr(fault, "problem_mark", None)
+        at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        said = getattr(fault, "problem", None) or str(fault).split("\n")[0]
+        raise ConfigError(f"{path}: {at}expected YAML, got {said}; mend that line") from None
+    if not isinstance(raw, dict):
+        raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {_shown(raw)}")
+    return raw
+
+
+def _explain(fault: str, raw: object) -> str:
+    """Turn msgspec's sentence into ours: where, what was expected, what came, what to do."""
+    said, _, at = fault.partition(" - at ")
+    steps = re.findall(r"\.(\w+)|\[(\d+)\]", at.strip("`"))
+    value: Any = raw
+    for name, index in steps:
+        try:
+            value = value[name] if name else value[int(index)]
+        except (KeyError, IndexError, TypeError):
+            break
+    where = "".join(f".{name}" if name else f"[{index}]" for name, index in steps).lstrip(".")
+    section, unit = _described([name for name, _ in steps if name])
+    if match := re.match(r"Object contains unknown field `(.*)`", said):
+        prefix = f"{where}: " if where else ""
+        return f"{prefix}unknown field {match[1]!r}; {nearest(match[1], section.__struct_fields__)}"
+    if match := re.match(r"Object missing required field `(.*)`", said):
+        return f"{where + ': ' if where else ''}field {match[1]!r} is missing; add it"
+    expected = said.replace("`", "").replace("Expected", "expected").split(", got")[0]
+    hint = f" ({unit})" if unit else ""
+    if isinstance(value, str) and ("float" in expected or "int" in expected):
+        hint += "; write the bare number, without a unit"
+    return f"{where}: {expected}, got {_shown(value)}{hint}"
+
+
+def _described(names: list[str]) -> tuple[type[Section], str]:
+    """Find the section a path of names leads to, and what its last field's description says."""
+    section: type[Section] = Settings
+    text = ""
+    for name in names:
+        info = {f.name: f.type for f in msgspec.inspect.type_info(section).fields}.get(name)  # type: ignore[attr-defined]
+        while info is not None and not isinstance(info, msgspec.inspect.StructType):
+            if isinstance(info, msgspec.inspect.Metadata):
+                text = (info.extra_json_schema or {}).get("description", text)
+                info = info.type
+            else:
+                break
+        if isinstance(info, msgspec.inspect.StructType):
+            section = info.cls
+    return section, text
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

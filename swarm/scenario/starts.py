@@ -1,0 +1,56 @@
+"""Where robots start: as the scenario lists it, or drawn in its area with the seed."""
+
+from math import pi
+from typing import Final
+
+import numpy as np
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose, distance, wrap
+from swarm.planning.grid import Grid
+from swarm.scenario.load import Scenario
+
+GAP: Final = 0.2  # m, left free between two drawn robots, and between a drawn robot and a wall
+TRIES: Final = 2000  # for each robot
+
+
+def names(robots: int) -> tuple[str, ...]:
+    """Name the robots of a fleet: r1, r2, ..., equally long so that they sort by number."""
+    width = len(str(robots))
+    return tuple(f"r{number:0{width}d}" for number in range(1, robots + 1))
+
+
+def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
+    """Give each robot its start pose; the same seed gives the same ones.
+
+    Raises:
+        ConfigError: there are fewer listed poses than robots, or the area has no room for so many.
+    """
+    settings = scenario.settings
+    listed, area = settings.start.poses, settings.start.area
+    if listed is not None:
+        if robots > len(listed):
+            raise ConfigError(
+                f"{settings.name}: start.poses: expected at least {robots} poses, got {len(listed)}; "
+                "list more of them or run fewer robots"
+            )
+        return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
+    assert area is not None  # swarm.scenario.load: one of the two is given
+    chance = np.random.default_rng([seed, 0])
+    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
+    gap = 2 * settings.robot.radius + GAP
+    poses: list[Pose] = []
+    for number in range(robots):
+        for _ in range(TRIES):
+            x, y, yaw = (float(value) for value in chance.uniform((x0, y0, -pi), (x1, y1, pi)))
+            cell = grid.cell_of(x, y)
+            roomy = grid.inside(cell) and bool(grid.free[cell]) and grid.clearance[cell] >= settings.robot.radius + GAP
+            if roomy and all(distance(pose, (x, y)) >= gap for pose in poses):
+                poses.append(Pose(x, y, yaw))
+                break
+        else:
+            raise ConfigError(
+                f"{settings.name}: start.area: expected room for {robots} robots of radius {settings.robot.radius} m, "
+                f"found it for {number}; enlarge the area or run fewer robots"
+            )
+    return poses
