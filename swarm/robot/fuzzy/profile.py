@@ -1,0 +1,105 @@
+"""A profile: everything a controller is, as data. The same shape in a YAML file, on the wire and in `to_builtins`."""
+
+from dataclasses import dataclass
+from math import isinf
+from typing import Self
+
+from swarm.errors import ConfigError
+from swarm.robot.fuzzy import check
+from swarm.robot.fuzzy.completeness import check_no_gap
+from swarm.robot.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Variable, Weighing
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Variables, behaviours and how these are weighed. Made by `load_profile` or `from_builtins`, which check it."""
+
+    name: str
+    description: str
+    inputs: dict[str, Variable]
+    outputs: dict[str, Variable]
+    behaviours: dict[str, Behaviour]
+    weighing: Weighing | None  # None: one behaviour, which weighs 1
+
+    @classmethod
+    def from_builtins(cls, document: object, where: str = "profile") -> Self:
+        """Check dicts, lists, texts and numbers, as a YAML file or `to_builtins` gives them.
+
+        Raises:
+            ConfigError: at the first thing that is wrong, its place beginning with ``where``.
+        """
+        fields = check.mapping(
+            document, where, ("name", "inputs", "outputs", "behaviours"), ("description", "weighing")
+        )
+        inputs = _variables(fields["inputs"], f"{where}: inputs", INPUTS, output=False)
+        outputs = _variables(fields["outputs"], f"{where}: outputs", OUTPUTS, output=True)
+        tables = check.mapping(fields["behaviours"], f"{where}: behaviours")
+        behaviours = {
+            name: check.behaviour(table, name, f"{where}: behaviours.{name}", inputs | outputs)
+            for name, table in tables.items()
+        }
+        weighing = None
+        if len(behaviours) > 2:
+            raise ConfigError(
+                f"{where}: behaviours: expected one or two, got {len(behaviours)}: {', '.join(behaviours)}"
+            )
+        if len(behaviours) == 2:
+            if "weighing" not in fields:
+                raise ConfigError(f"{where}: weighing is missing; say which of {' and '.join(behaviours)} yields when")
+            weighing = check.weighing(fields["weighing"], f"{where}: weighing", behaviours, inputs)
+        elif "weighing" in fields:
+            raise ConfigError(f"{where}: weighing: expected none with one behaviour; take it out or add a behaviour")
+        profile = cls(
+            name=check.text(fields["name"], f"{where}: name"),
+            description=check.text(fields.get("description", "-"), f"{where}: description"),
+            inputs=inputs,
+            outputs=outputs,
+            behaviours=behaviours,
+            weighing=weighing,
+        )
+        for number, behaviour in enumerate(profile.by_weight()):
+            check_no_gap(behaviour, inputs, weighing, number == 0, f"{where}: behaviours.{behaviour.name}")
+        return profile
+
+    def to_builtins(self) -> dict[str, object]:
+        """Give the profile as dicts, lists, texts and finite numbers, for YAML, JSON or MessagePack."""
+        document: dict[str, object] = {
+            "name": self.name,
+            "description": self.description,
+            "inputs": {name: _variable_to_builtins(variable) for name, variable in self.inputs.items()},
+            "outputs": {name: _variable_to_builtins(variable) for name, variable in self.outputs.items()},
+            "behaviours": {name: _table(behaviour) for name, behaviour in self.behaviours.items()},
+        }
+        if self.weighing:
+            document["weighing"] = {
+                "behaviour": self.weighing.behaviour,
+                "yields_to": self.weighing.yields_to,
+                "when": dict(self.weighing.when),
+            }
+        return document
+
+    def by_weight(self) -> tuple[Behaviour, ...]:
+        """List the behaviour that weighs w, then, if there is one, the one that weighs 1 - w."""
+        if not self.weighing:
+            return tuple(self.behaviours.values())
+        return self.behaviours[self.weighing.behaviour], self.behaviours[self.weighing.yields_to]
+
+
+def _variables(value: object, where: str, names: tuple[str, ...], output: bool) -> dict[str, Variable]:
+    fields = check.mapping(value, where, names)
+    return {name: check.variable(fields[name], name, f"{where}.{name}", output) for name in names}
+
+
+def _variable_to_builtins(variable: Variable) -> dict[str, object]:
+    return {
+        "unit": variable.unit,
+        "universe": [variable.low, variable.high],
+        "terms": {
+            term.name: [str(x) if isinf(x) else x for x in (term.a, term.b, term.c, term.d)] for term in variable.terms
+        },
+    }
+
+
+def _table(behaviour: Behaviour) -> str:
+    rows = [("rule", *behaviour.columns), *((str(rule.number), *rule.terms) for rule in behaviour.rules)]
+    return "".join(" ".join(row) + "\n" for row in rows)
