@@ -1,0 +1,239 @@
+"""The cells that traffic hands out: a lattice over the map, coarse enough that a robot turns in one.
+
+A cell is named by one number, ``row * columns + column``, the same in every robot that read the same map. A cell counts
+where a disc stands clear at its centre; two neighbours are joined where the disc stays clear all along the line between
+their centres. Both are exact for the boxes of the fine map.
+"""
+
+from collections import deque
+from collections.abc import Collection, Iterable
+from math import ceil, floor, hypot
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.geometry import from_frame, to_frame
+from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
+
+FAR: Final = 1 << 30  # steps; no way leads there
+OUTSIDE: Final = -1  # not a cell: beyond the lattice
+PHASES: Final = 4  # lattice offsets tried along each axis
+
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.float64]
+
+
+class CellMap:
+    """Which cells there are, which are joined, and how far apart they lie.
+
+    ``radius`` [m] is the disc that has to fit: the robot's, with what it strays from the line. ``side`` [m] is a cell's.
+    ``offset`` [m, map's own frame] is where the outer corner of cell 0 lies.
+    """
+
+    def __init__(
+        self,
+        occupancy: OccupancyMap,
+        *,
+        side: float,
+        radius: float,
+        offset: Point = (0.0, 0.0),
+        unknown_is_free: bool = False,
+    ) -> None:
+        rows, columns = occupancy.shape
+        height, width = rows * occupancy.resolution, columns * occupancy.resolution
+        self.occupancy = occupancy
+        self.side = side
+        self.radius = radius
+        self.offset = offset
+        self.rows = max(0, floor((height - offset[1]) / side + 1e-6))
+        self.columns = max(0, floor((width - offset[0]) / side + 1e-6))
+        self._solid = np.pad(occupancy.cells != FREE, 1, constant_values=True)
+        if unknown_is_free:
+            self._solid[1:-1, 1:-1] &= occupancy.cells != UNKNOWN
+        stands = self._clear(radius, 0.0, 0.0)
+        right = self._clear(radius, side, 0.0)[:, :-1] & stands[:, :-1] & stands[:, 1:]
+        up = self._clear(radius, 0.0, side)[:-1] & stands[:-1] & stands[1:]
+        self.stands: tuple[bool, ...] = tuple(stands.ravel().tolist())
+        self.neighbours: tuple[tuple[int, ...], ...] = _joined(stands, right, up)
+        self._open: tuple[bool, ...] = tuple(self._wholly_free().ravel().tolist())
+        self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
+
+    def __len__(self) -> int:
+        return self.rows * self.columns
+
+    # ---- geometry
+
+    def centre(self, cell: int) -> Point:
+        """Give the middle of a cell [m, map frame]."""
+        row, column = divmod(cell, self.columns)
+        x, y = self.offset[0] + (column + 0.5) * self.side, self.offset[1] + (row + 0.5) * self.side
+        return from_frame(self.occupancy.origin, x, y)
+
+    def cell_of(self, x: float, y: float) -> int:
+        """Find the cell that holds a point [m, map frame], or OUTSIDE."""
+        along, up = to_frame(self.occupancy.origin, x, y)
+        return self._number(floor((up - self.offset[1]) / self.side), floor((along - self.offset[0]) / self.side))
+
+    def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
+        """Give every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
+        along, up = to_frame(self.occupancy.origin, x, y)
+        u, v = (along - self.offset[0]) / self.side, (up - self.offset[1]) / self.side
+        reach = radius / self.side
+        found = []
+        for row in range(floor(v - reach), ceil(v + reach)):
+            dy = max(row - v, v - row - 1, 0.0)
+            for column in range(floor(u - reach), ceil(u + reach)):
+                dx = max(column - u, u - column - 1, 0.0)
+                if dx * dx + dy * dy < reach * reach:
+                    found.append(self._number(row, column))
+        return tuple(found)
+
+    def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
+        """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
+        touched = self.touched(x, y, radius)
+        if any(cell not in held for cell in touched):
+            return False
+        return all(self._open[cell] for cell in touched) or self._disc_is_clear(x, y, radius)
+
+    def nearest_standable(self, x: float, y: float) -> int:
+        """Find the cell with room to stand whose centre is nearest to a point [m], or OUTSIDE where there is none."""
+        best, cell = (float("inf"), OUTSIDE), OUTSIDE
+        here = self.cell_of(x, y)
+        if here != OUTSIDE and self.stands[here]:
+            return here
+        for other, stands in enumerate(self.stands):
+            if stands:
+                cx, cy = self.centre(other)
+                best = min(best, (hypot(cx - x, cy - y), other))
+        cell = best[1]
+        return cell
+
+    # ---- distances
+
+    def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
+        """Count the steps from every cell to ``goal``, never entering a cell of ``without``; FAR where no way leads.
+
+        The tables are kept (without ``without``): do not change them.
+        """
+        key = (goal, frozenset(without))
+        table = self._tables.get(key)
+        if table is None:
+            table = breadth_first(self.neighbours, (goal,), key[1])
+            if not key[1] or len(self._tables) < 64:
+                self._tables[key] = table
+        return table
+
+    # ---- building
+
+    def _number(self, row: int, column: int) -> int:
+        return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
+
+    def _clear(self, radius: float, dx: float, dy: float) -> Flags:
+        """Tell of each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m] away, dx or dy being zero.
+
+        A line along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+        """
+        resolution, solid = self.occupancy.resolution, self._solid
+        blocked = np.zeros((self.rows, self.columns), dtype=bool)
+        xs = self.offset[0] + (np.arange(self.columns) + 0.5) * self.side
+        ys = self.offset[1] + (np.arange(self.rows) + 0.5) * self.side
+        column_gaps = list(_gaps(xs, dx, radius, resolution, solid.shape[1] - 2))
+        row_gaps = list(_gaps(ys, dy, radius, resolution, solid.shape[0] - 2))
+        for row_index, row_gap in row_gaps:
+            for column_index, column_gap in column_gaps:
+                near = row_gap[:, None] ** 2 + column_gap[None, :] ** 2 < radius * radius - 1e-12
+                if near.any():
+                    blocked |= near & solid[row_index[:, None], column_index[None, :]]
+        return np.asarray(~blocked)
+
+    def _wholly_free(self) -> Flags:
+        """Tell of each cell whether no part of it is solid."""
+        resolution = self.occupancy.resolution
+        count = np.zeros((self._solid.shape[0] - 1, self._solid.shape[1] - 1), dtype=np.int64)
+        count[1:, 1:] = self._solid[1:-1, 1:-1].cumsum(axis=0).cumsum(axis=1)
+
+        def edges(start: float, number: int, limit: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+            low = np.floor((start + np.arange(number) * self.side) / resolution + 1e-6).astype(np.int64)
+            high = np.ceil((start + (np.arange(number) + 1) * self.side) / resolution - 1e-6).astype(np.int64)
+            return low.clip(0, limit), high.clip(0, limit)
+
+        r0, r1 = edges(self.offset[1], self.rows, self.occupancy.shape[0])
+        c0, c1 = edges(self.offset[0], self.columns, self.occupancy.shape[1])
+        box = count[np.ix_(r1, c1)] - count[np.ix_(r0, c1)] - count[np.ix_(r1, c0)] + count[np.ix_(r0, c0)]
+        return np.asarray(box == 0)
+
+    def _disc_is_clear(self, x: float, y: float, radius: float) -> bool:
+        resolution = self.occupancy.resolution
+        along, up = to_frame(self.occupancy.origin, x, y)
+        u, v, reach = along / resolution, up / resolution, radius / resolution
+        rows, columns = self._solid.shape
+        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), rows - 1)):
+            dy = max(row - v, v - row - 1, 0.0)
+            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), columns - 1)):
+                dx = max(column - u, u - column - 1, 0.0)
+                if dx * dx + dy * dy < reach * reach and self._solid[row + 1, column + 1]:
+                    return False
+        return True
+
+
+def best_offset(occupancy: OccupancyMap, *, side: float, radius: float) -> Point:
+    """Choose the lattice offset [m] under which most neighbours are joined; nought wins ties.
+
+    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors.
+    """
+    offsets = [(i * side / PHASES, j * side / PHASES) for j in range(PHASES) for i in range(PHASES)]
+
+    def joined(offset: Point) -> int:
+        return sum(map(len, CellMap(occupancy, side=side, radius=radius, offset=offset).neighbours))
+
+    return max(offsets, key=joined)
+
+
+def breadth_first(
+    neighbours: tuple[tuple[int, ...], ...], sources: Iterable[int], without: Collection[int] = ()
+) -> list[int]:
+    """Count the steps from every cell to the nearest source, never entering a cell of ``without``."""
+    table = [FAR] * len(neighbours)
+    ready = deque(sources)
+    for cell in ready:
+        table[cell] = 0
+    while ready:
+        cell = ready.popleft()
+        steps = table[cell] + 1
+        for other in neighbours[cell]:
+            if table[other] > steps and other not in without:
+                table[other] = steps
+                ready.append(other)
+    return table
+
+
+def _gaps(
+    centres: Numbers, length: float, radius: float, resolution: float, limit: int
+) -> Iterable[tuple[NDArray[np.int64], Numbers]]:
+    """Pair, along one axis, each line from a centre with the fine cells about it: (padded index, gap between them)."""
+    first = np.floor((centres - radius) / resolution).astype(np.int64)
+    for step in range(ceil((length + 2 * radius) / resolution) + 2):
+        index = first + step
+        gap = np.maximum(np.maximum(index * resolution - centres - length, centres - (index + 1) * resolution), 0.0)
+        yield np.clip(index + 1, 0, limit + 1), gap
+
+
+def _joined(stands: Flags, right: Flags, up: Flags) -> tuple[tuple[int, ...], ...]:
+    """List each cell's joined neighbours: right, up, left, down."""
+    rows, columns = stands.shape
+    found: list[tuple[int, ...]] = []
+    for row in range(rows):
+        for column in range(columns):
+            cell = row * columns + column
+            near = []
+            if column + 1 < columns and right[row, column]:
+                near.append(cell + 1)
+            if row + 1 < rows and up[row, column]:
+                near.append(cell + columns)
+            if column > 0 and right[row, column - 1]:
+                near.append(cell - 1)
+            if row > 0 and up[row - 1, column]:
+                near.append(cell - columns)
+            found.append(tuple(near))
+    return tuple(found)

@@ -1,0 +1,79 @@
+"""From a joint plan to who enters each cell after whom: dependencies on progress, not on time.
+
+Action dependency graph: Hoenig et al., IEEE RA-L 4(2), 2019; the same order kept under delays: RMTRACK, Gregoire et al.,
+2017. Each visit of a cell waits only for the visit just before it, so that an entry depends on one other robot at most.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from swarm.traffic.pibt import Spots
+
+TURN_STEPS = 1.5  # a right-angle turn on the spot lasts as long as so many steps (measured with the fuzzy drive)
+
+
+class After(NamedTuple):
+    """An entry has to wait until ``robot`` has left the ``index``-th cell of its way."""
+
+    robot: int
+    index: int
+
+
+class Order(NamedTuple):
+    """The plan without time."""
+
+    ways: tuple[tuple[int, ...], ...]  # [robot] -> cells, the one it stands in first, none twice in a row
+    after: tuple[dict[int, After], ...]  # [robot][index of the cell entered] -> what it waits for
+
+
+def order_of(steps: Sequence[Spots]) -> Order:
+    """Read off every robot's way, and for each cell who comes after whom.
+
+    >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0, there with its cell of index 1, has left
+    Order(ways=((0, 1, 2), (3, 1)), after=({}, {1: After(robot=0, index=1)}))
+    """
+    ways = [[cell] for cell in steps[0]]
+    last = {cell: After(robot, 0) for robot, cell in enumerate(steps[0])}
+    after: list[dict[int, After]] = [{} for _ in ways]
+    for at in steps[1:]:
+        for robot, cell in enumerate(at):
+            way = ways[robot]
+            if cell == way[-1]:
+                continue
+            before = last.get(cell)
+            if before is not None and before.robot != robot:
+                after[robot][len(way)] = before
+            last[cell] = After(robot, len(way))
+            way.append(cell)
+    return Order(tuple(map(tuple, ways)), tuple(after))
+
+
+def duration(order: Order) -> tuple[float, float]:
+    """Estimate when the last robot arrives, and the sum of all arrivals [steps]: a step is 1, a turn more.
+
+    Raises ValueError where the order runs in a circle, which no plan without rings of movers gives.
+    """
+    ways, after = order
+    arrived: list[list[float]] = [[0.0] for _ in ways]
+    ready = list(range(len(ways)))
+    waiting: dict[After, list[int]] = {}
+    left = sum(len(way) - 1 for way in ways)
+    while ready:
+        robot = ready.pop()
+        way, times = ways[robot], arrived[robot]
+        while len(times) < len(way):
+            index = len(times)
+            before = after[robot].get(index)
+            start = times[-1]
+            if before is not None:
+                if len(arrived[before.robot]) <= before.index + 1:
+                    waiting.setdefault(before, []).append(robot)
+                    break
+                start = max(start, arrived[before.robot][before.index + 1])
+            turn = index > 1 and way[index] - way[index - 1] != way[index - 1] - way[index - 2]
+            times.append(start + 1.0 + (TURN_STEPS if turn else 0.0))
+            left -= 1
+            ready.extend(waiting.pop(After(robot, index - 1), ()))
+    if left:
+        raise ValueError(f"{left} entries wait for each other in a circle: the plan has a ring of movers or a swap")
+    return max((times[-1] for times in arrived), default=0.0), sum(times[-1] for times in arrived)

@@ -1,0 +1,51 @@
+"""The simple rule: of two that would meet, the one nearer its target goes first; the other stands until the way is free.
+
+A total order (distance left, then id), so that no ring of robots waits for itself; who may go plans around those who
+stand. It promises nothing in narrow places.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Final, NamedTuple
+
+from swarm.geometry import distance
+from swarm.maps.occupancy import Point
+from swarm.messages import Activity, Broadcast
+
+HORIZON: Final = 3.0  # m of path that others must know
+STEP: Final = 0.25  # m between its points
+STOP_BEFORE: Final = 1.2  # m: give way when the place of meeting is nearer than that along the own path
+ROOM: Final = 0.3  # m, wanted between two footprints that pass
+STILL: Final = frozenset({Activity.READY, Activity.GIVE_WAY, Activity.BLOCKED, Activity.DONE})
+
+
+class Verdict(NamedTuple):
+    """Whom to let pass, and who stands in the way."""
+
+    yield_to: tuple[str, ...]
+    standing: tuple[Point, ...]
+
+
+def decide(
+    name: str, left: float, ahead: Sequence[Point], others: Iterable[Broadcast], radius: float, waiting: bool
+) -> Verdict:
+    """Compare the own path ahead with what others broadcast, oldest news excluded by the caller.
+
+    ``left`` is the distance [m] to the own target along the path, ``ahead`` the path each STEP; ``waiting`` that the robot
+    already gives way: it then wants a little more room before it goes on, so that it does not dither.
+    """
+    room = 2 * radius + ROOM + (0.15 if waiting else 0.0)
+    near = ahead[: int(STOP_BEFORE / STEP) + 1]
+    yields, standing = [], []
+    for other in sorted(others, key=lambda broadcast: broadcast.robot):
+        place = (other.x, other.y)
+        body_in_way = any(distance(point, place) < room for point in ahead)
+        if other.activity in STILL:
+            if body_in_way:
+                standing.append(place)
+            continue
+        if (other.distance, other.robot) >= (left, name):
+            continue
+        meets = any(distance(a, b) < room for a in near for b in (place, *other.ahead))
+        if meets:
+            yields.append(other.robot)
+    return Verdict(tuple(yields), tuple(standing))

@@ -1,0 +1,143 @@
+"""The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan kept.
+
+Straight and random ties take turns, since turning on the spot costs a wheeled robot more than a step, but going straight
+on at any price jams narrow places. A plan is judged by when its last robot arrives if each goes as soon as the order of
+entries lets it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+from random import Random
+
+from swarm.traffic.dependencies import Order, duration, order_of
+from swarm.traffic.lacam import Search, State, Steps, without_detours
+from swarm.traffic.pibt import Joined, Spots, Tables
+
+PATIENCE = 4  # once there is a plan, a restart may cost so many times its openings: what takes longer is rarely better
+SPARE = 30  # openings any start may cost, beyond its share
+
+
+class Outcome(Enum):
+    """What came of it. Only the first two are known for certain."""
+
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"
+    NOT_FOUND = "no plan found"
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much may be spent, in openings of a joint position."""
+
+    starts: int = 4  # searches from scratch, of which the quickest plan is kept
+    expansions: int = 20_000  # in all
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A finished search."""
+
+    outcome: Outcome
+    steps: Steps  # when solved
+    order: Order | None
+    who: tuple[int, ...] = ()  # when unsolvable: those who cannot all arrive, whatever the others do
+    expansions: int = 0
+
+
+class JointSearch:
+    """A search for a joint plan, to be advanced a little each control step until ``result`` is there."""
+
+    def __init__(
+        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, budget: Budget, random: Random
+    ) -> None:
+        if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
+            raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
+        self.result: Result | None = None
+        self._problem = (neighbours, tables, starts, goals)
+        self._budget = budget
+        self._random = random
+        self._spent = 0
+        self._begun = 0
+        self._search: Search | None = None
+        self._best: tuple[tuple[float, float], Steps, Order] | None = None
+        self._least = 0  # openings of the cheapest plan so far
+        self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
+
+    def advance(self, expansions: int) -> Result | None:
+        """Spend at most that many openings; give the result once there is one."""
+        while self.result is None and expansions > 0:
+            search = self._search or self._begin()
+            if self.result is not None:
+                break
+            before = search.expansions
+            state = search.advance(min(expansions, self._allowance(search)))
+            spent = max(1, search.expansions - before)
+            expansions -= spent
+            self._spent += spent
+            if state is State.SOLVED:
+                self._keep(search)
+            elif state is State.UNSOLVABLE:
+                starts = self._problem[2]
+                self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+            elif self._allowance(search) <= 0:
+                self._search = None
+        return self.result
+
+    def _allowance(self, search: Search) -> int:
+        """Tell how many openings this start may still cost: short tries first, twice as long every fourth time.
+
+        Depth-first search now and then loses itself, and chance is cheaper than patience: restarts cut that tail.
+        """
+        left = self._budget.expansions - self._spent
+        if self._best is not None:
+            return min(left, PATIENCE * self._least + SPARE - search.expansions)
+        doubled = min((self._begun - 1) // 4, 20)
+        return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
+
+    def _begin(self) -> Search:
+        neighbours, tables, starts, goals = self._problem
+        if self._spent >= self._budget.expansions or (self._best is not None and self._begun >= self._budget.starts):
+            self._finish(Outcome.NOT_FOUND if self._best is None else Outcome.SOLVED)
+        straight = self._begun % 2 == 0
+        self._search = Search(neighbours, tables, starts, goals, straight=straight, random=self._random)
+        self._begun += 1
+        return self._search
+
+    def _keep(self, search: Search) -> None:
+        steps = without_detours(search.steps)
+        order = order_of(steps)
+        judged = duration(order)
+        self._least = search.expansions if self._best is None else min(self._least, search.expansions)
+        if self._best is None or judged < self._best[0]:
+            self._best = (judged, steps, order)
+        self._search = None
+        if self._begun >= self._budget.starts:
+            self._finish(Outcome.SOLVED)
+
+    def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
+        steps, order = (self._best[1], self._best[2]) if self._best else ([], None)
+        self.result = Result(outcome, steps, order, who, self._spent)
+
+
+def hopeless_pair(
+    neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, expansions: int, pairs: Sequence[int] = ()
+) -> tuple[int, int] | None:
+    """Find two robots that cannot both arrive even alone in the world, or None where no such pair was found.
+
+    One such pair proves that there is no plan for all, in moments, where a search over all of them would have to try
+    everything the others can do meanwhile. ``expansions`` is spent on each pair at most; ``pairs`` limits the robots.
+    """
+    for i, j in combinations(pairs or range(len(starts)), 2):
+        search = Search(
+            neighbours,
+            (tables[i], tables[j]),
+            (starts[i], starts[j]),
+            (goals[i], goals[j]),
+            straight=False,
+            random=Random(0),
+        )
+        if search.advance(expansions) is State.UNSOLVABLE:
+            return i, j
+    return None

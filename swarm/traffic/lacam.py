@@ -1,0 +1,147 @@
+"""LaCAM: lazy constraints addition search for many robots at once (Okumura, AAAI 2023).
+
+A search over joint positions, depth first. Each is opened by one step of PIBT; when that leads nowhere new, the next
+opening adds one more order ("robot 3 goes there"), until every possible step from there was tried. So a plan is found
+where there is one, and when nothing is left to open, there is none: proven, of plans without rings of movers.
+
+The search counts its openings ("expansions") and stops when told: it goes on later where it stood, the same everywhere.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from enum import Enum
+from random import Random
+from typing import Final
+
+from swarm.traffic.pibt import Joined, Spots, StepGenerator, Tables
+
+Orders = tuple[tuple[int, int], ...]
+Steps = list[Spots]  # joint positions, one a time step
+
+
+class State(Enum):
+    """How a search stands."""
+
+    RUNNING = "running"
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"  # proven: every joint position within reach was opened in every way
+
+
+class _Node:
+    """One joint position: how it was reached, who goes first, and which orders are still to be tried."""
+
+    __slots__ = ("at", "orders", "parent", "priority", "urgency")
+
+    def __init__(self, at: Spots, parent: "_Node | None", urgency: list[float]) -> None:
+        self.at = at
+        self.parent = parent
+        self.urgency = urgency
+        self.priority = sorted(range(len(at)), key=lambda robot: -urgency[robot])
+        self.orders: deque[Orders] = deque([()])
+
+
+class Search:
+    """One search from ``starts`` to ``goals``; ``tables[i]`` holds robot i's steps to its goal from every cell."""
+
+    def __init__(
+        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, straight: bool, random: Random
+    ) -> None:
+        self.state = State.RUNNING
+        self.expansions = 0
+        self.steps: Steps = []
+        self._goals: Final = goals
+        self._neighbours: Final = neighbours
+        self._random: Final = random
+        self._generator: Final = StepGenerator(neighbours, tables, goals, straight=straight, random=random)
+        farthest = 1 + max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
+        root = _Node(starts, None, [table[start] / farthest for table, start in zip(tables, starts, strict=True)])
+        self._open: list[_Node] = [root]
+        self._known: dict[Spots, _Node] = {starts: root}
+        if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
+            self.state = State.UNSOLVABLE  # a goal that no way leads to
+
+    def advance(self, expansions: int) -> State:
+        """Open at most that many joint positions more; ``steps`` holds the plan once solved."""
+        limit = self.expansions + expansions
+        while self.state is State.RUNNING and self.expansions < limit:
+            self._expand()
+        return self.state
+
+    def _expand(self) -> None:
+        if not self._open:
+            self.state = State.UNSOLVABLE
+            return
+        node = self._open[-1]
+        if node.at == self._goals:
+            self.steps = _way_to(node)
+            self.state = State.SOLVED
+            return
+        if not node.orders:
+            self._open.pop()
+            return
+        self.expansions += 1
+        orders = node.orders.popleft()
+        self._add_orders(node, orders)
+        before = node.parent.at if node.parent else node.at
+        at = self._generator.step(node.at, before, node.priority, orders)
+        if at is None:
+            return
+        known = self._known.get(at)
+        if known is None:
+            known = _Node(at, node, self._urgency(node, at))
+            self._known[at] = known
+        self._open.append(known)
+
+    def _add_orders(self, node: _Node, orders: Orders) -> None:
+        """Put off, for later, every way to order the next robot about on top of these orders."""
+        if len(orders) == len(node.at):
+            return
+        robot = node.priority[len(orders)]
+        home = node.at[robot]
+        cells = [*self._neighbours[home], home]
+        self._random.shuffle(cells)
+        node.orders.extend([(*orders, (robot, cell)) for cell in cells])
+
+    def _urgency(self, node: _Node, at: Spots) -> list[float]:
+        """Raise the urgency of all that are not home; whoever arrives falls back below one."""
+        return [
+            urgency % 1.0 if cell == goal else urgency + 1.0
+            for urgency, cell, goal in zip(node.urgency, at, self._goals, strict=True)
+        ]
+
+
+def _way_to(node: _Node) -> Steps:
+    steps = [node.at]
+    while node.parent:
+        node = node.parent
+        steps.append(node.at)
+    steps.reverse()
+    return steps
+
+
+def without_detours(steps: Sequence[Spots]) -> Steps:
+    """Let a robot that left a cell and came back to it, with nobody there in between, stay instead.
+
+    Nobody is touched by it: the cell was free, and what the robot no longer enters stays free.
+    """
+    if not steps:
+        return []
+    plan = [list(at) for at in steps]
+    changed = True
+    while changed:
+        changed = False
+        last: dict[int, tuple[int, int]] = {}  # cell -> (who stood there last, when)
+        for time, at in enumerate(plan):
+            for robot, cell in enumerate(at):
+                who, when = last.get(cell, (robot, time))
+                if who == robot and time - when > 1:
+                    for between in range(when + 1, time):
+                        gone = plan[between][robot]
+                        if last.get(gone) == (robot, between):
+                            del last[gone]
+                        plan[between][robot] = cell
+                    changed = True
+                last[cell] = (robot, time)
+    while len(plan) > 1 and plan[-1] == plan[-2]:
+        plan.pop()
+    return [tuple(at) for at in plan]
