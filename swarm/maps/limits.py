@@ -1,0 +1,41 @@
+"""What is too large for a map, or no length at all: one answer for every loader."""
+
+from math import isfinite
+from typing import Final
+
+from swarm.errors import ConfigError
+
+SIDE_MAX: Final = 16_384  # cells
+CELLS_MAX: Final = 1 << 24  # cells: a search packs a cell's number into 24 bits or more
+FILE_MAX: Final = 1 << 27  # bytes, a map file or image
+RESOLUTION_MIN: Final = 1e-4  # m
+RESOLUTION_MAX: Final = 1e4  # m
+COORDINATE_MAX: Final = 1e7  # m, of an origin: beyond it a float's millimetres begin to blur
+
+
+def check_size(rows: int, columns: int, where: str) -> None:
+    """Refuse a map without cells or with too many, before any memory is spent on it.
+
+    Raises:
+        ConfigError: says which bound is broken.
+    """
+    if not (0 < rows <= SIDE_MAX and 0 < columns <= SIDE_MAX and rows * columns <= CELLS_MAX):
+        raise ConfigError(
+            f"{where}: expected 1 to {SIDE_MAX} rows and columns and at most {CELLS_MAX} cells, "
+            f"got {rows} rows of {columns}; cut the map, or draw it coarser"
+        )
+
+
+def check_cell(cell: float, where: str) -> None:
+    """Refuse a side of a cell that is no length [m].
+
+    Raises:
+        ConfigError: not a finite number between the bounds.
+    """
+    number = isinstance(cell, int | float) and not isinstance(cell, bool)
+    # an int may be too large for a float, so it is compared before it is converted
+    if not (number and RESOLUTION_MIN <= cell <= RESOLUTION_MAX and isfinite(cell)):
+        raise ConfigError(
+            f"{where}: expected a cell's side of {RESOLUTION_MIN} to {RESOLUTION_MAX} m, got {cell!r}; "
+            "give the length of one cell in metres"
+        )

@@ -1,0 +1,97 @@
+"""A* on a grid: 8-connected, no corner cutting, lengths in cells."""
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.maps.occupancy import Cell
+from swarm.planning.search import STAMPS, legal_moves, search, search_costs, trace
+
+SQRT2 = sqrt(2.0)
+
+
+class Lattice:
+    """The legal steps of one grid, with the room a search works in; build it once for many searches.
+
+    Not for two threads at once: searches share that room.
+    """
+
+    def __init__(self, free: NDArray[np.bool_], moves: NDArray[np.uint8]) -> None:
+        self.free = free  # (rows, columns)
+        self.moves = moves  # (rows, columns): bit k set where a step in direction k is legal
+        self.shape: Cell = (int(moves.shape[0]), int(moves.shape[1]))
+        self.expanded = 0  # cells the last search expanded
+        self._flat = np.ascontiguousarray(moves).reshape(-1)
+        self._state = np.zeros(moves.size, np.int64)
+        self._entries = np.empty((max(1024, moves.size // 4), 2), np.int64)
+        self._counts = np.zeros(2, np.int64)
+        self._stamp = 0
+
+    @classmethod
+    def of(cls, free: NDArray[np.bool_]) -> "Lattice":
+        """Find the legal steps between free cells; ``free`` is (rows, columns)."""
+        moves = np.empty(free.shape, np.uint8)
+        legal_moves(np.ascontiguousarray(free, dtype=np.bool_).view(np.uint8), moves)
+        return cls(free, moves)
+
+    def shortest(self, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
+        """Find the shortest way: its length in cells, and the cells from start to goal; None where there is none.
+
+        Both cells have to be free; a cell that is not, or lies outside, has no way.
+        """
+        if not (self._stands(start) and self._stands(goal)):
+            return None
+        rows, columns = self.shape
+        first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
+        stamp = self._next_stamp()
+        args = (self._state, stamp, self._entries, self._counts)
+        return self._traced(search(self._flat, rows, columns, first, last, *args), first, last)
+
+    def cheapest(self, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
+        """Find the way that is cheapest where each cell counts ``costs`` (rows, columns), from ``unit`` to 7 of them.
+
+        Answers as ``shortest``: the length is the way's own, in cells, whatever it cost.
+        """
+        if not (self._stands(start) and self._stands(goal)):
+            return None
+        rows, columns = self.shape
+        first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
+        stamp = self._next_stamp()
+        args = (self._state, stamp, self._entries, self._counts)
+        flat = costs.reshape(-1)
+        return self._traced(search_costs(self._flat, flat, unit, rows, columns, first, last, *args), first, last)
+
+    def _stands(self, cell: Cell) -> bool:
+        return 0 <= cell[0] < self.shape[0] and 0 <= cell[1] < self.shape[1] and bool(self.free[cell])
+
+    def _next_stamp(self) -> int:
+        self._stamp += 1
+        if self._stamp == STAMPS:
+            self._state[:] = 0
+            self._stamp = 1
+        return self._stamp
+
+    def _traced(self, cost: int, first: int, last: int) -> tuple[float, list[Cell]] | None:
+        self.expanded = int(self._counts[0])
+        if self._counts[1] > len(self._entries):
+            self._entries = np.empty((int(self._counts[1]), 2), np.int64)
+        if cost < 0:
+            return None
+        cells = np.empty(self._counts[0] + 2, np.int64)
+        steps = trace(self.shape[1], first, last, self._state, cells)
+        rows, columns = np.divmod(cells[steps::-1], self.shape[1])
+        diagonal = int(np.count_nonzero((rows[1:] != rows[:-1]) & (columns[1:] != columns[:-1])))
+        return steps - diagonal + diagonal * SQRT2, list(zip(rows.tolist(), columns.tolist(), strict=True))
+
+
+def shortest(free: NDArray[np.bool_] | Lattice, start_cell: Cell, goal_cell: Cell) -> tuple[float, list[Cell]] | None:
+    """Find the shortest 8-connected way that cuts no corner: length in cells (a diagonal counts sqrt 2), and cells.
+
+    ``free`` is (rows, columns), or a ``Lattice`` of it where many ways are wanted. None where there is no way.
+
+    >>> shortest(np.ones((2, 3), dtype=bool), (0, 0), (1, 2))
+    (2.414213562373095, [(0, 0), (1, 1), (1, 2)])
+    """
+    lattice = free if isinstance(free, Lattice) else Lattice.of(free)
+    return lattice.shortest(start_cell, goal_cell)

@@ -1,0 +1,205 @@
+"""Where a robot's centre may be: a map, its solid parts grown by the robot's radius."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, floor, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose, from_frame, to_frame
+from swarm.maps.limits import check_size
+from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
+from swarm.planning.distance import clearance_of
+from swarm.planning.sweep import find_moves
+
+UNIT = 64  # cost of a cell at ease, see ``Grid.cost``
+NEAR, FAR = 3.0, 0.3  # how much dearer a cell is that touches: within the margin, and within a diameter beyond it
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The cells a robot may stand in, and how much room it has there; never changed in place.
+
+    A cell is free when a disc of ``radius`` at its centre touches nothing solid. ``margin`` closes no passage: it is
+    kept by cost (a path goes through narrower places only where the way round is much longer).
+    """
+
+    free: NDArray[np.bool_]  # (rows, columns), row 0 at the lowest y
+    resolution: float  # m, the side of a cell
+    origin: Pose  # of the outer corner of cell (0, 0), in map
+    clearance: NDArray[np.float32]  # m, (rows, columns): from the centre to the nearest point of anything solid
+    solid: NDArray[np.uint8]  # (rows, columns), 1 where solid
+    moves: NDArray[np.uint8]  # (rows, columns): bit k set where a step in direction k is legal, see ``sweep``
+    radius: float  # m, the robot's
+    margin: float  # m, room wanted beyond the radius
+    factor: int  # cells of the grid along one cell of the map
+    unknown_free: bool
+    discs: NDArray[np.float64]  # (count, 3): x, y, radius plus the robot's own; in cells
+
+    @classmethod
+    def grown(
+        cls,
+        map: OccupancyMap,  # noqa: A002
+        radius: float,
+        margin: float = 0.0,
+        resolution: float | None = None,
+        unknown_free: bool = False,
+    ) -> "Grid":
+        """Grow a map by ``radius`` [m], its cells first divided evenly until none is wider than ``resolution`` [m].
+
+        Raises:
+            ConfigError: a length that is none, or a grid too large.
+        """
+        for name, length, least in (("radius", radius, 0.0), ("margin", margin, 0.0)):
+            if not (isfinite(length) and length >= least):
+                raise ConfigError(f"planning: {name}: expected a length of 0 m or more, got {length!r}; correct it")
+        if resolution is not None and not (isfinite(resolution) and resolution > 0.0):
+            raise ConfigError(f"planning: resolution: expected more than 0 m, got {resolution!r}; 0.1 is usual")
+        factor = 1 if resolution is None else max(1, ceil(map.resolution / resolution - 1e-9))
+        rows, columns = map.shape
+        check_size(rows * factor, columns * factor, f"planning grid of cells of {map.resolution / factor:g} m")
+        solid = _solid(map.cells, factor, unknown_free)
+        side = map.resolution / factor
+        clearance = clearance_of(solid, side, (0, 0), solid.shape)
+        grid = cls(
+            free=clearance > np.float32(radius),
+            resolution=side,
+            origin=map.origin,
+            clearance=clearance,
+            solid=solid,
+            moves=np.zeros_like(solid),
+            radius=float(radius),
+            margin=float(margin),
+            factor=factor,
+            unknown_free=unknown_free,
+            discs=np.empty((0, 3)),
+        )
+        grid._find_moves((0, 0), grid.shape)
+        return grid
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, columns = self.free.shape
+        return rows, columns
+
+    def cell_of(self, x: float, y: float) -> Cell:
+        """Find the cell that holds a point; it may lie outside the grid."""
+        column, row = self.to_cells(x, y)
+        return floor(row), floor(column)
+
+    def centre_of(self, cell: Cell) -> Point:
+        """Give the middle of a cell [m, map frame]."""
+        return self.from_cells(cell[1] + 0.5, cell[0] + 0.5)
+
+    def to_cells(self, x: float, y: float) -> Point:
+        """Express a point of the map frame in cells along and up the grid."""
+        along, up = to_frame(self.origin, x, y)
+        return along / self.resolution, up / self.resolution
+
+    def from_cells(self, column: float, row: float) -> Point:
+        """Express a point in cells along and up the grid in the map frame [m]."""
+        return from_frame(self.origin, column * self.resolution, row * self.resolution)
+
+    def is_free(self, x: float, y: float) -> bool:
+        """Tell whether the point's cell is one and is free."""
+        row, column = self.cell_of(x, y)
+        return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(self.free[row, column])
+
+    @cached_property
+    def cost(self) -> NDArray[np.int64]:
+        """What a cell's length counts for, in 1/64: 64 at ease, more the nearer to something solid.
+
+        Beyond the margin it rises gently from one diameter of room inwards, which keeps a path in the middle of a
+        passage and off corners where that costs little; within the margin steeply.
+        """
+        room = np.maximum(self.clearance - np.float32(self.radius), 0.0)
+        ease = self.margin + 2 * self.radius
+        dearness = FAR * np.square(np.maximum(0.0, 1.0 - room / ease)) if ease else np.zeros_like(room)
+        if self.margin:
+            dearness += NEAR * np.square(np.maximum(0.0, 1.0 - room / self.margin))
+        costs: NDArray[np.int64] = np.rint(UNIT * (1.0 + dearness)).astype(np.int64)
+        return costs
+
+    def with_discs(self, centres: Iterable[Point], radius: float) -> "Grid":
+        """Give the same grid with more discs standing on it, each of ``radius`` [m] about a centre [m, map frame]."""
+        free, clearance = self.free.copy(), self.clearance.copy()
+        added = [(*self.to_cells(x, y), (radius + self.radius) / self.resolution) for x, y in centres]
+        grid = replace(
+            self,
+            free=free,
+            clearance=clearance,
+            moves=self.moves.copy(),
+            discs=np.concatenate([self.discs, np.array(added, np.float64).reshape(-1, 3)]),
+        )
+        blocks = []
+        for x, y, reach in added:
+            wide = reach + (2 * self.radius + self.margin) / self.resolution + 2  # as far as ``cost`` looks
+            low, high = self._clip((floor(y - wide), floor(x - wide)), (ceil(y + wide) + 1, ceil(x + wide) + 1))
+            if low[0] >= high[0] or low[1] >= high[1]:
+                continue
+            rows, columns = np.ogrid[low[0] : high[0], low[1] : high[1]]
+            away = np.hypot(rows + 0.5 - y, columns + 0.5 - x)
+            block = np.s_[low[0] : high[0], low[1] : high[1]]
+            room = np.maximum(away * self.resolution - radius, 0.0).astype(np.float32)
+            clearance[block] = np.minimum(clearance[block], room)
+            free[block] &= away > reach
+            blocks.append((low, high))
+        for low, high in blocks:
+            grid._find_moves(low, high)
+        return grid
+
+    def changed(self, map: OccupancyMap, low: Cell, high: Cell) -> "Grid":  # noqa: A002
+        """Give the grid of an edited map: cells of the *map* from ``low`` up to and without ``high`` may differ.
+
+        The same as growing ``map`` anew, for the cost of the edit's surroundings.
+
+        Raises:
+            ValueError: the grid has discs on it (change the one without, then add them), or the map another shape.
+        """
+        if len(self.discs):
+            raise ValueError("expected a grid without discs; change the one they were put on")
+        if (map.shape[0] * self.factor, map.shape[1] * self.factor) != self.shape:
+            raise ValueError(f"expected a map of {self.shape[0] // self.factor} rows, got {map.shape[0]}")
+        f = self.factor
+        low, high = self._clip((low[0] * f, low[1] * f), (high[0] * f, high[1] * f))
+        if low[0] >= high[0] or low[1] >= high[1]:
+            return self
+        solid = self.solid.copy()
+        edit = map.cells[low[0] // f : high[0] // f, low[1] // f : high[1] // f]
+        solid[low[0] : high[0], low[1] : high[1]] = _solid(edit, f, self.unknown_free)
+
+        # whose nearest solid point may be another one now: whoever is at least as near to the edit as to its own
+        rows, columns = self.shape
+        down = np.maximum(np.maximum(low[0] - np.arange(rows), np.arange(rows) + 1 - high[0]) - 0.5, 0.0)
+        across = np.maximum(np.maximum(low[1] - np.arange(columns), np.arange(columns) + 1 - high[1]) - 0.5, 0.0)
+        reach = (self.clearance / self.resolution + 1e-3) ** 2
+        touched = down[:, None] ** 2 + across[None, :] ** 2 <= reach
+        in_rows, in_columns = np.flatnonzero(touched.any(axis=1)), np.flatnonzero(touched.any(axis=0))
+        first = (int(in_rows[0]), int(in_columns[0]))
+        beyond = (int(in_rows[-1]) + 1, int(in_columns[-1]) + 1)
+        block = np.s_[first[0] : beyond[0], first[1] : beyond[1]]
+        clearance, free, moves = self.clearance.copy(), self.free.copy(), self.moves.copy()
+        clearance[block] = clearance_of(solid, self.resolution, first, beyond)
+        free[block] = clearance[block] > np.float32(self.radius)
+        grid = replace(self, solid=solid, clearance=clearance, free=free, moves=moves)
+        grid._find_moves(*self._clip((first[0] - 1, first[1] - 1), (beyond[0] + 1, beyond[1] + 1)))
+        return grid
+
+    def _clip(self, low: Cell, high: Cell) -> tuple[Cell, Cell]:
+        rows, columns = self.shape
+        return (max(low[0], 0), max(low[1], 0)), (min(high[0], rows), min(high[1], columns))
+
+    def _find_moves(self, low: Cell, high: Cell) -> None:
+        radius = self.radius / self.resolution
+        free = self.free.view(np.uint8)
+        args = (self.solid, self.clearance, self.resolution, self.discs, radius)
+        find_moves(free, *args, *low, *high, self.moves)
+
+
+def _solid(cells: NDArray[np.uint8], factor: int, unknown_free: bool) -> NDArray[np.uint8]:
+    solid = (cells != FREE) & (cells != UNKNOWN) if unknown_free else cells != FREE
+    return np.ascontiguousarray(solid.repeat(factor, axis=0).repeat(factor, axis=1).astype(np.uint8))

@@ -1,0 +1,315 @@
+"""The compiled searches under ``astar``: integers only, so that every process and machine finds the same path.
+
+A* (Hart, Nilsson & Raphael 1968) with a bucket queue: f never sinks along a path, so what is open lies within a few
+buckets of the current one, and a ring of them takes and gives entries in constant time. Entries of one bucket come
+out last in, first out; a cell whose way there turns out shorter is simply opened again, so that order cannot spoil
+the optimum.
+
+Lengths: a straight step counts 33461 and a diagonal one 47321. The ratio is a convergent of sqrt 2, hence (best
+approximation) it orders any two paths as the true lengths do unless their diagonal steps differ by 33461 or more,
+and even then errs by less than 3e-10 of the length.
+
+A cell's search state is one number: query stamp (15 bits), cost so far (40), closed (1), direction it was entered (4).
+"""
+
+import numpy as np
+from numba import int64, njit, uint8, void
+from numpy.typing import NDArray
+
+from swarm.planning.sweep import COLUMN_STEP, ROW_STEP
+
+STRAIGHT, DIAGONAL = 33461, 47321
+COARSE_STRAIGHT, COARSE_DIAGONAL = 985, 1393  # the same, where cells have costs
+STAMPS = 1 << 15  # queries until the states have to be cleared
+NONE = 8  # the start was entered from nowhere
+RING = 64  # buckets; a step may raise f by fewer
+SHIFT = 13  # a bucket is 2^13 / 33461, a quarter of a cell, wide
+COARSE_SHIFT = 15  # for UNIT 64: again a quarter of a cell
+NOWHERE = np.int64(1 << 60)
+
+Integers = NDArray[np.int64]
+Bits = NDArray[np.uint8]
+
+
+def _natural() -> Bits:
+    """Tabulate, by direction of entry and legal moves, the moves worth trying on a grid where all cells cost the same.
+
+    What the parent reaches as cheaply by itself, or by going diagonally first, needs no second way through this cell
+    (Harabor & Grastien 2011; Sturtevant & Rabin 2016, canonical orderings; here without corner cutting).
+    """
+    table = np.zeros((9, 256), np.uint8)
+    for moves in range(256):
+        table[NONE, moves] = moves
+        for entered in range(8):
+            worth = {entered}
+            if entered % 2:
+                worth |= {entered + 1, entered - 1}
+            else:
+                for side in (1, -1):
+                    # stepping back diagonally is legal: so is the parent's own step to the cell beside this one
+                    if not moves >> (entered + 3 * side) % 8 & 1:
+                        worth |= {entered + side, entered + 2 * side}
+            table[entered, moves] = moves & sum(1 << k % 8 for k in worth)
+    return table.reshape(-1)
+
+
+def _lowest() -> Integers:
+    """Tabulate which bit a power of two below 256 is."""
+    table = np.zeros(256, np.int64)
+    for k in range(8):
+        table[1 << k] = k
+    return table
+
+
+NATURAL = _natural()
+LOWEST = _lowest()
+FORWARD = np.array(
+    [255 & ~(1 << (k + 3) % 8 | 1 << (k + 4) % 8 | 1 << (k + 5) % 8) for k in range(8)] + [255], np.uint8
+)
+
+
+@njit(int64(int64, int64, int64, int64), cache=True, error_model="numpy", inline="always")
+def _octile(down: int, across: int, straight: int, diagonal: int) -> int:
+    down, across = abs(down), abs(across)
+    return straight * (max(down, across) - min(down, across)) + diagonal * min(down, across)
+
+
+@njit(void(uint8[:, ::1], uint8[:, ::1]), cache=True, error_model="numpy")
+def legal_moves(free: Bits, moves: Bits) -> None:
+    """Fill ``moves``: bit k set where a step in direction k meets free cells only and cuts no corner."""
+    rows, columns = free.shape
+    padded = np.zeros((rows + 2, columns + 2), np.uint8)
+    for row in range(rows):
+        for column in range(columns):
+            padded[row + 1, column + 1] = free[row, column]
+    for row in range(rows):
+        for column in range(columns):
+            r, c = row + 1, column + 1
+            e, n, w, s = padded[r, c + 1], padded[r + 1, c], padded[r, c - 1], padded[r - 1, c]
+            straight = e | n << 2 | w << 4 | s << 6
+            diagonal = (
+                (e & n & padded[r + 1, c + 1]) << 1
+                | (n & w & padded[r + 1, c - 1]) << 3
+                | (w & s & padded[r - 1, c - 1]) << 5
+                | (s & e & padded[r - 1, c + 1]) << 7
+            )
+            moves[row, column] = (straight | diagonal) * padded[r, c]
+
+
+@njit(
+    int64(uint8[::1], int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
+    cache=True,
+    error_model="numpy",
+)
+def search(
+    moves: Bits,
+    rows: int,
+    columns: int,
+    start: int,
+    goal: int,
+    state: Integers,
+    stamp: int,
+    entries: Integers,
+    counts: Integers,
+) -> int:
+    """Find the least cost from start to goal on cells that cost the same, or -1; the way stands in ``state``.
+
+    ``entries`` (n, 2) is room for the queue; ``counts`` gets the cells expanded and the entries the queue needed.
+    """
+    step = np.empty(8, np.int64)
+    price = np.empty(8, np.int64)
+    for k in range(8):
+        step[k] = ROW_STEP[k] * columns + COLUMN_STEP[k]
+        price[k] = DIAGONAL if k & 1 else STRAIGHT
+    head = np.full(RING, -1, np.int64)
+    room = entries.shape[0]
+    spare, used, waiting, expanded = -1, 0, 0, 0
+    goal_row, goal_column = goal // columns, goal % columns
+    lowest_f = _octile(start // columns - goal_row, start % columns - goal_column, STRAIGHT, DIAGONAL)
+    best = NOWHERE
+    mask40 = (1 << 40) - 1
+
+    state[start] = stamp << 48 | NONE
+    entries[0, 0] = start
+    entries[0, 1] = -1
+    head[0] = 0
+    used = waiting = 1
+    bucket = 0
+    while waiting:
+        slot = head[bucket & (RING - 1)]
+        if slot < 0:
+            bucket += 1
+            if lowest_f + (bucket << SHIFT) >= best:
+                break
+            continue
+        u = entries[slot, 0]
+        head[bucket & (RING - 1)] = entries[slot, 1]
+        entries[slot, 1] = spare
+        spare = slot
+        waiting -= 1
+        here = state[u]
+        if here & 16:
+            continue
+        state[u] = here | 16
+        cost = here >> 8 & mask40
+        row = u // columns
+        column = u - row * columns
+        down, across = row - goal_row, column - goal_column
+        if cost + _octile(down, across, STRAIGHT, DIAGONAL) >= best:
+            continue
+        expanded += 1
+        left = np.int64(NATURAL[(here & 15) << 8 | moves[u]])
+        while left:
+            k = LOWEST[left & -left]
+            left &= left - 1
+            v = u + step[k]
+            onward = cost + price[k]
+            there = state[v]
+            if there >> 48 == stamp and there >> 8 & mask40 <= onward:
+                continue
+            f = onward + _octile(down + ROW_STEP[k], across + COLUMN_STEP[k], STRAIGHT, DIAGONAL)
+            if f >= best:
+                continue
+            state[v] = stamp << 48 | onward << 8 | k
+            if v == goal:
+                best = onward
+                continue
+            if spare >= 0:
+                slot = spare
+                spare = entries[slot, 1]
+            else:
+                if used == room:
+                    wider = np.empty((2 * room, 2), np.int64)
+                    wider[:room] = entries
+                    entries = wider
+                    room *= 2
+                slot = used
+                used += 1
+            ring = (f - lowest_f >> SHIFT) & (RING - 1)
+            entries[slot, 0] = v
+            entries[slot, 1] = head[ring]
+            head[ring] = slot
+            waiting += 1
+    counts[0] = expanded
+    counts[1] = used
+    if start == goal:
+        return 0
+    return int(best) if best < NOWHERE else -1
+
+
+@njit(
+    int64(uint8[::1], int64[::1], int64, int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
+    cache=True,
+    error_model="numpy",
+)
+def search_costs(
+    moves: Bits,
+    costs: Integers,
+    unit: int,
+    rows: int,
+    columns: int,
+    start: int,
+    goal: int,
+    state: Integers,
+    stamp: int,
+    entries: Integers,
+    counts: Integers,
+) -> int:
+    """Find the least cost where a step counts for the mean of its two cells' costs (each at least ``unit``), or -1.
+
+    As ``search`` otherwise. A step may raise f by at most ``RING`` buckets, which bounds costs to 7 units.
+    """
+    step = np.empty(8, np.int64)
+    price = np.empty(8, np.int64)
+    for k in range(8):
+        step[k] = ROW_STEP[k] * columns + COLUMN_STEP[k]
+        price[k] = COARSE_DIAGONAL if k & 1 else COARSE_STRAIGHT
+    straight, diagonal = 2 * unit * COARSE_STRAIGHT, 2 * unit * COARSE_DIAGONAL
+    head = np.full(RING, -1, np.int64)
+    room = entries.shape[0]
+    spare, used, waiting, expanded = -1, 0, 0, 0
+    goal_row, goal_column = goal // columns, goal % columns
+    lowest_f = _octile(start // columns - goal_row, start % columns - goal_column, straight, diagonal)
+    best = NOWHERE
+    mask40 = (1 << 40) - 1
+
+    state[start] = stamp << 48 | NONE
+    entries[0, 0] = start
+    entries[0, 1] = -1
+    head[0] = 0
+    used = waiting = 1
+    bucket = 0
+    while waiting:
+        slot = head[bucket & (RING - 1)]
+        if slot < 0:
+            bucket += 1
+            if lowest_f + (bucket << COARSE_SHIFT) >= best:
+                break
+            continue
+        u = entries[slot, 0]
+        head[bucket & (RING - 1)] = entries[slot, 1]
+        entries[slot, 1] = spare
+        spare = slot
+        waiting -= 1
+        here = state[u]
+        if here & 16:
+            continue
+        state[u] = here | 16
+        cost = here >> 8 & mask40
+        row = u // columns
+        column = u - row * columns
+        down, across = row - goal_row, column - goal_column
+        if cost + _octile(down, across, straight, diagonal) >= best:
+            continue
+        expanded += 1
+        left = np.int64(moves[u] & FORWARD[here & 15])
+        while left:
+            k = LOWEST[left & -left]
+            left &= left - 1
+            v = u + step[k]
+            onward = cost + price[k] * (costs[u] + costs[v])
+            there = state[v]
+            if there >> 48 == stamp and there >> 8 & mask40 <= onward:
+                continue
+            f = onward + _octile(down + ROW_STEP[k], across + COLUMN_STEP[k], straight, diagonal)
+            if f >= best:
+                continue
+            state[v] = stamp << 48 | onward << 8 | k
+            if v == goal:
+                best = onward
+                continue
+            if spare >= 0:
+                slot = spare
+                spare = entries[slot, 1]
+            else:
+                if used == room:
+                    wider = np.empty((2 * room, 2), np.int64)
+                    wider[:room] = entries
+                    entries = wider
+                    room *= 2
+                slot = used
+                used += 1
+            ring = (f - lowest_f >> COARSE_SHIFT) & (RING - 1)
+            entries[slot, 0] = v
+            entries[slot, 1] = head[ring]
+            head[ring] = slot
+            waiting += 1
+    counts[0] = expanded
+    counts[1] = used
+    if start == goal:
+        return 0
+    return int(best) if best < NOWHERE else -1
+
+
+@njit(int64(int64, int64, int64, int64[::1], int64[::1]), cache=True, error_model="numpy")
+def trace(columns: int, start: int, goal: int, state: Integers, cells: Integers) -> int:
+    """Write the way that a search left in ``state`` into ``cells``, backwards; give the number of its steps."""
+    steps = 0
+    u = goal
+    cells[0] = u
+    while u != start:
+        k = state[u] & 15
+        u -= ROW_STEP[k] * columns + COLUMN_STEP[k]
+        steps += 1
+        cells[steps] = u
+    return steps

@@ -1,0 +1,233 @@
+"""May a disc travel a straight line? Answered exactly, against the solid squares themselves.
+
+Coordinates here are cells: the square of cell (row, column) is [column, column + 1] x [row, row + 1]; outside the
+array everything is solid. Where the disc already stands too near something at the line's beginning, it may travel on
+as long as it comes no nearer to that thing.
+"""
+
+from math import floor, hypot
+
+import numpy as np
+from numba import boolean, float32, float64, int64, njit, uint8, void
+from numpy.typing import NDArray
+
+# direction k turns left by 45 degrees each: east, north-east, north ... (even: straight, odd: diagonal)
+ROW_STEP = np.array([0, 1, 1, 1, 0, -1, -1, -1], np.int64)
+COLUMN_STEP = np.array([1, 1, 0, -1, -1, -1, 0, 1], np.int64)
+TOLERANCE = 1e-9  # cells: what rounding may add up to
+ROUGH = 1e-3  # cells: more than a float32 clearance is off by
+
+Solid = NDArray[np.uint8]
+Metres = NDArray[np.float32]
+Discs = NDArray[np.float64]  # (count, 3): x, y, radius plus the robot's own, in cells
+
+
+@njit(float64(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
+def point_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Measure from a point to a segment."""
+    dx, dy = bx - ax, by - ay
+    square = dx * dx + dy * dy
+    t = ((x - ax) * dx + (y - ay) * dy) / square if square > 0.0 else 0.0
+    t = min(1.0, max(0.0, t))
+    return hypot(ax + t * dx - x, ay + t * dy - y)
+
+
+@njit(float64(float64, float64, float64, float64), cache=True, error_model="numpy")
+def point_square(x: float, y: float, column: float, row: float) -> float:
+    """Measure from a point to a cell's square."""
+    dx = max(column - x, 0.0, x - column - 1.0)
+    dy = max(row - y, 0.0, y - row - 1.0)
+    return hypot(dx, dy)
+
+
+@njit(boolean(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
+def crosses(ax: float, ay: float, bx: float, by: float, column: float, row: float) -> bool:
+    """Tell whether a segment meets a cell's square: the square's axes and the segment's normal separate, or nothing."""
+    if max(ax, bx) < column or min(ax, bx) > column + 1.0 or max(ay, by) < row or min(ay, by) > row + 1.0:
+        return False
+    dx, dy = bx - ax, by - ay
+    middle = dx * (row + 0.5 - ay) - dy * (column + 0.5 - ax)
+    return abs(middle) <= 0.5 * (abs(dx) + abs(dy))
+
+
+@njit(float64(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
+def segment_square(ax: float, ay: float, bx: float, by: float, column: float, row: float) -> float:
+    """Measure from a segment to a cell's square."""
+    if crosses(ax, ay, bx, by, column, row):
+        return 0.0
+    near = min(point_square(ax, ay, column, row), point_square(bx, by, column, row))
+    for k in range(4):
+        near = min(near, point_segment(column + (k & 1), row + (k >> 1), ax, ay, bx, by))
+    return near
+
+
+@njit(
+    boolean(uint8[:, ::1], float32[:, ::1], float64, float64[:, ::1], float64, float64, float64, float64, float64),
+    cache=True,
+    error_model="numpy",
+)
+def sweep(
+    solid: Solid,
+    clearance: Metres,
+    resolution: float,
+    discs: Discs,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+) -> bool:
+    """Tell whether a disc of ``radius`` cells may travel from a to b [cells]."""
+    rows, columns = solid.shape
+    if not (0.0 <= ax < columns and 0.0 <= ay < rows and 0.0 <= bx < columns and 0.0 <= by < rows):
+        return False
+    for k in range(discs.shape[0]):
+        x, y = discs[k, 0], discs[k, 1]
+        # to their discs it keeps its own radius, which is in discs already, whatever ``radius`` asks of walls
+        if point_segment(x, y, ax, ay, bx, by) < min(discs[k, 2], hypot(x - ax, y - ay)) - TOLERANCE:
+            return False
+    length = hypot(bx - ax, by - ay)
+    done = 0.0
+    while True:
+        t = done / length if length > 0.0 else 0.0
+        px, py = ax + t * (bx - ax), ay + t * (by - ay)
+        row, column = min(int(py), rows - 1), min(int(px), columns - 1)
+        spare = clearance[row, column] / resolution - hypot(px - column - 0.5, py - row - 0.5) - radius - ROUGH
+        if spare > 0.0:  # nothing within ``spare`` of here can be touched
+            done += max(spare, ROUGH)
+            if done >= length:
+                return True
+            continue
+        onward = min(done + 1.0, length)
+        t = onward / length if length > 0.0 else 0.0
+        qx, qy = ax + t * (bx - ax), ay + t * (by - ay)
+        for r in range(floor(min(py, qy) - radius), floor(max(py, qy) + radius) + 1):
+            for c in range(floor(min(px, qx) - radius), floor(max(px, qx) + radius) + 1):
+                if 0 <= r < rows and 0 <= c < columns and solid[r, c] == 0:
+                    continue
+                keep = min(radius, point_square(ax, ay, c, r)) - TOLERANCE
+                if keep <= 0.0 or segment_square(px, py, qx, qy, c, r) < keep:
+                    return False
+        done = onward
+        if done >= length:
+            return True
+
+
+@njit(
+    void(
+        uint8[:, ::1],
+        uint8[:, ::1],
+        float32[:, ::1],
+        float64,
+        float64[:, ::1],
+        float64,
+        int64,
+        int64,
+        int64,
+        int64,
+        uint8[:, ::1],
+    ),
+    cache=True,
+    error_model="numpy",
+)
+def find_moves(
+    free: Solid,
+    solid: Solid,
+    clearance: Metres,
+    resolution: float,
+    discs: Discs,
+    radius: float,
+    r0: int,
+    c0: int,
+    r1: int,
+    c1: int,
+    moves: Solid,
+) -> None:
+    """Fill ``moves`` of the cells in rows [r0, r1) and columns [c0, c1): bit k set where a step in direction k may go.
+
+    It may: both cells free, no corner cut, and the disc touches nothing on the way between the centres either.
+    """
+    rows, columns = free.shape
+    # between two centres, each ``d`` from a corner and at most sqrt 2 apart, the distance is at least sqrt(d^2 - 1/2)
+    safe = (radius * radius + 0.5) ** 0.5 + ROUGH
+    for row in range(r0, r1):
+        for column in range(c0, c1):
+            mask = 0
+            if free[row, column]:
+                for k in range(8):
+                    r, c = row + ROW_STEP[k], column + COLUMN_STEP[k]
+                    if not (0 <= r < rows and 0 <= c < columns) or not free[r, c]:
+                        continue
+                    if k & 1 and not (free[row, c] and free[r, column]):
+                        continue
+                    if min(clearance[row, column], clearance[r, c]) < safe * resolution:
+                        # always from the same end, so that a step and its way back agree
+                        x, y, u, v = column + 0.5, row + 0.5, c + 0.5, r + 0.5
+                        if k >= 4:
+                            x, y, u, v = u, v, x, y
+                        if not sweep(solid, clearance, resolution, discs, x, y, u, v, radius):
+                            continue
+                    mask |= 1 << k
+            moves[row, column] = mask
+
+
+@njit(
+    int64[::1](
+        uint8[:, ::1],
+        float32[:, ::1],
+        float64,
+        float64[:, ::1],
+        float64[:, ::1],
+        float64[::1],
+        float64,
+        float64,
+        int64,
+    ),
+    cache=True,
+    error_model="numpy",
+)
+def pull(
+    solid: Solid,
+    clearance: Metres,
+    resolution: float,
+    discs: Discs,
+    points: NDArray[np.float64],
+    room: NDArray[np.float64],
+    radius: float,
+    comfort: float,
+    ahead: int,
+) -> NDArray[np.int64]:
+    """Choose the points of the shortest polyline through ``points`` (n, 2), in order, skipping what may be skipped.
+
+    ``room[i]`` is the least clearance of the given way from point i to point i + 1; a shortcut past several keeps the
+    least of theirs, but no more than ``comfort`` and no less than ``radius``. At most ``ahead`` points are skipped at
+    once. All in cells.
+    """
+    count = points.shape[0]
+    best = np.full(count, np.inf)
+    back = np.zeros(count, np.int64)
+    keep = np.empty(count, np.float64)
+    best[0] = 0.0
+    for j in range(1, count):
+        least = comfort
+        first = max(0, j - ahead)
+        for i in range(j - 1, first - 1, -1):
+            least = min(least, room[i])
+            keep[i] = max(radius, least)
+        for i in range(first, j):  # the farthest first: what it allows rarely gets shorter
+            ax, ay, bx, by = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
+            total = best[i] + hypot(bx - ax, by - ay) + 1e-6  # of equals, the one with fewer points
+            if total < best[j] and (i == j - 1 or sweep(solid, clearance, resolution, discs, ax, ay, bx, by, keep[i])):
+                best[j] = total
+                back[j] = i
+    steps = 1
+    j = count - 1
+    while j > 0:
+        j = back[j]
+        steps += 1
+    chosen = np.empty(steps, np.int64)
+    j = count - 1
+    for k in range(steps - 1, -1, -1):
+        chosen[k] = j
+        j = back[j]
+    return chosen
