@@ -33,3 +33,8 @@ class DifferentialDrive:
         if left == right:
             return None
         return from_frame(pose, 0.0, self.track_width / 2 * (right + left) / (right - left))
+
+
+def ramp(current: float, wanted: float, most: float) -> float:
+    """Change a rim speed towards what is wanted by at most ``most`` [m/s]: what wheels do in one control step."""
+    return min(current + most, max(current - most, wanted))

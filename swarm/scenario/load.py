@@ -10,7 +10,6 @@ import msgspec
 import yaml
 
 from swarm.errors import ConfigError, nearest
-from swarm.maps import load_map, pack, unpack
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.robot.fuzzy import Profile, load_profile
@@ -35,6 +34,7 @@ class Scenario:
 
     def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Give settings and profile, and the packed map, as plain values."""
+        from swarm.maps import pack
         return {
             "settings": msgspec.to_builtins(self.settings),
             "profile": self.profile.to_builtins(),
@@ -47,6 +47,7 @@ class Scenario:
         Raises:
             SwarmError: it is not of that form.
         """
+        from swarm.maps import unpack
         settings = checked(scenario.get("settings"), "welcome")
         return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
 
@@ -68,6 +69,7 @@ def load(path: Path) -> Scenario:
         except ConfigError as fault:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
+        from swarm.maps import load_map
         floor = load_map(base / str(where.file), base=base, cell=where.cell)
     return Scenario(settings, floor, load_profile(settings.controller, base=base))
 

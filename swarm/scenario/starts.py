@@ -44,7 +44,7 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
         for _ in range(TRIES):
             x, y, yaw = (float(value) for value in chance.uniform((x0, y0, -pi), (x1, y1, pi)))
             cell = grid.cell_of(x, y)
-            roomy = grid.inside(cell) and bool(grid.free[cell]) and grid.clearance[cell] >= settings.robot.radius + GAP
+            roomy = grid.is_free(x, y) and grid.clearance[cell] >= settings.robot.radius + GAP
             if roomy and all(distance(pose, (x, y)) >= gap for pose in poses):
                 poses.append(Pose(x, y, yaw))
                 break

@@ -15,6 +15,7 @@ HORIZON: Final = 3.0  # m of path that others must know
 STEP: Final = 0.25  # m between its points
 STOP_BEFORE: Final = 1.2  # m: give way when the place of meeting is nearer than that along the own path
 ROOM: Final = 0.3  # m, wanted between two footprints that pass
+BRUSH: Final = 0.1  # m, a standing robot nearer to the path than that is in the way
 STILL: Final = frozenset({Activity.READY, Activity.GIVE_WAY, Activity.BLOCKED, Activity.DONE})
 
 
@@ -38,9 +39,8 @@ def decide(
     yields, standing = [], []
     for other in sorted(others, key=lambda broadcast: broadcast.robot):
         place = (other.x, other.y)
-        body_in_way = any(distance(point, place) < room for point in ahead)
         if other.activity in STILL:
-            if body_in_way:
+            if any(distance(point, place) < 2 * radius + BRUSH for point in ahead):
                 standing.append(place)
             continue
         if (other.distance, other.robot) >= (left, name):

@@ -1,0 +1,204 @@
+"""The robot's decisions. ``Robot.step`` is pure in its state: what it senses and hears goes in, what it does comes out."""
+
+from collections.abc import Sequence
+from math import degrees
+from typing import Final, NamedTuple
+
+from swarm.geometry import Pose, distance
+from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sense, State
+from swarm.planning.grid import Grid
+from swarm.robot.fuzzy import Controller
+from swarm.robot.mission import Mission, Occasion, Stage
+from swarm.robot.navigator import Navigator
+from swarm.robot.supervisor import Supervisor, WheelSpeeds
+from swarm.scenario import Scenario
+from swarm.traffic import give_way
+
+RESOLUTION: Final = 0.1  # m, of the planning grid, at most
+EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there
+RETRY: Final = 1.0  # s between two plans for the same reason
+STUCK: Final = 4.0  # s without getting anywhere: plan anew
+
+
+class Inputs(NamedTuple):
+    """What one step is given."""
+
+    sense: Sense
+    heard: Sequence[Broadcast]
+
+
+class Outputs(NamedTuple):
+    """What one step gives; None is nothing new."""
+
+    command: Command
+    broadcast: Broadcast | None
+    state: State | None
+    plan: Plan | None
+
+
+def planning_grid(scenario: Scenario) -> Grid:
+    """The grid a robot of this scenario plans on."""
+    robot = scenario.settings.robot
+    return Grid.grown(scenario.map, robot.radius, margin=EASE * robot.distance_scale, resolution=RESOLUTION)
+
+
+class Robot:
+    """One robot of a fleet; ``number`` counts from 0 and gives it its slot on the radio."""
+
+    def __init__(
+        self,
+        name: str,
+        number: int,
+        scenario: Scenario,
+        start: Pose,
+        grid: Grid | None = None,
+        controller: Controller | None = None,
+    ) -> None:
+        self.name = name
+        self._number = number
+        self._scenario = scenario
+        self._settings = scenario.settings
+        self._start = start
+        self._grid = grid or planning_grid(scenario)
+        self._controller = controller or Controller(scenario.profile)
+        self._supervisor = Supervisor(scenario.settings)
+        self._begin(run=0)
+
+    def _begin(self, run: int) -> None:
+        self.run = run
+        self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), self._settings.return_home)
+        self._navigator = Navigator(self._grid, self._settings.robot.radius)
+        self._others: dict[str, Broadcast] = {}
+        self._activity = Activity.READY
+        self._planned_at = float("-inf")
+        self._progress_at = (self._start[:2], 0.0)  # where it last got on, and when
+        self._told: tuple[object, ...] = ()
+        self._told_at = float("-inf")
+        self._plan_told: object = None
+
+    def resume(self, state: State) -> None:
+        """Take up the mission where an earlier process of this robot left it."""
+        self._begin(state.run)
+        if state.activity is not Activity.READY:
+            self.mission.resume(state.reached, state.unreachable)
+
+    def step(self, inputs: Inputs) -> Outputs:
+        """Decide for one tick."""
+        sense = inputs.sense
+        if sense.run != self.run:
+            self._begin(sense.run)
+        if self.mission.stage is Stage.READY:
+            self.mission.take(Occasion.GO)
+        self._hear(inputs)
+        pose = Pose(sense.x, sense.y, sense.yaw)
+        self._tick_off_stops(pose)
+        speeds, heading = self._drive(sense, pose)
+        return self._outputs(sense, speeds, heading)
+
+    # --- what it knows of others ---
+
+    def _hear(self, inputs: Inputs) -> None:
+        now = inputs.sense.tick
+        for broadcast in inputs.heard:
+            if broadcast.run == self.run and broadcast.robot != self.name:
+                known = self._others.get(broadcast.robot)
+                if known is None or broadcast.tick > known.tick:
+                    self._others[broadcast.robot] = broadcast
+        stale = RADIO.timeout * self._settings.rate
+        self._others = {name: b for name, b in self._others.items() if now - b.tick <= stale}
+
+    # --- where it goes ---
+
+    def _tick_off_stops(self, pose: Pose) -> None:
+        while (goal := self.mission.goal) is not None and distance(pose, goal) <= self._settings.reach:
+            self.mission.finish_stop(reached=True)
+            self._navigator.clear()
+
+    def _find_path(self, sense: Sense, pose: Pose, standing: Sequence[tuple[float, float]]) -> None:
+        """Have a path to the goal, around those who stand where there is a way around; give up what no path reaches."""
+        navigator = self._navigator
+        here = (pose.x, pose.y)
+        while (goal := self.mission.goal) is not None and navigator.path is None:
+            if navigator.head_for(here, goal, standing) or navigator.head_for(here, goal):
+                self._planned_at = sense.time
+            else:
+                self.mission.finish_stop(reached=False)
+        if (goal := self.mission.goal) is None:
+            return
+        on_path = navigator.advance(pose)
+        got_on = distance(self._progress_at[0], pose) > self._settings.robot.radius
+        if got_on or self._activity is Activity.GIVE_WAY:
+            self._progress_at = (here, sense.time)
+        stuck = sense.time - self._progress_at[1] > STUCK
+        if (not on_path or standing or stuck) and sense.time - self._planned_at > RETRY:
+            self._planned_at = sense.time
+            near = [(b.x, b.y) for b in self._others.values()] if stuck else standing
+            if navigator.head_for(here, goal, near):
+                self._progress_at = (here, sense.time)
+                navigator.advance(pose)
+
+    # --- how it drives ---
+
+    def _drive(self, sense: Sense, pose: Pose) -> tuple[WheelSpeeds, float]:
+        self._find_path(sense, pose, ())
+        goal = self.mission.goal
+        if goal is None:
+            self._activity = Activity.DONE
+            return self._supervisor.stop(), 0.0
+        navigator = self._navigator
+        verdict = give_way.decide(
+            self.name,
+            navigator.remaining,
+            navigator.ahead(give_way.HORIZON, give_way.STEP),
+            self._others.values(),
+            self._settings.robot.radius,
+            waiting=self._activity is Activity.GIVE_WAY,
+        )
+        if verdict.standing:
+            self._find_path(sense, pose, verdict.standing)
+        heading = navigator.heading_error(pose, sense.bearings[self.mission.target], goal)
+        if verdict.yield_to:
+            self._activity = Activity.GIVE_WAY
+            return self._supervisor.stop(), heading
+        self._activity = Activity.DRIVE
+        robot = self._settings.robot
+        left, right = self._controller.wheel_speeds(
+            sense.left / robot.distance_scale,
+            sense.front / robot.distance_scale,
+            sense.right / robot.distance_scale,
+            -degrees(heading),  # the paper's sign: positive is to the right
+        )
+        return self._supervisor.check(sense, navigator.grid, left * robot.speed_scale, right * robot.speed_scale), heading
+
+    # --- what it says ---
+
+    def _outputs(self, sense: Sense, speeds: WheelSpeeds, heading: float) -> Outputs:
+        mission, navigator = self.mission, self._navigator
+        replans = max(0, navigator.plans - mission.target - 1)
+        sends = (sense.tick + self._number) % self._settings.radio.every == 0
+        command = Command(
+            run=self.run, tick=sense.tick, left=speeds.left, right=speeds.right, heading=heading,
+            steering=speeds.steering, activity=self._activity, reached=list(mission.reached), sent=sends,
+            replans=replans,
+        )  # fmt: skip
+        broadcast = state = plan = None
+        if sends:
+            broadcast = Broadcast(
+                robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
+                activity=self._activity, target=mission.target, distance=navigator.remaining,
+                reached=list(mission.reached), ahead=navigator.ahead(give_way.HORIZON, give_way.STEP),
+            )  # fmt: skip
+        news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)
+        if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:
+            self._told, self._told_at = news, sense.time
+            state = State(
+                robot=self.name, run=self.run, tick=sense.tick, activity=self._activity, target=mission.target,
+                reached=list(mission.reached), unreachable=list(mission.unreachable), distance=navigator.remaining,
+                replans=replans,
+            )  # fmt: skip
+        if navigator.path is not None and navigator.path is not self._plan_told:
+            self._plan_told = navigator.path
+            plan = Plan(robot=self.name, run=self.run, tick=sense.tick, points=list(navigator.path.points))
+        return Outputs(command, broadcast, state, plan)
+
+

@@ -1,0 +1,96 @@
+"""The paper's mission (section 4, figure 5): the targets in order, then home. Behaviour is the table below."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import Final
+
+from swarm.maps.occupancy import Point
+
+
+class Stage(StrEnum):
+    """Where in its mission a robot is."""
+
+    READY = "ready"  # has not been told to go
+    OUTBOUND = "outbound"  # drives to a target
+    RETURNING = "returning"  # drives home
+    DONE = "done"
+
+
+class Occasion(StrEnum):
+    """What moves a mission on."""
+
+    GO = "go"
+    TARGET_LEFT = "stop done, another target left"  # reached it, or no path leads there
+    TARGETS_DONE = "stop done, home is next"
+    ALL_DONE = "stop done, none left"
+    RESTART = "restart"
+
+
+# fmt: off
+TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
+    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY},
+    Stage.OUTBOUND:  {Occasion.TARGET_LEFT: Stage.OUTBOUND, Occasion.TARGETS_DONE: Stage.RETURNING,
+                      Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY},
+    Stage.RETURNING: {Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY},
+    Stage.DONE:      {Occasion.RESTART: Stage.READY},
+}
+# fmt: on
+
+
+class Mission:
+    """One robot's way through the table, and its flags."""
+
+    def __init__(self, stops: Sequence[Point], returns: bool) -> None:
+        self.stops = tuple(stops)
+        self._returns = returns
+        self.stage = Stage.READY
+        self.reached = [False] * len(self.stops)
+        self.unreachable: list[int] = []
+        self.target = 0  # index of the stop under way; the number of stops when none is left
+
+    @property
+    def goal(self) -> Point | None:
+        """The stop it drives to, or None."""
+        under_way = self.stage in {Stage.OUTBOUND, Stage.RETURNING}
+        return self.stops[self.target] if under_way else None
+
+    def take(self, occasion: Occasion) -> None:
+        """Follow the table.
+
+        Raises:
+            ValueError: the table has no such row; the mission is unchanged.
+        """
+        row = TRANSITIONS[self.stage]
+        if occasion not in row:
+            allowed = ", ".join(row)
+            raise ValueError(f"mission: expected one of ({allowed}) in stage {self.stage}, got {occasion}")
+        self.stage = row[occasion]
+
+    def finish_stop(self, reached: bool) -> None:
+        """Have done with the stop under way: reached, or given up because no path leads there."""
+        if reached:
+            self.reached[self.target] = True
+        else:
+            self.unreachable.append(self.target)
+        self.target += 1
+        self._move_on()
+
+    def resume(self, reached: Sequence[bool], unreachable: Sequence[int]) -> None:
+        """Take up a mission where a process left it that is gone."""
+        self.take(Occasion.GO)
+        for stop in range(len(self.stops)):
+            if stop < len(reached) and reached[stop]:
+                self.finish_stop(reached=True)
+            elif stop in unreachable:
+                self.finish_stop(reached=False)
+            else:
+                return
+
+    def _move_on(self) -> None:
+        left = len(self.stops) - self.target
+        if left == 0:
+            self.take(Occasion.ALL_DONE)
+        elif left == 1 and self._returns:
+            self.take(Occasion.TARGETS_DONE)
+        else:
+            self.take(Occasion.TARGET_LEFT)

@@ -1,0 +1,54 @@
+"""An independent judge of gaps: recorded poses and the map in, the smallest gap seen out. It knows no physics."""
+
+from typing import Final
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from swarm.maps.occupancy import OBSTACLE, UNKNOWN, WALL, OccupancyMap
+
+BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with the run
+
+
+class ClearanceJudge:
+    """Takes every robot's position at every tick and keeps the smallest gap [m] between two footprints or to a wall."""
+
+    def __init__(self, floor: OccupancyMap, radius: float, robots: int) -> None:
+        blocks = [
+            shapely.Polygon(floor.corners(low, high))
+            for kind in (WALL, OBSTACLE, UNKNOWN)
+            for low, high in floor.blocks(kind)
+        ]
+        self._tree = shapely.STRtree(blocks)
+        self._solid = bool(blocks)
+        self._radius = radius
+        self._pairs = np.triu_indices(robots, k=1)
+        self._block: list[NDArray[np.float64]] = []
+        self._smallest = float("inf")
+
+    def observe(self, positions: NDArray[np.float64]) -> None:
+        """Take positions (robots, 2) [m] of one tick."""
+        self._block.append(positions)
+        if len(self._block) >= BLOCK:
+            self._judge()
+
+    @property
+    def smallest(self) -> float:
+        """The smallest gap [m] so far; negative where shapes overlapped, infinite where there is nothing to touch."""
+        self._judge()
+        return self._smallest
+
+    def _judge(self) -> None:
+        if not self._block:
+            return
+        places = np.stack(self._block)  # (ticks, robots, 2)
+        self._block = []
+        if self._solid:
+            points = shapely.points(places.reshape(-1, 2))
+            _, gaps = self._tree.query_nearest(points, return_distance=True, all_matches=False)
+            self._smallest = min(self._smallest, float(gaps.min()) - self._radius)
+        first, second = self._pairs
+        if first.size:
+            apart = np.linalg.norm(places[:, first] - places[:, second], axis=2)
+            self._smallest = min(self._smallest, float(apart.min()) - 2 * self._radius)

@@ -1,0 +1,106 @@
+"""What a run was: poses, contacts, stops reached, who steered, who waited. The report is made from this alone."""
+
+import hashlib
+import struct
+from collections import Counter
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.messages import Activity, Command, Steering
+from swarm.scenario import Scenario
+from world.clearance import ClearanceJudge
+from world.physics import Contact
+
+MOVES: Final = 0.01  # m/s of the faster rim: below that a robot stands
+DEADLOCK: Final = 10.0  # s that nobody unfinished has moved
+WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
+
+
+class Recorder:
+    """Takes what the world did, tick by tick, and sums it up."""
+
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose], stops: list[tuple[Point, ...]], dt: float) -> None:
+        robots = len(starts)
+        self._dt = dt
+        self._digest = hashlib.blake2b(digest_size=16)
+        self._judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius, robots)
+        self._last: Sequence[Pose] = starts
+        self.path_length = [0.0] * robots  # m
+        self.contact_counts = [Counter[str]() for _ in range(robots)]
+        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
+        self.waiting = [0.0] * robots  # s
+        self.longest_wait = 0.0  # s
+        self.conflicts = 0  # times that a robot began to give way
+        self.deadlocks = 0
+        self.replans = [0] * robots
+        self._fuzzy = self._moving = 0  # robot ticks
+        self._waits = [0.0] * robots
+        self._standstill = 0.0
+
+    @property
+    def digest(self) -> str:
+        """A hash of every robot's pose at every tick: equal runs have equal digests."""
+        return self._digest.hexdigest()
+
+    @property
+    def clearance_min(self) -> float:
+        """The smallest gap seen [m], recomputed from the poses."""
+        return self._judge.smallest
+
+    @property
+    def fuzzy_share(self) -> float:
+        """Share of moving ticks whose wheel-speed ratio is the fuzzy tables' own."""
+        return self._fuzzy / self._moving if self._moving else 0.0
+
+    @property
+    def complete(self) -> bool:
+        """Whether every robot has been at all its stops."""
+        return all(time is not None for row in self.reached_at for time in row)
+
+    def poses(self, poses: Sequence[Pose]) -> None:
+        """Take where everybody stands at a tick."""
+        for number, pose in enumerate(poses):
+            self._digest.update(struct.pack("<3d", *pose))
+            self.path_length[number] += distance(self._last[number], pose)
+        self._judge.observe(np.array([pose[:2] for pose in poses]))
+        self._last = poses
+
+    def contacts(self, contacts: Sequence[Contact]) -> None:
+        """Take the contacts that began in a tick."""
+        for contact in contacts:
+            self.contact_counts[contact.robot][contact.kind] += 1
+
+    def is_reached(self, robot: int, stop: int) -> bool:
+        """Tell whether a stop counts as reached."""
+        return self.reached_at[robot][stop] is not None
+
+    def reached(self, robot: int, stop: int, time: float) -> None:
+        """Take that a robot has been at a stop."""
+        self.reached_at[robot][stop] = time
+
+    def moving(self, commands: Sequence[Command], wheels: Sequence[tuple[float, float]]) -> None:
+        """Take what everybody was doing in a tick, and how the wheels turned."""
+        anyone = False
+        unfinished = False
+        for number, (command, speeds) in enumerate(zip(commands, wheels, strict=True)):
+            self.replans[number] = command.replans
+            moves = max(abs(speeds[0]), abs(speeds[1])) > MOVES
+            if moves:
+                self._moving += 1
+                self._fuzzy += command.steering is Steering.FUZZY
+            unfinished |= command.activity is not Activity.DONE
+            anyone |= moves and command.activity is not Activity.DONE
+            if command.activity in WAITING:
+                self.conflicts += self._waits[number] == 0.0 and command.activity is Activity.GIVE_WAY
+                self.waiting[number] += self._dt
+                self._waits[number] += self._dt
+                self.longest_wait = max(self.longest_wait, self._waits[number])
+            else:
+                self._waits[number] = 0.0
+        before = self._standstill
+        self._standstill = before + self._dt if unfinished and not anyone else 0.0
+        self.deadlocks += before < DEADLOCK <= self._standstill

@@ -1,0 +1,76 @@
+"""The report of a run: one JSON object, every field measured by the recorder or recomputed from its poses."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+from swarm.maps.occupancy import Point
+from swarm.planning.grid import Grid
+from swarm.planning.path import plan
+from world.world import World, stop_label
+
+
+def report(
+    world: World, grid: Grid, *, scenario: str, seed: int, pace: str, wall_time: float, late_commands: int, reason: str
+) -> dict[str, Any]:
+    """Sum a run up; ``reason`` says why it ended where it is not complete."""
+    record = world.recorder
+    robots = range(len(world.robots))
+    total = {kind: sum(counts[kind] for counts in record.contact_counts) for kind in ("robot", "wall", "obstacle")}
+    total["robot"] //= 2  # each one began for both
+    return {
+        "scenario": scenario,
+        "seed": seed,
+        "robots": len(world.robots),
+        "pace": pace,
+        "complete": world.complete,
+        "reason": "" if world.complete else reason,
+        "sim_time": world.time,
+        "wall_time": wall_time,
+        "real_time_factor": world.time / wall_time if wall_time else 0.0,
+        "ticks": world.tick,
+        "late_commands": late_commands,
+        "contacts": total,
+        "clearance_min": record.clearance_min,
+        "fuzzy_share": record.fuzzy_share,
+        "traffic": {
+            "conflicts": record.conflicts,
+            "joint_plans": 0,
+            "deadlocks": record.deadlocks,
+            "longest_wait": record.longest_wait,
+        },
+        "per_robot": {
+            world.robots[number]: {
+                "targets": len(world.stops(world.robots[number])),
+                "reached": record.reached_at[number],
+                "path_length": record.path_length[number],
+                "shortest_length": shortest_length(grid, world.starts[number][:2], world.stops(world.robots[number])),
+                "waiting": record.waiting[number],
+                "replans": record.replans[number],
+                "contacts": record.contact_counts[number].total(),
+            }
+            for number in robots
+        },
+        "digest": record.digest,
+    }
+
+
+def missing(world: World) -> str:
+    """Say which stops were not reached, in one sentence."""
+    lacking = []
+    for name, row in zip(world.robots, world.recorder.reached_at, strict=True):
+        stops = [stop_label(stop, len(row), world.returns) for stop, time in enumerate(row) if time is None]
+        if stops:
+            lacking.append(f"{name} {', '.join(stops)}")
+    return f"not reached: {'; '.join(lacking)}" if lacking else ""
+
+
+def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:
+    """Length [m] of the tight A* paths from stop to stop for a robot alone; None where one has no path."""
+    total = 0.0
+    for a, b in pairwise((start, *stops)):
+        path = plan(grid, a, b)
+        if path is None:
+            return None
+        total += path.length
+    return total

@@ -1,0 +1,156 @@
+"""The world itself, pure in its state: what each robot senses at a tick, and what its commands make of the next one.
+
+What happens at tick k takes effect at k + 1, in the order of the robots' numbers. It knows no bus and no clock but its own.
+"""
+
+from collections.abc import Mapping
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.messages import COMMAND, Activity, Body, Command, Event, Sense, Steering, Truth
+from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.scenario import Scenario
+from swarm.scenario.starts import names
+from world.ether import Ether
+from world.physics import Physics
+from world.recorder import Recorder
+from world.sensing import Sensing
+
+PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
+REST = Command(
+    run=0, tick=0, left=0.0, right=0.0, heading=0.0, steering=Steering.REST, activity=Activity.READY,
+    reached=[], sent=False, replans=0,
+)  # fmt: skip
+
+
+class World:
+    """One run of one scenario: bodies at their starts, the clock at 0."""
+
+    def __init__(self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0) -> None:
+        settings = scenario.settings
+        robot = settings.robot
+        self.robots = names(len(starts))
+        self.starts = starts
+        self.run = run
+        self.tick = 0
+        self.dt = 1.0 / settings.rate
+        self.returns = settings.return_home
+        self._settings = settings
+        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
+        self._physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)
+        self._sensing = Sensing(settings.sensors, len(starts), seed)
+        self._ether = Ether(settings.radio, seed, self._physics.sees)
+        self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
+        self._number = {name: number for number, name in enumerate(self.robots)}
+        self._wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
+        self._commands = [REST] * len(starts)
+        self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
+        self._distances = [(0.0, 0.0, 0.0)] * len(starts)
+        self._sensed_at = -1
+        self.recorder = Recorder(scenario, starts, self._stops, self.dt)
+        self.recorder.poses(starts)
+
+    @property
+    def time(self) -> float:
+        """Seconds since the run began."""
+        return self.tick * self.dt
+
+    @property
+    def complete(self) -> bool:
+        """Whether every robot has been at all its stops."""
+        return self.recorder.complete
+
+    @property
+    def finished(self) -> bool:
+        """Whether no robot has anything left to do, having reached all or given up what no path reaches."""
+        return all(command.activity is Activity.DONE for command in self._commands)
+
+    def senses(self, lockstep: bool) -> dict[str, Sense]:
+        """Sense for every robot at this tick."""
+        sensing, physics = self._sensing, self._physics
+        found = {}
+        for number, name in enumerate(self.robots):
+            pose = physics.pose(number)
+            twist = self._drive.twist(*self._wheels[number])
+            left, front, right = self._distances[number] = sensing.distances(physics, number)
+            found[name] = Sense(
+                run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
+                linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
+                bearings=sensing.bearings(physics, number, pose, self._stops[number]), hears=self._heard[number],
+            )  # fmt: skip
+        return found
+
+    def step(self, commands: Mapping[str, Command]) -> list[Event]:
+        """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
+        events = self._admit(commands)
+        dt, most = self.dt, self._settings.robot.wheel_acceleration * self.dt
+        for number, command in enumerate(self._commands):
+            alive = (self.tick - command.tick) * dt <= COMMAND.timeout
+            wanted = (command.left, command.right) if alive else (0.0, 0.0)
+            left, right = (max(-self._top_speed, min(self._top_speed, speed)) for speed in wanted)
+            now = self._wheels[number]
+            self._wheels[number] = (ramp(now[0], left, most), ramp(now[1], right, most))
+        contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels])
+        senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
+        poses = self.poses()
+        heard = self._ether.hears(poses, senders)
+        self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
+        self.tick += 1
+        for contact in contacts:
+            other = f" {self.robots[contact.other]}" if contact.other is not None else ""
+            events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
+        self.recorder.contacts(contacts)
+        self.recorder.poses(poses)
+        self.recorder.moving(self._commands, self._wheels)
+        return events
+
+    def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
+        events = []
+        for name, command in sorted(commands.items()):
+            number = self._number[name]
+            before, self._commands[number] = self._commands[number], command
+            for stop, claimed in enumerate(command.reached[: len(self._stops[number])]):
+                if not claimed or self.recorder.is_reached(number, stop):
+                    continue
+                away = distance(self._physics.pose(number), self._stops[number][stop])
+                label = stop_label(stop, len(self._stops[number]), self.returns)
+                if away <= self._settings.reach + 2 * self._top_speed * self.dt:
+                    self.recorder.reached(number, stop, self.time)
+                    events.append(self.event("reached", f"is at {label}", name))
+                elif stop >= len(before.reached) or not before.reached[stop]:
+                    text = f"says it reached {label} but is {away:.2f} m away; not counted"
+                    events.append(self.event("false_claim", text, name))
+        return events
+
+    def poses(self) -> list[Pose]:
+        """Where every robot stands."""
+        return [self._physics.pose(number) for number in range(len(self.robots))]
+
+    def stops(self, name: str) -> tuple[Point, ...]:
+        """List a robot's stops."""
+        return self._stops[self._number[name]]
+
+    def truth(self) -> Truth:
+        """Everything that can be seen from outside, for those who watch."""
+        bodies = []
+        for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
+            pose, (left, front, right) = self._physics.pose(number), self._distances[number]
+            left_v, right_v = self._wheels[number]
+            bodies.append(
+                Body(
+                    robot=name, x=pose.x, y=pose.y, yaw=pose.yaw, left_v=left_v, right_v=right_v,
+                    left=left, front=front, right=right, heading=command.heading, steering=command.steering,
+                    activity=command.activity,
+                )  # fmt: skip
+            )
+        return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies)
+
+    def event(self, kind: str, text: str, robot: str | None = None) -> Event:
+        """Make an event of this moment."""
+        return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text)
+
+
+def stop_label(stop: int, stops: int, return_home: bool) -> str:
+    """Name a stop for people: ``target 1``, ..., ``home``."""
+    return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"
