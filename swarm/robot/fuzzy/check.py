@@ -6,9 +6,9 @@ from itertools import pairwise
 from math import inf, isfinite
 
 from swarm.errors import ConfigError, nearest
+from swarm.robot.fuzzy.kernel import TERMS
 from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Term, Variable, Weighing
 
-MOST_TERMS = 9  # of one variable; more than anybody can tell apart, and the kernel's masks hold 15
 _INFINITIES = {"-inf": -inf, "inf": inf, "+inf": inf}
 
 
@@ -43,8 +43,8 @@ def variable(value: object, name: str, where: str, output: bool) -> Variable:
     if not (isfinite(low) and isfinite(high) and low < high):
         raise ConfigError(f"{where}.universe: expected two finite numbers, low < high, got [{low:g}, {high:g}]")
     terms = mapping(fields["terms"], f"{where}.terms")
-    if len(terms) > MOST_TERMS:
-        raise ConfigError(f"{where}.terms: expected at most {MOST_TERMS} terms, got {len(terms)}")
+    if len(terms) > TERMS:
+        raise ConfigError(f"{where}.terms: expected at most {TERMS} terms, got {len(terms)}")
     checked = []
     for label, corners in terms.items():
         checked.append(_term(corners, label, f"{where}.terms.{label}", low, high, output))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm.errors import SwarmError
+from swarm.robot.fuzzy.explanation import Explainer, Explanation
 from swarm.robot.fuzzy.kernel import infer, infer_rows
 from swarm.robot.fuzzy.profile import Profile
 from swarm.robot.fuzzy.tables import tables
@@ -25,6 +26,7 @@ class Controller:
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self._tables = tables(profile)
+        self._explainer = Explainer(profile)
 
     def __reduce__(self) -> tuple[type["Controller"], tuple[Profile]]:
         return Controller, (self.profile,)
@@ -43,6 +45,17 @@ class Controller:
         if left_v != left_v:
             raise refusal(left, front, right, heading_deg)
         return left_v, right_v
+
+    def explain(self, left: float, front: float, right: float, heading_deg: float) -> Explanation:
+        """Infer as `wheel_speeds` does, and say why: memberships, the behaviours' weights, the rules that fired.
+
+        Raises:
+            ControlInputError: as `wheel_speeds`.
+        """
+        left_v, right_v, w = infer(left, front, right, heading_deg, *self._tables)
+        if left_v != left_v:
+            raise refusal(left, front, right, heading_deg)
+        return self._explainer.explain((left, front, right, heading_deg), left_v, right_v, w)
 
     def wheel_speeds_many(self, inputs: ArrayLike) -> NDArray[np.float64]:
         """Infer for rows of left, front, right [m], heading [degrees], shape (n, 4): left_v, right_v [m/s], (n, 2).

@@ -25,6 +25,7 @@ else:
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+TERMS = 9  # most of one variable: a bit a term and input must fit the rules' masks of 63
 _TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1]"
 
 
@@ -36,6 +37,36 @@ def membership(x: float, a: float, b: float, c: float, d: float) -> float:
     if x > c:
         return (d - x) / (d - c) if x < d else 0.0
     return 1.0
+
+
+@njit("f8(f8)", cache=True)
+def within_half_turn(heading: float) -> float:
+    """Say the same direction within -180..180 [degrees]."""
+    if abs(heading) <= 180.0:
+        return heading
+    heading %= 360.0
+    return heading - 360.0 if heading > 180.0 else heading
+
+
+@njit("f8(i8, i8, i8, i8[:,::1], f8[:,::1], f8[::1])", cache=True)
+def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Floats, scratch: Floats) -> float:
+    """Defuzzify: the centroid of an output's clipped and joined consequents, by the closed form of `tables.pieces_of`.
+
+    ``scratch`` holds the heights at which the terms are clipped from ``levels`` on, and room to work from ``heights`` on.
+    """
+    area, moment = 0.0, 0.0
+    for k in range(pieces.shape[0]):
+        if pieces[k, 0] != output:
+            continue
+        height = scratch[levels + pieces[k, 2]]
+        if pieces[k, 1] >= 0:
+            height = min(height, scratch[heights + pieces[k, 1]])
+        scratch[heights + k] = height
+        u = min(height, areas[k, 1]) - areas[k, 0]
+        if u > 0.0:
+            area += u * (areas[k, 2] + u * areas[k, 3])
+            moment += u * (areas[k, 4] + u * (areas[k, 5] + u * areas[k, 6]))
+    return moment / area if area > 0.0 else 0.0
 
 
 @njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES}, f8[::1])", cache=True)
@@ -57,10 +88,7 @@ def infer_into(
         return nan, nan, nan
     if left < 0.0 or front < 0.0 or right < 0.0:
         return nan, nan, nan
-    if abs(heading) > 180.0:  # the same direction, said within half a turn
-        heading %= 360.0
-        if heading > 180.0:
-            heading -= 360.0
+    heading = within_half_turn(heading)
 
     # Fuzzify. Slot i * per_variable + j is the membership of input i in its term j; the last slot is `any`.
     per_variable = terms.shape[1]
@@ -83,9 +111,10 @@ def infer_into(
         w = min(w, 1.0 - scratch[yields[k]])
 
     # Fire: a rule whose every antecedent is active lifts its two consequents to its strength, joined by maximum.
-    # Level (behaviour * 2 + output) * 16 + term is the height at which that consequent is clipped.
+    # Level (behaviour * 2 + output) * TERMS + term is the height at which that consequent is clipped.
     levels = always + 1
-    for k in range(levels, levels + 64):
+    heights = levels + 4 * TERMS
+    for k in range(levels, heights):
         scratch[k] = 0.0
     for k in range(rules.shape[0]):
         behaviour = rules[k, 0]
@@ -93,43 +122,25 @@ def infer_into(
             continue
         strength = min(min(scratch[rules[k, 2]], scratch[rules[k, 3]]), min(scratch[rules[k, 4]], scratch[rules[k, 5]]))
         for output in range(2):
-            level = levels + (behaviour * 2 + output) * 16 + rules[k, 6 + output]
+            level = levels + (behaviour * 2 + output) * TERMS + rules[k, 6 + output]
             scratch[level] = max(scratch[level], strength)
 
-    # Defuzzify. Area and moment of the joined shape, by inclusion and exclusion: see `tables.pieces_of`.
-    heights = levels + 64
     left_v, right_v = 0.0, 0.0
     for behaviour in range(2):
         weight = w if behaviour == 0 else 1.0 - w
-        if weight <= 0.0:
-            continue
-        for output in range(2):
-            area, moment = 0.0, 0.0
-            level = levels + (behaviour * 2 + output) * 16
-            for k in range(pieces.shape[0]):
-                if pieces[k, 0] != output:
-                    continue
-                height = scratch[level + pieces[k, 2]]
-                if pieces[k, 1] >= 0:
-                    height = min(height, scratch[heights + pieces[k, 1]])
-                scratch[heights + k] = height
-                u = min(height, areas[k, 1]) - areas[k, 0]
-                if u > 0.0:
-                    area += u * (areas[k, 2] + u * areas[k, 3])
-                    moment += u * (areas[k, 4] + u * (areas[k, 5] + u * areas[k, 6]))
-            centroid = moment / area if area > 0.0 else 0.0
-            centroid = min(max(centroid, universes[4 + output, 0]), universes[4 + output, 1])
-            if output == 0:
-                left_v += weight * centroid
-            else:
-                right_v += weight * centroid
+        if weight > 0.0:
+            left_level = levels + behaviour * 2 * TERMS
+            left_v += weight * centroid(0, left_level, heights, pieces, areas, scratch)
+            right_v += weight * centroid(1, left_level + TERMS, heights, pieces, areas, scratch)
+    left_v = min(max(left_v, universes[4, 0]), universes[4, 1])
+    right_v = min(max(right_v, universes[5, 0]), universes[5, 1])
     return left_v, right_v, w
 
 
 @njit("i8(f8[:,:,::1], i8[:,::1])", cache=True)
 def scratch_size(terms: Floats, pieces: Integers) -> int:
     """Count the numbers `infer_into` works with: memberships, levels, and one height a piece."""
-    return int(4 * terms.shape[1] + 1 + 64 + pieces.shape[0])
+    return int(4 * terms.shape[1] + 1 + 4 * TERMS + pieces.shape[0])
 
 
 @njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES})", cache=True)
