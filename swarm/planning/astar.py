@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.maps.occupancy import Cell
-from swarm.planning.search import STAMPS, legal_moves, search, search_costs, trace
+from swarm.planning.search import STAMPS, search, search_costs, trace
+from swarm.planning.steps import legal_moves
 
 SQRT2 = sqrt(2.0)
 

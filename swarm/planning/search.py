@@ -13,87 +13,26 @@ A cell's search state is one number: query stamp (15 bits), cost so far (40), cl
 """
 
 import numpy as np
-from numba import int64, njit, uint8, void
+from numba import int64, njit, uint8
 from numpy.typing import NDArray
 
-from swarm.planning.sweep import COLUMN_STEP, ROW_STEP
+from swarm.planning.steps import COLUMN_STEP, FORWARD, LOWEST, NATURAL, NONE, ROW_STEP, Bits
 
 STRAIGHT, DIAGONAL = 33461, 47321
 COARSE_STRAIGHT, COARSE_DIAGONAL = 985, 1393  # the same, where cells have costs
 STAMPS = 1 << 15  # queries until the states have to be cleared
-NONE = 8  # the start was entered from nowhere
 RING = 64  # buckets; a step may raise f by fewer
 SHIFT = 13  # a bucket is 2^13 / 33461, a quarter of a cell, wide
 COARSE_SHIFT = 15  # for UNIT 64: again a quarter of a cell
 NOWHERE = np.int64(1 << 60)
 
 Integers = NDArray[np.int64]
-Bits = NDArray[np.uint8]
-
-
-def _natural() -> Bits:
-    """Tabulate, by direction of entry and legal moves, the moves worth trying on a grid where all cells cost the same.
-
-    What the parent reaches as cheaply by itself, or by going diagonally first, needs no second way through this cell
-    (Harabor & Grastien 2011; Sturtevant & Rabin 2016, canonical orderings; here without corner cutting).
-    """
-    table = np.zeros((9, 256), np.uint8)
-    for moves in range(256):
-        table[NONE, moves] = moves
-        for entered in range(8):
-            worth = {entered}
-            if entered % 2:
-                worth |= {entered + 1, entered - 1}
-            else:
-                for side in (1, -1):
-                    # stepping back diagonally is legal: so is the parent's own step to the cell beside this one
-                    if not moves >> (entered + 3 * side) % 8 & 1:
-                        worth |= {entered + side, entered + 2 * side}
-            table[entered, moves] = moves & sum(1 << k % 8 for k in worth)
-    return table.reshape(-1)
-
-
-def _lowest() -> Integers:
-    """Tabulate which bit a power of two below 256 is."""
-    table = np.zeros(256, np.int64)
-    for k in range(8):
-        table[1 << k] = k
-    return table
-
-
-NATURAL = _natural()
-LOWEST = _lowest()
-FORWARD = np.array(
-    [255 & ~(1 << (k + 3) % 8 | 1 << (k + 4) % 8 | 1 << (k + 5) % 8) for k in range(8)] + [255], np.uint8
-)
 
 
 @njit(int64(int64, int64, int64, int64), cache=True, error_model="numpy", inline="always")
 def _octile(down: int, across: int, straight: int, diagonal: int) -> int:
     down, across = abs(down), abs(across)
     return straight * (max(down, across) - min(down, across)) + diagonal * min(down, across)
-
-
-@njit(void(uint8[:, ::1], uint8[:, ::1]), cache=True, error_model="numpy")
-def legal_moves(free: Bits, moves: Bits) -> None:
-    """Fill ``moves``: bit k set where a step in direction k meets free cells only and cuts no corner."""
-    rows, columns = free.shape
-    padded = np.zeros((rows + 2, columns + 2), np.uint8)
-    for row in range(rows):
-        for column in range(columns):
-            padded[row + 1, column + 1] = free[row, column]
-    for row in range(rows):
-        for column in range(columns):
-            r, c = row + 1, column + 1
-            e, n, w, s = padded[r, c + 1], padded[r + 1, c], padded[r, c - 1], padded[r - 1, c]
-            straight = e | n << 2 | w << 4 | s << 6
-            diagonal = (
-                (e & n & padded[r + 1, c + 1]) << 1
-                | (n & w & padded[r + 1, c - 1]) << 3
-                | (w & s & padded[r - 1, c - 1]) << 5
-                | (s & e & padded[r - 1, c + 1]) << 7
-            )
-            moves[row, column] = (straight | diagonal) * padded[r, c]
 
 
 @njit(

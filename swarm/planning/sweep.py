@@ -11,9 +11,8 @@ import numpy as np
 from numba import boolean, float32, float64, int64, njit, uint8, void
 from numpy.typing import NDArray
 
-# direction k turns left by 45 degrees each: east, north-east, north ... (even: straight, odd: diagonal)
-ROW_STEP = np.array([0, 1, 1, 1, 0, -1, -1, -1], np.int64)
-COLUMN_STEP = np.array([1, 1, 0, -1, -1, -1, 0, 1], np.int64)
+from swarm.planning.steps import COLUMN_STEP, ROW_STEP
+
 TOLERANCE = 1e-9  # cells: what rounding may add up to
 ROUGH = 1e-3  # cells: more than a float32 clearance is off by
 

@@ -1,0 +1,54 @@
+"""Reading a map file, with every way it can fail said in one sentence."""
+
+from pathlib import Path
+
+from swarm.errors import ConfigError
+from swarm.maps.limits import FILE_MAX
+
+
+def read_file(path: Path, largest: int = FILE_MAX) -> bytes:
+    """Read a whole file of at most ``largest`` bytes.
+
+    Raises:
+        ConfigError: it is not there, no file, not ours to read, or too large.
+    """
+    try:
+        if not path.is_file():
+            raise ConfigError(f"{path}: expected a file, found none; check the path")
+        with path.open("rb") as file:
+            content = file.read(largest + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
+        raise ConfigError(f"{path}: expected a readable file, got {str(reason).lower()}; check it") from error
+    if len(content) > largest:
+        raise ConfigError(f"{path}: expected at most {largest} bytes, got more; is this the right file?")
+    return content
+
+
+def read_text(path: Path, largest: int = FILE_MAX) -> str:
+    """Read a whole file as UTF-8, line ends as they are.
+
+    Raises:
+        ConfigError: as ``read_file``, or it is no text.
+    """
+    return decoded(read_file(path, largest), str(path))
+
+
+def decoded(content: bytes, where: str) -> str:
+    """Read bytes as UTF-8, a byte order mark left out.
+
+    Raises:
+        ConfigError: they are none.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ConfigError(
+            f"{where}: expected text (UTF-8), got byte {content[error.start]:#04x} at {error.start}; "
+            "is this the right file?"
+        ) from error
+
+
+def shown(value: str, most: int = 40) -> str:
+    """Quote what a file said, shortened, for a sentence about it."""
+    return repr(value if len(value) <= most else value[:most] + "...")

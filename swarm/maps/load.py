@@ -1,0 +1,33 @@
+"""One door for map files: the suffix says which loader."""
+
+from pathlib import Path
+
+from swarm.errors import ConfigError
+from swarm.maps.files import read_text
+from swarm.maps.movingai import load_movingai
+from swarm.maps.occupancy import OccupancyMap
+from swarm.maps.ros import load_ros
+from swarm.maps.text import from_text
+
+
+def load_map(path: Path, base: Path | None = None, cell: float = 1.0) -> OccupancyMap:
+    """Load a ROS ``.yaml``, a MovingAI ``.map`` or a drawing in a ``.txt``; a relative path begins at ``base``.
+
+    ``cell`` is the side of a character [m] for the kinds that do not say it themselves.
+
+    Raises:
+        ConfigError: where, what was expected, what came, and what to do; nothing is half loaded.
+    """
+    path = base / path if base is not None else path
+    match path.suffix.lower():
+        case ".yaml" | ".yml":
+            return load_ros(path)
+        case ".map":
+            return load_movingai(path, cell)
+        case ".txt":
+            return from_text(read_text(path), cell, str(path))
+        case suffix:
+            raise ConfigError(
+                f"{path}: expected a map: .yaml (ROS), .map (MovingAI) or .txt (a drawing), got {suffix!r}; an "
+                "image alone does not say its scale, give its .yaml"
+            )
