@@ -52,7 +52,7 @@ def within_half_turn(heading: float) -> float:
 def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Floats, scratch: Floats) -> float:
     """Defuzzify: the centroid of an output's clipped and joined consequents, by the closed form of `tables.pieces_of`.
 
-    ``scratch`` holds the heights at which the terms are clipped from ``levels`` on, and room to work from ``heights`` on.
+    ``scratch`` holds the heights the terms are clipped at from ``levels`` on, and room to work from ``heights`` on.
     """
     area, moment = 0.0, 0.0
     for k in range(pieces.shape[0]):
