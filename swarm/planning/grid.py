@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, floor, isfinite
+from math import ceil, floor, hypot, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, from_frame, to_frame
 from swarm.maps.limits import check_size
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
+from swarm.planning.astar import Lattice
 from swarm.planning.distance import clearance_of
 from swarm.planning.sweep import find_moves
 
@@ -108,6 +109,28 @@ class Grid:
         """Tell whether the point's cell is one and is free."""
         row, column = self.cell_of(x, y)
         return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(self.free[row, column])
+
+    def room_at(self, x: float, y: float) -> float:
+        """Measure from a point [m, map] to the nearest solid, disc or edge of the map [m]; 0 where solid or outside."""
+        column, row = self.to_cells(x, y)
+        rows, columns = self.shape
+        if not (0 <= column < columns and 0 <= row < rows):
+            return 0.0
+        least = min(row, rows - row, column, columns - column)
+        reach = float(self.clearance[int(row), int(column)]) / self.resolution + 1.0
+        low, high = self._clip((floor(row - reach), floor(column - reach)), (ceil(row + reach), ceil(column + reach)))
+        solid = np.argwhere(self.solid[low[0] : high[0], low[1] : high[1]]) + low
+        if len(solid):
+            gap = np.maximum(np.maximum(solid - (row, column), (row, column) - solid - 1.0), 0.0)
+            least = min(least, float(np.hypot(gap[:, 0], gap[:, 1]).min()))
+        for disc_x, disc_y, wide in self.discs.tolist():
+            least = min(least, max(0.0, hypot(disc_x - column, disc_y - row) - wide + self.radius / self.resolution))
+        return least * self.resolution
+
+    @cached_property
+    def lattice(self) -> Lattice:
+        """The room to search in, made once; not for two threads at once."""
+        return Lattice(self.free, self.moves)
 
     @cached_property
     def cost(self) -> NDArray[np.int64]:
