@@ -1,0 +1,49 @@
+"""One dashboard of a fleet: ``python -m dashboard --connect tcp/HOST:PORT --fleet NAME [--web | --viewer]``."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from dashboard.mode import choose, missing
+from swarm.errors import SwarmError
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Parse the command line and run; 2 when it, or the machine, is not as it has to be."""
+    parser = argparse.ArgumentParser(prog="python -m dashboard", description="See a fleet in Rerun.")
+    parser.add_argument("--connect", required=True, metavar="tcp/HOST:PORT", help="where the fleet's router listens")
+    parser.add_argument("--fleet", required=True, metavar="NAME")
+    shown = parser.add_mutually_exclusive_group()
+    shown.add_argument("--web", dest="asked", action="store_const", const="web", help="serve the web viewer")
+    shown.add_argument("--viewer", dest="asked", action="store_const", const="viewer", help="open the native viewer")
+    shown.add_argument("--off-screen", dest="asked", action="store_const", const="off", help="only record")
+    parser.add_argument("--record", type=Path, metavar="FILE.rrd")
+    parser.add_argument("--bind", default="127.0.0.1", metavar="HOST", help="0.0.0.0: viewers on other machines too")
+    parser.add_argument("--port", type=int, default=0, help="of the data, 0: any free one")
+    parser.add_argument("--web-port", type=int, default=0, help="of the page, 0: any free one")
+    given = parser.parse_args(arguments)
+    if lacking := missing():
+        print(lacking, file=sys.stderr)
+        return 2
+    from dashboard import process
+    from swarm.bus import Endpoint
+
+    try:
+        mode = choose(given.asked or "auto", os.environ, record=given.record is not None)
+        return process.run(
+            Endpoint.parse(given.connect),
+            given.fleet,
+            mode or "off-screen",
+            given.record,
+            bind=given.bind,
+            grpc_port=given.port,
+            web_port=given.web_port,
+        )
+    except SwarmError as fault:
+        print(fault, file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""Gathers what happened since the last drawing, so that it is drawn in one go. Pure: no clock, no I/O.
+
+Frames may be thinned when there are too many; changes of what a robot is about, paths and events never are.
+"""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from dashboard import naming
+from dashboard.progress import Heard, Progress
+from swarm.messages import Activity, Event, Message, Plan, Point, Truth
+
+BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
+ROWS: Final = 40  # robots in the summary
+
+
+@dataclass(slots=True)
+class Batch:
+    """What one drawing shows; times in seconds since the run began."""
+
+    frames: list[Truth] = field(default_factory=list)
+    distances: list[list[float]] = field(default_factory=list)  # m, of each robot at each frame
+    lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, what it is about from then on
+    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, all paths
+    events: list[Event] = field(default_factory=list)
+    summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
+
+    def thinned(self) -> "Batch":
+        """Leave frames out, evenly, until they are few enough to be drawn in time; the last one stays."""
+        bodies = sum(len(frame.bodies) for frame in self.frames)
+        step = -(-bodies // BODIES)
+        if step > 1:
+            last = len(self.frames) - 1
+            kept = [k for k in range(len(self.frames)) if (last - k) % step == 0]
+            self.frames = [self.frames[k] for k in kept]
+            self.distances = [self.distances[k] for k in kept]
+        return self
+
+
+class Collector:
+    """Compares progress before and after each message."""
+
+    def __init__(self, progress: Progress, home: bool) -> None:
+        self._home = home
+        self._order = progress.order
+        self._second = -1
+        self._batch = Batch()
+        self._lane: dict[str, str] = {}
+        for name in progress.order:
+            self._lanes(progress, name, progress.time)
+        if any(robot.path for robot in progress.robots.values()):
+            self._paths(progress, progress.time)
+        self._batch.events.extend(progress.events)
+
+    def take(self, progress: Progress, message: Message) -> None:
+        """Note what a message, already folded into ``progress``, brought."""
+        match message:
+            case Truth():
+                self._batch.frames.append(message)
+                self._batch.distances.append([progress.robot(name).distance for name in self._order])
+                if int(message.time) != self._second:
+                    self._second = int(message.time)
+                    self._batch.summaries.append((message.time, summary(progress, self._home)))
+            case Event():
+                self._batch.events.append(message)
+            case Plan():
+                self._paths(progress, progress.seconds(message.tick))
+        name = getattr(message, "robot", None)
+        if name in self._lane:
+            self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
+
+    def batch(self) -> Batch:
+        """Hand over what has gathered and begin anew."""
+        batch, self._batch = self._batch, Batch()
+        return batch.thinned()
+
+    def _lanes(self, progress: Progress, name: str, time: float) -> None:
+        word = naming.lane(progress.robot(name), self._home)
+        if self._lane.get(name) != word:
+            self._lane[name] = word
+            self._batch.lanes.append((max(0.0, time), name, word))
+
+    def _paths(self, progress: Progress, time: float) -> None:
+        self._batch.paths.append((time, {name: progress.robot(name).path for name in self._order}))
+
+
+def summary(progress: Progress, home: bool) -> str:
+    """Write the run as a markdown table: one row a robot."""
+    rows = [
+        f"**{progress.share:.0%}** of all stops reached, {progress.phase.value}",
+        "",
+        "| robot | reached | to | left | doing | waited |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name in progress.order[:ROWS]:
+        robot = progress.robot(name)
+        heard = progress.heard(name)
+        doing = naming.words(robot.activity) if heard is Heard.ALIVE else f"**{heard.value}**"
+        to = naming.stop_name(robot.target, robot.stops, home) if robot.stops else "-"
+        left = f"{robot.distance:.1f} m" if robot.stops and robot.activity is not Activity.DONE else "-"
+        waited = f"{progress.seconds(robot.waited):.0f} s"
+        rows.append(f"| {name} | {robot.reached} of {robot.stops} | {to} | {left} | {doing} | {waited} |")
+    if len(progress.order) > ROWS:
+        rows.append(f"\nand {len(progress.order) - ROWS} more")
+    return "\n".join(rows)

@@ -1,0 +1,54 @@
+"""Words for what a robot is about, the same in the terminal and in Rerun."""
+
+from dashboard.progress import Robot
+from swarm.messages import Activity
+
+WAITS, BLOCKED, READY, DONE, HOME = "gives way", "blocked", "ready", "done", "home"
+
+
+def stop_name(number: int, stops: int, home: bool) -> str:
+    """Name a stop: ``1``, ``2``, ... and ``home`` for the last one where the mission returns.
+
+    >>> [stop_name(i, 3, home=True) for i in range(4)]
+    ['1', '2', 'home', 'done']
+    """
+    if number >= stops:
+        return DONE
+    return HOME if home and number == stops - 1 else str(number + 1)
+
+
+def stop_lane(number: int, stops: int, home: bool) -> str:
+    """Name the way to a stop, as a lane shows it."""
+    name = stop_name(number, stops, home)
+    return name if name in {DONE, HOME} else f"to {name}"
+
+
+def lane(robot: Robot, home: bool) -> str:
+    """Say in one word what a robot is about: the stop it drives to, or why it stands."""
+    if robot.stops == 0:
+        return READY
+    match robot.activity:
+        case Activity.GIVE_WAY:
+            return WAITS
+        case Activity.BLOCKED:
+            return BLOCKED
+        case Activity.DONE:
+            return DONE
+        case Activity.READY:
+            return READY
+        case Activity.DRIVE:
+            return stop_lane(robot.target, robot.stops, home)
+
+
+def words(activity: Activity) -> str:
+    """Write an activity as a person says it."""
+    return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
+
+
+def plain(text: str) -> str:
+    """Keep what any viewer's font has: printable ASCII and line ends; the rest becomes a question mark.
+
+    >>> plain("90\u00b0 \u2588")
+    '90? ?'
+    """
+    return "".join(c if c == "\n" or " " <= c <= "~" else "?" for c in text)

@@ -1,0 +1,199 @@
+"""Broadcasts folded into progress through the target sequence. A message in, a new ``Progress`` out; nothing else.
+
+Time is what the messages say. The world says which run it is: until it has, and of any other run than its latest, what
+robots say does not count. Reached stops only ever add up; of everything else the latest tick wins.
+"""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Final
+
+import msgspec
+
+from swarm.messages import RADIO, STATE, Activity, Broadcast, Clock, Event, Message, Phase, Plan, Point, State, Truth
+
+WAITING: Final = frozenset({Activity.GIVE_WAY, Activity.BLOCKED})
+EVENTS_KEPT: Final = 100
+RATE: Final = 20.0  # Hz; control steps a second, until the world's own time and tick have said it
+
+
+class Heard(StrEnum):
+    """How far a robot's word can be trusted to be of now."""
+
+    ALIVE = "alive"
+    STALE = "stale"  # silent for longer than its topics' timeouts
+    GONE = "gone"  # its process is not there
+
+
+class Robot(msgspec.Struct, frozen=True, kw_only=True):
+    """One robot's mission as far as it is known."""
+
+    tick: int = -1  # of the newest word from the robot itself
+    broadcast_tick: int = -1
+    state_tick: int = -1
+    activity: Activity = Activity.READY
+    since: int = 0  # tick at which that activity was first heard
+    waited: int = 0  # ticks it gave way or was blocked
+    target: int = 0  # index of the stop it drives to; the number of stops when all are reached
+    distance: float = 0.0  # m, to that stop along its path
+    reached_at: tuple[int | None, ...] = ()  # tick at which each stop was first heard to be reached
+    unreachable: tuple[int, ...] = ()
+    pose: tuple[float, float, float] | None = None  # m, m, rad
+    pose_tick: int = -1
+    path: tuple[Point, ...] = ()
+    path_tick: int = -1
+
+    @property
+    def stops(self) -> int:
+        """Number of stops: the targets, and home where the mission returns; 0 until it was heard."""
+        return len(self.reached_at)
+
+    @property
+    def reached(self) -> int:
+        """Number of stops reached."""
+        return sum(tick is not None for tick in self.reached_at)
+
+
+class Progress(msgspec.Struct, frozen=True, kw_only=True):
+    """A run as it looks from outside."""
+
+    run: int = -1  # -1: the world has not spoken yet
+    tick: int = 0
+    time: float = 0.0  # s, since the run began
+    phase: Phase = Phase.WAITING
+    clock_tick: int = -1
+    order: tuple[str, ...] = ()  # the fleet, in the order of its colours
+    present: frozenset[str] | None = None  # those whose process is there, as the world says
+    tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
+    robots: Mapping[str, Robot] = MappingProxyType({})
+    events: tuple[Event, ...] = ()  # the last ones, in the order they came
+    rate: float = RATE  # Hz
+
+    @property
+    def share(self) -> float:
+        """Share of all stops of all robots that is reached, 0 to 1."""
+        known = [robot.stops for robot in self.robots.values()]
+        most = max(known, default=0)
+        total = sum(known) + most * (len(self.order) - len(known))
+        return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
+
+    def robot(self, name: str) -> Robot:
+        """Give what is known of a robot; of one never heard, that it has done nothing yet."""
+        return self.robots.get(name) or Robot()
+
+    def seconds(self, tick: int) -> float:
+        """Turn a tick into the run's time [s]."""
+        return tick / self.rate
+
+    def waits(self, name: str) -> float:
+        """Tell how long a robot has been standing for others, or without a path, by now [s]."""
+        robot = self.robot(name)
+        return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
+
+    def heard(self, name: str) -> Heard:
+        """Tell whether a robot's process is there and speaks; a broadcast and a state each have their timeout."""
+        announced = bool(self.tokens.get(name))
+        if not (announced if self.tokens else self.present is None or name in self.present):
+            return Heard.GONE
+        robot = self.robot(name)
+        if self.phase is not Phase.RUNNING:
+            return Heard.ALIVE
+        fresh = (
+            self.seconds(self.tick - max(0, robot.broadcast_tick)) <= RADIO.timeout
+            or self.seconds(self.tick - max(0, robot.state_tick)) <= STATE.timeout
+        )
+        return Heard.ALIVE if fresh else Heard.STALE
+
+
+def fold(progress: Progress, message: Message) -> Progress:
+    """Take one message in. What tells nothing new gives back the very same object."""
+    match message:
+        case Clock() | Truth() | Event():
+            if message.run < progress.run:
+                return progress
+            if message.run > progress.run:
+                progress = Progress(
+                    run=message.run, order=progress.order, present=progress.present, tokens=progress.tokens
+                )
+            return _world(progress, message)
+        case Broadcast() | State() | Plan() if message.run == progress.run:
+            old = progress.robot(message.robot)
+            new = _plan(old, message) if isinstance(message, Plan) else _mission(old, message)
+            return progress if new is old else _with_robots(progress, {message.robot: new})
+    return progress
+
+
+def presence(progress: Progress, robot: str, session: str, alive: bool) -> Progress:
+    """Take in that a robot's process came or went; two processes under one name are told apart by their session."""
+    sessions = progress.tokens.get(robot, frozenset())
+    sessions = sessions | {session} if alive else sessions - {session}
+    return msgspec.structs.replace(progress, tokens=MappingProxyType({**progress.tokens, robot: sessions}))
+
+
+def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
+    if isinstance(message, Event):
+        return msgspec.structs.replace(progress, events=(*progress.events, message)[-EVENTS_KEPT:])
+    if message.tick >= progress.tick:
+        rate = message.tick / message.time if message.tick and message.time else progress.rate
+        progress = msgspec.structs.replace(progress, tick=message.tick, time=message.time, rate=rate)
+    if isinstance(message, Truth):
+        seen = {}
+        for body in message.bodies:
+            old = progress.robot(body.robot)
+            if message.tick > old.pose_tick:
+                pose = (body.x, body.y, body.yaw)
+                seen[body.robot] = msgspec.structs.replace(old, pose=pose, pose_tick=message.tick)
+        return _with_robots(progress, seen) if seen else progress
+    if message.tick < progress.clock_tick or progress.phase is Phase.OVER:
+        return progress
+    return msgspec.structs.replace(
+        progress,
+        clock_tick=message.tick,
+        phase=message.phase,
+        order=tuple(message.robots),
+        present=frozenset(message.present),
+    )
+
+
+def _mission(robot: Robot, message: Broadcast | State) -> Robot:
+    """Both say where the mission stands; the broadcast also says where the robot is."""
+    changed: dict[str, object] = {}
+    reached_at = _reached(robot.reached_at, message.reached, message.tick)
+    if reached_at != robot.reached_at:
+        changed["reached_at"] = reached_at
+    if isinstance(message, State):
+        if message.tick > robot.state_tick:
+            changed |= {"state_tick": message.tick, "unreachable": tuple(message.unreachable)}
+    elif message.tick > robot.broadcast_tick:
+        changed["broadcast_tick"] = message.tick
+        if message.tick > robot.pose_tick:
+            changed |= {"pose": (message.x, message.y, message.yaw), "pose_tick": message.tick}
+    if message.tick > robot.tick:
+        changed |= {"tick": message.tick, "target": message.target, "distance": message.distance}
+        if robot.tick >= 0 and robot.activity in WAITING:
+            changed["waited"] = robot.waited + message.tick - robot.tick
+        if message.activity is not robot.activity or robot.tick < 0:
+            changed |= {"activity": message.activity, "since": message.tick}
+    return msgspec.structs.replace(robot, **changed) if changed else robot
+
+
+def _plan(robot: Robot, message: Plan) -> Robot:
+    if message.tick <= robot.path_tick:
+        return robot
+    return msgspec.structs.replace(robot, path=tuple(message.points), path_tick=message.tick)
+
+
+def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tuple[int | None, ...]:
+    """Add what was said to what is known: the earliest tick of each stop stays, whatever the order of the messages."""
+    length = max(len(known), len(said))
+    times: list[int | None] = [*known, *[None] * (length - len(known))]
+    for stop, there in enumerate(said):
+        first = times[stop]
+        if there and (first is None or tick < first):
+            times[stop] = tick
+    return tuple(times)
+
+
+def _with_robots(progress: Progress, changed: dict[str, Robot]) -> Progress:
+    return msgspec.structs.replace(progress, robots=MappingProxyType({**progress.robots, **changed}))

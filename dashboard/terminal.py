@@ -1,0 +1,164 @@
+"""Live progress in the terminal; without a terminal, a plain line now and then. It needs no Rerun."""
+
+from collections.abc import Callable
+from time import monotonic
+from types import TracebackType
+from typing import Final
+
+from rich.console import Console, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from dashboard import naming, palette
+from dashboard.progress import Heard, Progress, Robot, fold, presence
+from swarm.bus import Arrival, Presence
+from swarm.messages import Activity, Phase
+
+LINE_EVERY: Final = 5.0  # s, wall time between plain lines
+DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
+FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
+ROWS: Final = 40  # robots shown; the others are summed up in a line
+
+
+class Terminal:
+    """Progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
+
+    def __init__(self, console: Console, *, home: bool = True, clock: Callable[[], float] = monotonic) -> None:
+        self.progress = Progress()
+        self._console = console
+        self._home = home
+        self._clock = clock
+        self._live: Live | None = None
+        self._drawn_at = float("-inf")
+        self._factor: float | None = None
+        self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
+        self._told: dict[tuple[int, str], int] = {}  # stops already told of
+        self._phase_told: tuple[int, Phase] | None = None
+
+    def __enter__(self) -> "Terminal":
+        if self._console.is_terminal:
+            self._live = Live(self.renderable(), console=self._console, auto_refresh=False, transient=False)
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.refresh(final=True)
+        if self._live is not None:
+            self._live.stop()
+
+    def fold(self, arrived: object) -> None:
+        """Take in whatever ``Bus.receive`` gave."""
+        match arrived:
+            case Arrival(message=message):
+                self.progress = fold(self.progress, message)
+            case Presence(role="robot"):
+                self.progress = presence(self.progress, arrived.id, arrived.session, arrived.alive)
+
+    def refresh(self, *, final: bool = False) -> None:
+        """Show where things stand, if it is time to."""
+        now = self._clock()
+        self._measure(now)
+        if self._live is not None:
+            if final or now - self._drawn_at >= DRAW_EVERY:
+                self._drawn_at = now
+                self._live.update(self.renderable(), refresh=True)
+        elif not self._console.is_terminal:
+            for line in self._news():
+                self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+            if final or now - self._drawn_at >= LINE_EVERY:
+                self._drawn_at = now
+                self._console.print(self.line(), markup=False, highlight=False, soft_wrap=True)
+
+    def renderable(self) -> RenderableType:
+        """Give the table: one row a robot, and above it the run as a whole."""
+        progress = self.progress
+        table = Table(title=self._headline(), title_justify="left", title_style="bold", expand=False, pad_edge=False)
+        for name in ("robot", "stops", "target"):
+            table.add_column(name, no_wrap=True)
+        table.add_column("left", justify="right", no_wrap=True)
+        table.add_column("doing", no_wrap=True)
+        table.add_column("waited", justify="right", no_wrap=True)
+        for number, name in enumerate(progress.order[:ROWS]):
+            robot = progress.robot(name)
+            colour = palette.hexadecimal(palette.robot(number))
+            doing, style = self._doing(name, robot)
+            waited = progress.seconds(robot.waited)
+            table.add_row(
+                Text(name, style=f"bold {colour}"),
+                Text(bar(robot), style=colour),
+                naming.stop_name(robot.target, robot.stops, self._home) if robot.stops else "",
+                f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
+                Text(doing, style=style),
+                f"{waited:.1f} s" if waited else "",
+            )
+        if len(progress.order) > ROWS:
+            table.caption = f"and {len(progress.order) - ROWS} more"
+        return table
+
+    def line(self) -> str:
+        """Say everything in one plain line."""
+        progress = self.progress
+        some = progress.order[:8]
+        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
+        more = f", and {len(progress.order) - len(some)} more" if len(progress.order) > len(some) else ""
+        return f"{self._headline()}{': ' if each else ''}{each}{more}"
+
+    def _headline(self) -> str:
+        progress = self.progress
+        if progress.run < 0:
+            return "waiting for the world"
+        factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
+        return f"{progress.time:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
+
+    def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
+        heard = self.progress.heard(name)
+        if heard is not Heard.ALIVE:
+            return heard.value, "bold red"
+        waits = self.progress.waits(name)
+        if waits:
+            return f"{naming.lane(robot, self._home)} {waits:.0f} s", "yellow"
+        return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
+
+    def _news(self) -> list[str]:
+        """Tell each stop reached, each change of phase and each event once."""
+        progress = self.progress
+        said = []
+        if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):
+            self._phase_told = (progress.run, progress.phase)
+            said.append(f"{progress.time:6.1f} s  {progress.phase.value}")
+        for name, robot in progress.robots.items():
+            before = self._told.get((progress.run, name), 0)
+            if robot.reached > before:
+                self._told[progress.run, name] = robot.reached
+                ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
+                said += [
+                    f"{progress.seconds(tick):6.1f} s  {name} reached "
+                    f"{naming.stop_name(stop, robot.stops, self._home)} ({rank} of {robot.stops})"
+                    for rank, (tick, stop) in enumerate(ticks, start=1)
+                    if rank > before
+                ]
+        return said
+
+    def _measure(self, now: float) -> None:
+        """Take the real-time factor over the last seconds."""
+        progress = self.progress
+        if self._mark is None or self._mark[0] != progress.run or progress.phase is not Phase.RUNNING:
+            self._mark = (progress.run, now, progress.time)
+        elif now - self._mark[1] >= FACTOR_OVER:
+            self._factor = (progress.time - self._mark[2]) / (now - self._mark[1])
+            self._mark = (progress.run, now, progress.time)
+
+
+def bar(robot: Robot) -> str:
+    """Draw a robot's stops: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
+
+    >>> bar(Robot(reached_at=(10, 90, None, None), target=2))
+    '##>.'
+    """
+    if robot.stops > 24:
+        return f"{robot.reached}/{robot.stops}"
+    marks = dict.fromkeys(robot.unreachable, "x") | {robot.target: ">"}
+    return "".join("#" if tick is not None else marks.get(stop, ".") for stop, tick in enumerate(robot.reached_at))

@@ -1,0 +1,203 @@
+"""A run's picture.
+
+Everything is drawn with y up: Rerun's 2D view has y down, so the entity ``world`` mirrors it. All text is ASCII (a
+viewer without a screen dies of a glyph its font lacks). All robots share one entity of each kind, and each kind is sent
+once a batch, as columns: that is what keeps it cheap. Every call names its time itself.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from dashboard import naming, palette, shapes
+from dashboard.collect import Batch
+from dashboard.scene import Scene
+from dashboard.view.layout import TIMELINE
+from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
+from swarm.messages import Event, Truth
+
+TRAIL_EVERY: Final = 5  # frames between two pictures of the trails
+PATHS: Final = 20  # pictures of all paths in one batch, at most
+
+
+class View:
+    """Draws one run into its recording."""
+
+    def __init__(self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...]) -> None:
+        self.robots = robots
+        self._stream = stream
+        self._scene = scene
+        self._colours = [palette.robot(number) for number in range(len(robots))]
+        self._trails = shapes.Trails(len(robots))
+        self._frames_seen = 0
+        self._words = dict.fromkeys(robots, naming.READY)
+        self._homes_known = False
+
+    # --- what stands still ---
+
+    def set_stage(self) -> None:
+        """Draw the map, the targets and every name and colour."""
+        radius, colours = self._scene.settings.robot.radius, self._colours
+        self._log("world", rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]))
+        self.draw_map()
+        self._draw_targets()
+        faint = [(*colour, 130) for colour in colours]
+        self._log(
+            "world/robots", rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, show_labels=True)
+        )
+        self._log(
+            "world/heading", rr.LineStrips2D.from_fields(colors=(15, 15, 15), radii=radius * 0.1, draw_order=31.0)
+        )
+        self._log("world/trails", rr.LineStrips2D.from_fields(colors=faint, radii=radius * 0.2, draw_order=5.0))
+        self._log("world/paths", rr.LineStrips2D.from_fields(colors=colours, radii=_pixels(1.0), draw_order=6.0))
+        self._log("world/sensors", rr.LineStrips2D.from_fields(radii=_pixels(0.7), draw_order=4.0))
+        self._log("distance", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
+        for side in ("left", "right"):
+            self._log(f"wheels/{side}", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
+        self._colour_lanes()
+        if self._scene.starts:
+            self._draw_homes({name: (pose[0], pose[1]) for name, pose in self._scene.starts.items()})
+
+    def draw_map(self, scene: Scene | None = None) -> None:
+        """Draw walls and obstacles, anew when they changed."""
+        self._scene = scene or self._scene
+        floor = self._scene.map
+        turned = shapes.frame_matrix(Pose(0.0, 0.0, floor.origin.yaw), floor.resolution)
+        place = rr.Transform3D(translation=[floor.origin.x, floor.origin.y, 0.0], mat3x3=turned)
+        self._log("world/map", place)
+        self._log("world/map", rr.Image(shapes.floor_image(floor), color_model="RGB", draw_order=-20.0))
+
+    def _draw_targets(self) -> None:
+        settings = self._scene.settings
+        own = bool(settings.own_targets)
+        spots: list[Point] = []
+        names: list[str] = []
+        colours: list[palette.Colour] = []
+        for number in range(len(self.robots) if own else 1):
+            for index, spot in enumerate(self._scene.targets(number), start=1):
+                spots.append(spot)
+                names.append(f"{self.robots[number]}: {index}" if own else f"target {index}")
+                colours.append(self._colours[number] if own else palette.TARGET)
+        if spots:
+            rings = shapes.rings(spots, max(settings.reach, settings.robot.radius))
+            self._log("world/targets", rr.LineStrips2D(rings, colors=colours, radii=_pixels(1.2), draw_order=2.0))
+            points = rr.Points2D(
+                spots, colors=colours, radii=_pixels(3.0), labels=names, show_labels=True, draw_order=2.0
+            )
+            self._log("world/targets/names", points)
+
+    def _draw_homes(self, spots: Mapping[str, Point]) -> None:
+        self._homes_known = True
+        places = [number for number, name in enumerate(self.robots) if name in spots]
+        squares = shapes.squares([spots[self.robots[n]] for n in places], self._scene.settings.robot.radius * 1.2)
+        colours = [self._colours[n] for n in places]
+        self._log("world/homes", rr.LineStrips2D(squares, colors=colours, radii=_pixels(1.2), draw_order=3.0))
+
+    def _colour_lanes(self) -> None:
+        home = self._scene.settings.return_home
+        for number, name in enumerate(self.robots):
+            stops = len(self._scene.targets(number)) + home
+            words = [naming.stop_lane(stop, stops, home) for stop in range(stops)]
+            colours = [palette.stop(stop, stops) for stop in range(stops)]
+            words += [naming.DONE, naming.WAITS, naming.BLOCKED, naming.READY]
+            colours += [palette.DONE, palette.WAITS, palette.BLOCKED, palette.UNKNOWN]
+            self._log(f"progress/{name}", rr.StateConfiguration(values=words, labels=words, colors=colours))
+
+    # --- what moves ---
+
+    def draw(self, batch: Batch) -> None:
+        """Draw what gathered since the last time."""
+        if batch.frames:
+            self._draw_frames(batch.frames, batch.distances)
+        for time, name, word in batch.lanes:
+            self._at(time, f"progress/{name}", rr.StateChange(state=word))
+            self._words[name] = word
+            self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
+        for time, paths in batch.paths[-PATHS:]:
+            strips = [np.array(paths[name], dtype=np.float32).reshape(-1, 2) for name in self.robots]
+            self._at(time, "world/paths", rr.LineStrips2D.from_fields(strips=strips))
+        for event in batch.events:
+            self._draw_event(event)
+        for time, text in batch.summaries:
+            self._at(time, "fleet", rr.TextDocument(naming.plain(text), media_type="text/markdown"))
+
+    def _draw_frames(self, frames: list[Truth], distances: list[list[float]]) -> None:
+        values = shapes.table(frames, self.robots)
+        times = [frame.time for frame in frames]
+        scene, (rows, robots, _) = self._scene.settings, values.shape
+        radius = scene.robot.radius
+        if not self._homes_known and frames[0].tick <= scene.rate:
+            self._draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
+        each, three = [robots] * rows, [3 * robots] * rows
+        positions = values[..., :2].reshape(-1, 2)
+        self._columns("world/robots", times, rr.Points2D.columns(positions=positions).partition(each))
+        noses = shapes.noses(values, radius)
+        self._columns("world/heading", times, rr.LineStrips2D.columns(strips=noses).partition(each))
+        rings = shapes.sectors(values, radius, scene.sensors)
+        shades = shapes.sector_colours(values, scene.sensors)
+        self._columns("world/sensors", times, rr.LineStrips2D.columns(strips=rings, colors=shades).partition(three))
+        self._columns("distance", times, rr.Scalars.columns(scalars=np.ravel(distances)).partition(each))
+        for side, column in (("left", 6), ("right", 7)):
+            speeds = rr.Scalars.columns(scalars=values[..., column].ravel())
+            self._columns(f"wheels/{side}", times, speeds.partition(each))
+        trails, shown = [], []
+        for time, spots in zip(times, values[..., :2], strict=True):
+            self._trails.add(spots)
+            if self._frames_seen % TRAIL_EVERY == 0:
+                trails += self._trails.strips()
+                shown.append(time)
+            self._frames_seen += 1
+        if shown:
+            strips = rr.LineStrips2D.columns(strips=trails).partition([robots] * len(shown))
+            self._columns("world/trails", shown, strips)
+
+    def _draw_event(self, event: Event) -> None:
+        who = f"{event.robot} " if event.robot else ""
+        number = self.robots.index(event.robot) if event.robot in self.robots else -1
+        colour = self._colours[number] if number >= 0 else palette.TARGET
+        text = naming.plain(f"{who}{event.kind.replace('_', ' ')}: {event.text}".replace("\n", " "))
+        self._at(event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=colour))
+
+    def _label(self, name: str) -> str:
+        word = self._words[name]
+        return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
+
+    # --- layers that whoever knows more can fill ---
+
+    def show_rules(self, time: float, text: str) -> None:
+        """Show which rules of a robot's controller fire, as markdown."""
+        self._at(time, "rules", rr.TextDocument(naming.plain(text), media_type="text/markdown"))
+
+    def show_held(self, time: float, held: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> None:
+        """Show the cells that robots hold: (x, y, width, height) of each, the corner at the lowest x and y."""
+        cells = [(cell, n) for n, name in enumerate(self.robots) for cell in held.get(name, ())]
+        boxes = np.array([cell for cell, _ in cells], dtype=np.float32).reshape(-1, 4)
+        colours = [self._colours[n] for _, n in cells]
+        shown = rr.Boxes2D(mins=boxes[:, :2], sizes=boxes[:, 2:], colors=colours, radii=_pixels(0.7), draw_order=1.0)
+        self._at(time, "world/held", shown)
+
+    def show_waits(self, time: float, arrows: Sequence[tuple[Point, Point]]) -> None:
+        """Show who waits for whom: from where the one stands to where the other does."""
+        origins = np.array([start for start, _ in arrows], dtype=np.float32).reshape(-1, 2)
+        vectors = np.array([end for _, end in arrows], dtype=np.float32).reshape(-1, 2) - origins
+        shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=_pixels(1.0), draw_order=32.0)
+        self._at(time, "world/waits", shown)
+
+    # --- inside ---
+
+    def _log(self, entity: str, what: rr.AsComponents) -> None:
+        self._stream.log(entity, what, static=True)
+
+    def _at(self, time: float, entity: str, what: rr.AsComponents) -> None:
+        self._stream.set_time(TIMELINE, duration=time)
+        self._stream.log(entity, what)
+
+    def _columns(self, entity: str, times: list[float], columns: Iterable[rr.ComponentColumn]) -> None:
+        self._stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=times)], columns)
+
+
+def _pixels(radius: float) -> float:
+    return -radius  # Rerun's own sign for a radius in screen points

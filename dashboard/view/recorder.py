@@ -1,0 +1,77 @@
+"""Where recordings go: a server that viewers connect to, and files."""
+
+from pathlib import Path
+from typing import Final
+
+import rerun as rr
+
+from dashboard.scene import Scene
+from dashboard.view.drawing import View
+from dashboard.view.layout import blueprint
+from swarm.errors import ConfigError
+
+APPLICATION: Final = "swarm_dashboard"
+FLUSH: Final = 0.3  # s
+MEMORY: Final = "256MiB"  # what the server keeps for viewers that come late
+
+
+class Recorder:
+    """Where recordings go: a server that viewers connect to, files, or both. One recording a run.
+
+    The first run's stream is the server; later runs are sent to it, so that a viewer sees them without doing anything.
+    """
+
+    def __init__(self, *, serve: tuple[str, int] | None, record: Path | None) -> None:
+        self._serve = serve
+        self._record = record
+        self._streams: list[rr.RecordingStream] = []
+        self.url: str | None = None  # for viewers
+
+    def begin(self, name: str, scene: Scene, robots: tuple[str, ...]) -> View:
+        """Begin a run's recording.
+
+        Raises:
+            ConfigError: the file cannot be written.
+        """
+        stream = rr.RecordingStream(APPLICATION, batcher_config=rr.ChunkBatcherConfig(flush_tick=FLUSH))
+        stream.set_log_time_enabled(False)
+        sinks: list[rr.GrpcServerSink | rr.GrpcSink | rr.FileSink] = []
+        if self._serve is not None and self.url is None:
+            host, port = self._serve
+            anywhere = None if host == "127.0.0.1" else ["http://*:*"]
+            server = rr.GrpcServerSink(host, port, server_memory_limit=MEMORY, cors_allow_origin=anywhere)
+            self.url = server.uri.replace("0.0.0.0", "127.0.0.1")
+            sinks.append(server)
+        elif self.url is not None:
+            sinks.append(rr.GrpcSink(self.url))
+        if self._record is not None:
+            sinks.append(rr.FileSink(str(self._file()), write_footer=True))
+        plan = blueprint(scene)
+        try:
+            stream.set_sinks(*sinks, default_blueprint=plan)
+        except RuntimeError as fault:
+            raise ConfigError(f"record: expected to write {self._record}, got {fault}; choose another file") from None
+        stream.send_recording_name(name)
+        self._streams.append(stream)
+        view = View(stream, scene, robots)
+        view.set_stage()
+        return view
+
+    def _file(self) -> Path:
+        assert self._record is not None
+        number = len(self._streams) + 1
+        return self._record if number == 1 else self._record.with_stem(f"{self._record.stem}-run{number}")
+
+    def close(self) -> None:
+        """Finish all recordings: what is under way is sent, the files get their footers."""
+        for stream in reversed(self._streams):
+            stream.flush(timeout_sec=2.0)
+            stream.disconnect()
+        self._streams.clear()
+
+
+def serve_page(port: int, url: str, host: str) -> str:
+    """Serve the web viewer, and give the address that shows ``url``; it listens on all of this machine's addresses."""
+    rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=url)
+    source = url.replace("rerun+http", "rerun%2Bhttp").replace("127.0.0.1", host)
+    return f"http://{host}:{port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"
