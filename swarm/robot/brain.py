@@ -147,8 +147,7 @@ class Robot:
             return self._supervisor.stop(), 0.0
         navigator = self._navigator
         verdict = give_way.decide(
-            self.name,
-            navigator.remaining,
+            give_way.Rank(-self.mission.target, navigator.remaining, self.name),
             navigator.ahead(give_way.HORIZON, give_way.STEP),
             self._others.values(),
             self._settings.robot.radius,
@@ -168,7 +167,9 @@ class Robot:
             sense.right / robot.distance_scale,
             -degrees(heading),  # the paper's sign: positive is to the right
         )
-        return self._supervisor.check(sense, navigator.grid, left * robot.speed_scale, right * robot.speed_scale), heading
+        others = [(other.x, other.y) for other in self._others.values()]
+        scale = robot.speed_scale
+        return self._supervisor.check(sense, navigator.grid, others, left * scale, right * scale), heading
 
     # --- what it says ---
 

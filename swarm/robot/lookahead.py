@@ -1,7 +1,7 @@
 """Where the wheels would take the robot: its path under a command for a while and then under the brake, and how near a
 wall that comes. Compiled, since the supervisor asks several times a tick."""
 
-from math import cos, floor, sin
+from math import cos, floor, hypot, sin
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose
 from swarm.planning.grid import Grid
 
-SIGNATURE: Final = "f8(f4[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)"
+SIGNATURE: Final = "f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)"
 
 
 @njit(SIGNATURE, cache=True)  # type: ignore[untyped-decorator]
@@ -21,6 +21,8 @@ def _least_clearance(
     origin_x: float,
     origin_y: float,
     origin_yaw: float,
+    bodies: NDArray[np.float64],  # (count, 2): m, centres of others
+    body_radius: float,
     x: float,
     y: float,
     yaw: float,
@@ -55,6 +57,8 @@ def _least_clearance(
         room = (1 - u) * ((1 - v) * field[row, column] + v * field[row, column + 1]) + u * (
             (1 - v) * field[row + 1, column] + v * field[row + 1, column + 1]
         )
+        for body in range(bodies.shape[0]):
+            room = min(room, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
         least = min(least, room)
         step += 1
         if step >= ticks and left_now == 0.0 and right_now == 0.0:
@@ -66,19 +70,23 @@ def least_clearance(
     pose: Pose,
     now: tuple[float, float],
     wanted: tuple[float, float],
+    bodies: NDArray[np.float64],
     *,
+    body_radius: float,
     track_width: float,
     acceleration: float,
     dt: float,
     ticks: int,
 ) -> float:
-    """Smallest distance [m] of the centre to anything solid on the map, driving ``wanted`` rim speeds for ``ticks``
-    control steps and braking then; wheels follow at ``acceleration`` [m/s2] from the speeds they have ``now``.
+    """Smallest distance [m] of the centre to anything solid on the map and to round ``bodies`` (their centres, (n, 2),
+    m), driving ``wanted`` rim speeds for ``ticks`` control steps and braking then; the wheels follow at
+    ``acceleration`` [m/s2] from the speeds they have ``now``.
     """
     origin = grid.origin
     return float(
         _least_clearance(
-            grid.clearance, grid.resolution, origin.x, origin.y, origin.yaw, pose.x, pose.y, pose.yaw,
+            grid.clearance, grid.resolution, origin.x, origin.y, origin.yaw,
+            bodies, body_radius, pose.x, pose.y, pose.yaw,
             now[0], now[1], wanted[0], wanted[1], track_width, acceleration * dt, dt, ticks,
         )
     )  # fmt: skip

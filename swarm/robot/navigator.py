@@ -21,6 +21,7 @@ class Navigator:
     def __init__(self, grid: Grid, radius: float) -> None:
         self.grid = grid
         self._radius = radius
+        self._way = grid  # what the path was planned on: the grid, and those who stood in the way
         self.path: Path | None = None
         self._along = 0.0  # m, how far on the path
         self.plans = 0
@@ -36,7 +37,7 @@ class Navigator:
         path = plan(grid, here, goal)
         if path is None:
             return False
-        self.path, self._along = path, 0.0
+        self.path, self._along, self._way = path, 0.0, grid
         self.plans += 1
         return True
 
@@ -66,10 +67,10 @@ class Navigator:
         """
         assert self.path is not None
         here = (pose.x, pose.y)
-        if seen is not None and line_is_free(self.grid, here, goal):
+        if seen is not None and line_is_free(self._way, here, goal):
             return seen
         for share in NEARER:
             waypoint = self.path.point_at(self._along + share * AHEAD)
-            if line_is_free(self.grid, here, waypoint):
+            if line_is_free(self._way, here, waypoint):
                 break
         return bearing(pose, waypoint)

@@ -2,13 +2,19 @@
 
 The fuzzy controller steers. Its two speeds pass unchanged where the way they lead is clear. Where it is not, the mildest
 of ``REMEDIES`` is taken that keeps clear: first the same arc, slower; then the same turn, with less way on; then none.
-As the footprint is round, turning on the spot is always clear, so there is always a safe answer; as no remedy invents a
-turn, a robot whose tables do not steer gets nowhere.
+As the footprint is round, turning on the spot is always clear, so there is always a safe answer. Where the tables do
+not turn out of a place without a way ahead (rules 22 and 25 cancel each other between medium and far), it turns to the
+freer side until there is one. None of this knows the target: a robot whose tables do not steer gets nowhere.
 """
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm.geometry import Pose, Twist
+from swarm.maps.occupancy import Point
 from swarm.messages import Sense, Steering
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive
@@ -18,6 +24,11 @@ from swarm.scenario.schema import Settings
 SPARE: Final = 0.03  # m, kept between the footprint and a wall
 LOOK: Final = 0.4  # s, that far the way is looked ahead before the brake
 GAP: Final = 0.1  # m, kept to whatever the front sector sees
+BODY_SPARE: Final = 0.07  # m, kept beyond SPARE from another robot's last known place
+PATIENCE: Final = 0.5  # s without a way ahead: the tables have had the time to turn out of it
+ESCAPE: Final = 1.0  # rad/s, turn on the spot then, to the side with more room,
+ESCAPED: Final = 0.4  # m, until that much is free ahead
+STRAIGHT: Final = 0.3  # m/s, and driving on straight at that speed would keep clear
 
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = ((1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.25, 0.25), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0))
@@ -32,7 +43,7 @@ class WheelSpeeds(NamedTuple):
 
 
 class Supervisor:
-    """Keeps one robot clear of what its map and its sensors show."""
+    """Keeps one robot clear of what its map, its sensors and the radio show."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
@@ -41,26 +52,33 @@ class Supervisor:
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
         self._ticks = max(1, round(LOOK / self._dt))
+        self._patience = round(PATIENCE / self._dt)
+        self._held = 0  # ticks in a row without a way ahead
+        self._escape = 0.0  # rad/s, the turn on the spot it is in the middle of
 
-    def check(self, sense: Sense, grid: Grid, left: float, right: float) -> WheelSpeeds:
-        """Let the tables' speeds pass, or take the mildest remedy that keeps clear."""
+    def check(
+        self, sense: Sense, grid: Grid, others: Sequence[Point], left: float, right: float
+    ) -> WheelSpeeds:
+        """Let the tables' speeds pass, or take the mildest remedy that keeps clear of walls and ``others``."""
         pose = Pose(sense.x, sense.y, sense.yaw)
         wanted = self._drive.twist(left, right)
         now = self._drive.rim_speeds(Twist(sense.linear, sense.angular))
-        here = least_clearance(
-            grid, pose, (0.0, 0.0), (0.0, 0.0), track_width=1.0, acceleration=1.0, dt=self._dt, ticks=1
-        )
-        need = min(self._radius + SPARE, here - 1e-3)  # one that stands too near already may still get away
+        bodies = np.array(others, np.float64).reshape(-1, 2)
+        need = min(self._radius + SPARE, self._room(grid, pose, (0.0, 0.0), (0.0, 0.0), bodies) - 1e-3)
+        if self._escape:
+            ahead = sense.front >= ESCAPED and self._room(grid, pose, now, (STRAIGHT, STRAIGHT), bodies) >= need
+            if not ahead:
+                return self._turn(self._escape)
+            self._escape = 0.0
         for forward, turn in REMEDIES:
             linear = wanted.linear * forward
             if linear > self._fastest(sense.front):
                 continue
             speeds = self._drive.rim_speeds(Twist(linear, wanted.angular * turn))
-            room = least_clearance(
-                grid, pose, now, speeds, track_width=self._drive.track_width, acceleration=self._acceleration,
-                dt=self._dt, ticks=self._ticks,
-            )  # fmt: skip
-            if room >= need:
+            if self._room(grid, pose, now, speeds, bodies) >= need:
+                self._held = self._held + 1 if forward == 0.0 else 0
+                if self._held > self._patience:
+                    self._held, self._escape = 0, ESCAPE if sense.left >= sense.right else -ESCAPE
                 return WheelSpeeds(*speeds, Steering.FUZZY if forward == turn else Steering.SUPERVISOR)
         return self.stop()
 
@@ -68,7 +86,23 @@ class Supervisor:
         """Stand."""
         return WheelSpeeds(0.0, 0.0, Steering.REST)
 
+    def _turn(self, rate: float) -> WheelSpeeds:
+        return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, rate)), Steering.SUPERVISOR)
+
+    def _room(
+        self,
+        grid: Grid,
+        pose: Pose,
+        now: tuple[float, float],
+        wanted: tuple[float, float],
+        bodies: NDArray[np.float64],
+    ) -> float:
+        return least_clearance(
+            grid, pose, now, wanted, bodies, body_radius=self._radius + BODY_SPARE,
+            track_width=self._drive.track_width, acceleration=self._acceleration, dt=self._dt, ticks=self._ticks,
+        )  # fmt: skip
+
     def _fastest(self, front: float) -> float:
-        """Speed [m/s] from which the brake stops the robot ``GAP`` before what the front sector sees: v = sqrt(2 a s)."""
+        """Speed [m/s] from which the brake stops ``GAP`` before what the front sector sees: v = sqrt(2 a s)."""
         free = front - GAP
         return (2 * self._acceleration * free) ** 0.5 if free > 0 else 0.0

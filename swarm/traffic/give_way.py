@@ -1,7 +1,8 @@
-"""The simple rule: of two that would meet, the one nearer its target goes first; the other stands until the way is free.
+"""The simple rule: of two that would meet, the one nearer the end of its mission goes first, the other stands meanwhile.
 
-A total order (distance left, then id), so that no ring of robots waits for itself; who may go plans around those who
-stand. It promises nothing in narrow places.
+More stops done goes first (who leaves a target is let out before the next one goes in), then the shorter way to the
+target, then the id: a total order, so that no ring of robots waits for itself. Who may go plans around those who stand.
+It promises nothing in narrow places.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,6 +20,14 @@ BRUSH: Final = 0.1  # m, a standing robot nearer to the path than that is in the
 STILL: Final = frozenset({Activity.READY, Activity.GIVE_WAY, Activity.BLOCKED, Activity.DONE})
 
 
+class Rank(NamedTuple):
+    """Who goes first: the smaller one."""
+
+    stops_done: int  # negative
+    left: float  # m, to the target along the path
+    robot: str
+
+
 class Verdict(NamedTuple):
     """Whom to let pass, and who stands in the way."""
 
@@ -26,12 +35,10 @@ class Verdict(NamedTuple):
     standing: tuple[Point, ...]
 
 
-def decide(
-    name: str, left: float, ahead: Sequence[Point], others: Iterable[Broadcast], radius: float, waiting: bool
-) -> Verdict:
+def decide(rank: Rank, ahead: Sequence[Point], others: Iterable[Broadcast], radius: float, waiting: bool) -> Verdict:
     """Compare the own path ahead with what others broadcast, oldest news excluded by the caller.
 
-    ``left`` is the distance [m] to the own target along the path, ``ahead`` the path each STEP; ``waiting`` that the robot
+    ``ahead`` is the own path each STEP [m]; ``waiting`` says that the robot
     already gives way: it then wants a little more room before it goes on, so that it does not dither.
     """
     room = 2 * radius + ROOM + (0.15 if waiting else 0.0)
@@ -43,7 +50,7 @@ def decide(
             if any(distance(point, place) < 2 * radius + BRUSH for point in ahead):
                 standing.append(place)
             continue
-        if (other.distance, other.robot) >= (left, name):
+        if Rank(-other.target, other.distance, other.robot) >= rank:
             continue
         meets = any(distance(a, b) < room for a in near for b in (place, *other.ahead))
         if meets:
