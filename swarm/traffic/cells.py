@@ -18,6 +18,7 @@ from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
+KEPT: Final = 256  # distance tables
 PHASES: Final = 4  # lattice offsets tried along each axis
 
 Flags = NDArray[np.bool_]
@@ -27,7 +28,7 @@ Numbers = NDArray[np.float64]
 class CellMap:
     """Which cells there are, which are joined, and how far apart they lie.
 
-    ``radius`` [m] is the disc that has to fit: the robot's, with what it strays from the line. ``side`` [m] is a cell's.
+    ``radius`` [m] is the disc that has to fit: the robot's, with what it strays. ``side`` [m] is a cell's.
     ``offset`` [m, map's own frame] is where the outer corner of cell 0 lies.
     """
 
@@ -98,7 +99,7 @@ class CellMap:
 
     def nearest_standable(self, x: float, y: float) -> int:
         """Find the cell with room to stand whose centre is nearest to a point [m], or OUTSIDE where there is none."""
-        best, cell = (float("inf"), OUTSIDE), OUTSIDE
+        best = (float("inf"), OUTSIDE)
         here = self.cell_of(x, y)
         if here != OUTSIDE and self.stands[here]:
             return here
@@ -106,22 +107,22 @@ class CellMap:
             if stands:
                 cx, cy = self.centre(other)
                 best = min(best, (hypot(cx - x, cy - y), other))
-        cell = best[1]
-        return cell
+        return best[1]
 
     # ---- distances
 
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
         """Count the steps from every cell to ``goal``, never entering a cell of ``without``; FAR where no way leads.
 
-        The tables are kept (without ``without``): do not change them.
+        The newest KEPT tables are kept: do not change them.
         """
         key = (goal, frozenset(without))
         table = self._tables.get(key)
         if table is None:
             table = breadth_first(self.neighbours, (goal,), key[1])
-            if not key[1] or len(self._tables) < 64:
-                self._tables[key] = table
+            if len(self._tables) >= KEPT:
+                del self._tables[next(iter(self._tables))]
+            self._tables[key] = table
         return table
 
     # ---- building
@@ -136,8 +137,8 @@ class CellMap:
         """
         resolution, solid = self.occupancy.resolution, self._solid
         blocked = np.zeros((self.rows, self.columns), dtype=bool)
-        xs = self.offset[0] + (np.arange(self.columns) + 0.5) * self.side
-        ys = self.offset[1] + (np.arange(self.rows) + 0.5) * self.side
+        xs: Numbers = self.offset[0] + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.side
+        ys: Numbers = self.offset[1] + (np.arange(self.rows, dtype=np.float64) + 0.5) * self.side
         column_gaps = list(_gaps(xs, dx, radius, resolution, solid.shape[1] - 2))
         row_gaps = list(_gaps(ys, dy, radius, resolution, solid.shape[0] - 2))
         for row_index, row_gap in row_gaps:

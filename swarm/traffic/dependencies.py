@@ -1,7 +1,8 @@
 """From a joint plan to who enters each cell after whom: dependencies on progress, not on time.
 
-Action dependency graph: Hoenig et al., IEEE RA-L 4(2), 2019; the same order kept under delays: RMTRACK, Gregoire et al.,
-2017. Each visit of a cell waits only for the visit just before it, so that an entry depends on one other robot at most.
+Action dependency graph: Hoenig et al., IEEE RA-L 4(2), 2019; the same order kept under delays: RMTRACK, Gregoire et
+al., 2017. Each visit of a cell waits only for the visit just before it, so that an entry depends on
+one other robot at most.
 """
 
 from collections.abc import Sequence
@@ -13,10 +14,10 @@ TURN_STEPS = 1.5  # a right-angle turn on the spot lasts as long as so many step
 
 
 class After(NamedTuple):
-    """An entry has to wait until ``robot`` has left the ``index``-th cell of its way."""
+    """An entry has to wait until ``robot`` has left the ``place``-th cell of its way."""
 
     robot: int
-    index: int
+    place: int
 
 
 class Order(NamedTuple):
@@ -29,8 +30,8 @@ class Order(NamedTuple):
 def order_of(steps: Sequence[Spots]) -> Order:
     """Read off every robot's way, and for each cell who comes after whom.
 
-    >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0, there with its cell of index 1, has left
-    Order(ways=((0, 1, 2), (3, 1)), after=({}, {1: After(robot=0, index=1)}))
+    >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0 has left its cell no. 1
+    Order(ways=((0, 1, 2), (3, 1)), after=({}, {1: After(robot=0, place=1)}))
     """
     ways = [[cell] for cell in steps[0]]
     last = {cell: After(robot, 0) for robot, cell in enumerate(steps[0])}
@@ -66,10 +67,10 @@ def duration(order: Order) -> tuple[float, float]:
             before = after[robot].get(index)
             start = times[-1]
             if before is not None:
-                if len(arrived[before.robot]) <= before.index + 1:
+                if len(arrived[before.robot]) <= before.place + 1:
                     waiting.setdefault(before, []).append(robot)
                     break
-                start = max(start, arrived[before.robot][before.index + 1])
+                start = max(start, arrived[before.robot][before.place + 1])
             turn = index > 1 and way[index] - way[index - 1] != way[index - 1] - way[index - 2]
             times.append(start + 1.0 + (TURN_STEPS if turn else 0.0))
             left -= 1

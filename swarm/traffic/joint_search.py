@@ -1,11 +1,13 @@
 """The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan kept.
 
-Straight and random ties take turns, since turning on the spot costs a wheeled robot more than a step, but going straight
-on at any price jams narrow places. A plan is judged by when its last robot arrives if each goes as soon as the order of
+When no plan turns up soon, each pair of robots is tried alone: two that cannot both arrive even with nobody else there
+prove in moments that there is no plan, where a search over all would try everything the others can do meanwhile.
+
+Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but going straight on
+at any price jams narrow places. A plan is judged by when its last robot arrives if each goes as soon as the order of
 entries lets it.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
@@ -17,6 +19,8 @@ from swarm.traffic.pibt import Joined, Spots, Tables
 
 PATIENCE = 4  # once there is a plan, a restart may cost so many times its openings: what takes longer is rarely better
 SPARE = 30  # openings any start may cost, beyond its share
+LATE = 4  # starts without a plan, after which each pair is tried alone
+PAIR = 2_000  # openings for one pair at most
 
 
 class Outcome(Enum):
@@ -61,6 +65,7 @@ class JointSearch:
         self._spent = 0
         self._begun = 0
         self._search: Search | None = None
+        self._pairs = list(combinations(range(len(starts)), 2))[::-1]
         self._best: tuple[tuple[float, float], Steps, Order] | None = None
         self._least = 0  # openings of the cheapest plan so far
         self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
@@ -68,8 +73,11 @@ class JointSearch:
     def advance(self, expansions: int) -> Result | None:
         """Spend at most that many openings; give the result once there is one."""
         while self.result is None and expansions > 0:
+            if self._best is None and self._begun > LATE and self._pairs:
+                expansions -= self._try_a_pair()
+                continue
             search = self._search or self._begin()
-            if self.result is not None:
+            if search is None:
                 break
             before = search.expansions
             state = search.advance(min(expansions, self._allowance(search)))
@@ -96,10 +104,27 @@ class JointSearch:
         doubled = min((self._begun - 1) // 4, 20)
         return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
 
-    def _begin(self) -> Search:
+    def _try_a_pair(self) -> int:
+        """See whether two robots could arrive even alone in the world; tell what it cost, in openings of all."""
+        neighbours, tables, starts, goals = self._problem
+        i, j = self._pairs.pop()
+        search = Search(
+            neighbours,
+            (tables[i], tables[j]),
+            (starts[i], starts[j]),
+            (goals[i], goals[j]),
+            straight=False,
+            random=Random(0),
+        )
+        if search.advance(PAIR) is State.UNSOLVABLE:
+            self._finish(Outcome.UNSOLVABLE, (i, j))
+        return 1 + 2 * search.expansions // len(starts)
+
+    def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
         if self._spent >= self._budget.expansions or (self._best is not None and self._begun >= self._budget.starts):
             self._finish(Outcome.NOT_FOUND if self._best is None else Outcome.SOLVED)
+            return None
         straight = self._begun % 2 == 0
         self._search = Search(neighbours, tables, starts, goals, straight=straight, random=self._random)
         self._begun += 1
@@ -119,25 +144,3 @@ class JointSearch:
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
         steps, order = (self._best[1], self._best[2]) if self._best else ([], None)
         self.result = Result(outcome, steps, order, who, self._spent)
-
-
-def hopeless_pair(
-    neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, expansions: int, pairs: Sequence[int] = ()
-) -> tuple[int, int] | None:
-    """Find two robots that cannot both arrive even alone in the world, or None where no such pair was found.
-
-    One such pair proves that there is no plan for all, in moments, where a search over all of them would have to try
-    everything the others can do meanwhile. ``expansions`` is spent on each pair at most; ``pairs`` limits the robots.
-    """
-    for i, j in combinations(pairs or range(len(starts)), 2):
-        search = Search(
-            neighbours,
-            (tables[i], tables[j]),
-            (starts[i], starts[j]),
-            (goals[i], goals[j]),
-            straight=False,
-            random=Random(0),
-        )
-        if search.advance(expansions) is State.UNSOLVABLE:
-            return i, j
-    return None

@@ -21,7 +21,7 @@ TURN_COST: Final = 0.5  # of a tie: between straight on (0) and nothing known; l
 
 
 class StepGenerator:
-    """Makes the next positions of all robots from the present ones, under an order of priority and some orders given."""
+    """Makes the next positions of all robots from the present ones, under priorities and some orders given."""
 
     def __init__(self, neighbours: Joined, tables: Tables, goals: Spots, *, straight: bool, random: Random) -> None:
         self.neighbours = neighbours

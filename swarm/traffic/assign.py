@@ -1,0 +1,30 @@
+"""Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
+
+from collections.abc import Collection, Mapping
+
+from swarm.traffic.cells import FAR, CellMap
+
+
+def assign(
+    cells: CellMap, heads: Mapping[str, int], wishes: Mapping[str, int], blocked: Collection[int]
+) -> dict[str, int]:
+    """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
+
+    Shared targets need no other rule: one robot gets the target, the others the nearest free cells about it. A robot
+    whose goal is nowhere (OUTSIDE) keeps its place as its wish.
+    """
+    reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
+    wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
+    queue = sorted(heads, key=lambda robot: (reach[robot][wish[robot]], robot))
+    taken: dict[int, str] = {}
+    for robot in queue:
+        if reach[robot][wish[robot]] < FAR:
+            taken.setdefault(wish[robot], robot)
+    goals = {robot: cell for cell, robot in taken.items()}
+    for robot in queue:
+        if robot not in goals:
+            near, table = cells.distances(wish[robot]), reach[robot]
+            free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
+            goals[robot] = min(free, key=lambda cell: (near[cell], table[cell], cell))
+            taken[goals[robot]] = robot
+    return goals

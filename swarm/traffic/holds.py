@@ -1,0 +1,136 @@
+"""Claim, acknowledge, hold, release: how a cell is nobody's but one robot's, over a radio that loses messages.
+
+One-way broadcasts cannot exclude anybody: of two claimants each can miss the other. So a claim turns into a hold only
+when every robot in reach has acknowledged that very claim. The rules are tables: ``tests/traffic/test_claim_model.py``
+takes them, tries every order and loss of messages, and shows an overlap for each rule that is left out.
+
+Claims are ordered by (stamp, robot). Safety needs no common clock: any order that all agree on will do.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final, NamedTuple
+
+from swarm.traffic.record import Claim, Notice
+
+Acks = tuple[tuple[str, int], ...]  # (robot, number of its claim)
+
+
+class Ledger(NamedTuple):
+    """What one robot holds and claims."""
+
+    held: tuple[int, ...] = ()  # cells in the order of its way; the last is the head
+    claims: tuple[Claim, ...] = ()
+    number: int = 1  # of the next claim; each is used once
+
+    def claim(self, cell: int, tick: int) -> "Ledger":
+        """Ask for a cell."""
+        return Ledger(self.held, (*self.claims, Claim(cell, self.number, tick)), self.number + 1)
+
+    def withdraw(self, claims: Iterable[Claim]) -> "Ledger":
+        """Give up claims; their numbers are void for ever."""
+        gone = set(claims)
+        return self._replace(claims=tuple(claim for claim in self.claims if claim not in gone))
+
+    def take(self, claim: Claim) -> "Ledger":
+        """Turn a claim into a hold, at the head."""
+        return self.withdraw([claim])._replace(held=(*self.held, claim.cell))
+
+    def keep(self, held: tuple[int, ...]) -> "Ledger":
+        """Release what is not in ``held``."""
+        return self._replace(held=held)
+
+
+class Case(NamedTuple):
+    """What a rule judges: one claim, of ``who``, as ``me`` sees the world."""
+
+    claim: Claim
+    who: str
+    me: str
+    own: Ledger
+    others: Mapping[str, Notice]  # the newest of every other robot ever heard
+    near: frozenset[str] = frozenset()  # those who could claim the same cell and are not silent
+    cleared: frozenset[tuple[str, int]] = frozenset()  # cells of silent robots that a look found empty
+    age: int = 1 << 30  # ticks since the claim was made
+    ripe: int = 0  # ticks a claim has to be known before it counts
+
+
+Rule = Callable[[Case], bool]
+
+
+def _older(one: Claim, who: str, other: Claim, whose: str) -> bool:
+    return (one.stamp, who) < (other.stamp, whose)
+
+
+def _nobody_holds(case: Case) -> bool:
+    cell = case.claim.cell
+    return not any(cell in notice.held and (robot, cell) not in case.cleared for robot, notice in case.others.items())
+
+
+def _nobody_claims(case: Case) -> bool:
+    cell = case.claim.cell
+    return not any(
+        claim.cell == cell and (robot, cell) not in case.cleared
+        for robot, notice in case.others.items()
+        for claim in notice.claims
+    )
+
+
+def _no_older_claim(case: Case) -> bool:
+    mine = case.claim
+    return not any(
+        claim.cell == mine.cell and _older(claim, robot, mine, case.me) and (robot, mine.cell) not in case.cleared
+        for robot, notice in case.others.items()
+        for claim in notice.claims
+    )
+
+
+def _all_acknowledge(case: Case) -> bool:
+    ack = (case.me, case.claim.number)
+    return all(ack in case.others[robot].acks for robot in case.near)
+
+
+def _i_do_not_hold(case: Case) -> bool:
+    return case.claim.cell not in case.own.held
+
+
+def _i_have_no_older_claim(case: Case) -> bool:
+    return not any(
+        mine.cell == case.claim.cell and _older(mine, case.me, case.claim, case.who) for mine in case.own.claims
+    )
+
+
+def _is_ripe(case: Case) -> bool:
+    return case.age >= case.ripe
+
+
+# fmt: off
+GRANT: Final[dict[str, Rule]] = {  # I acknowledge another's claim, unless
+    "I hold the cell":                      _i_do_not_hold,
+    "I have an older claim":                _i_have_no_older_claim,
+}
+ASK: Final[dict[str, Rule]] = {    # I claim a cell, unless
+    "somebody holds it":                    _nobody_holds,
+    "somebody claims it":                   _nobody_claims,
+}
+TAKE: Final[dict[str, Rule]] = {   # my claim becomes a hold, unless
+    "it is too young":                      _is_ripe,
+    "not all have acknowledged":            _all_acknowledge,
+    "somebody holds it":                    _nobody_holds,
+    "I have acknowledged an older claim":   _no_older_claim,
+}
+# fmt: on
+
+
+def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
+    """Name the first rule that forbids, or None where all allow."""
+    return next((name for name, allows in rules.items() if not allows(case)), None)
+
+
+def acknowledged(me: str, own: Ledger, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:
+    """List the claims of others, (robot, number), that I do not object to."""
+    return tuple(
+        (robot, claim.number)
+        for robot in sorted(others)
+        for claim in others[robot].claims
+        if obstacle(rules, Case(claim, robot, me, own, others)) is None
+    )

@@ -1,0 +1,305 @@
+"""The life of a joint plan: somebody needs one, one leads, all near stand, the leader plans, each follows.
+
+    free --named leader--> collecting --all stand--> planning --found--> following
+    free --called-------> frozen ------------------- plan heard -------> following
+
+Nobody is appointed and nobody dissolves anything: a leader that falls silent is not fresh, so the next need names the
+next; whoever is called by two follows the lower id; who stood in vain for ``freeze`` ticks goes on alone. A plan never
+gives a right to a cell: lost, late or half adopted it costs time only.
+"""
+
+from collections.abc import Mapping
+from random import Random
+from typing import NamedTuple
+
+from swarm.traffic.assign import assign
+from swarm.traffic.cells import CellMap
+from swarm.traffic.hearsay import Event
+from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
+from swarm.traffic.record import Collect, Entry, Epoch, JointPlan, Record
+from swarm.traffic.settings import TrafficSettings
+
+NEVER = -(10**9)
+SETTLE = 20  # ticks after which a member that shows no sign of the plan is taken to go without it
+
+
+class Situation(NamedTuple):
+    """What the life cycle looks at in one step."""
+
+    tick: int
+    head: int  # cell
+    goal: int  # cell
+    blocked: frozenset[int]  # cells a look found occupied
+    others: Mapping[str, Record]
+    fresh: Mapping[str, Record]
+
+
+class Task(NamedTuple):
+    """What a leader gave to its search, to write the answer down by."""
+
+    members: tuple[str, ...]
+    starts: tuple[int, ...]
+    goals: tuple[int, ...]
+    exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
+    last: bool  # nothing to leave out any more
+
+
+class JointPlanning:
+    """One robot's part in joint plans."""
+
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+        self.me = me
+        self.epoch: Epoch | None = None  # followed
+        self.frozen: Epoch | None = None
+        self.need: str | None = None
+        self.collect: Collect | None = None
+        self.plan: JointPlan | None = None  # published, or followed
+        self.way: tuple[int, ...] | None = None  # just adopted; the caller takes it
+        self.adopted = NEVER
+        self.plans_made = 0
+        self._cells = cells
+        self._settings = settings
+        self._since = NEVER  # frozen
+        self._lead_from = NEVER
+        self._published = NEVER
+        self._spent: set[Epoch] = set()
+        self._asked: dict[str, int] = {}  # leader -> how often it was named without answering
+        self._passed_over: dict[str, int] = {}  # leader -> until when
+        self._search: JointSearch | None = None
+        self._task: Task | None = None
+        self._entries: dict[int, Entry] = {}
+        self._reported: set[tuple[str, ...]] = set()
+
+    # ---- what others may read
+
+    def carried(self, tick: int) -> JointPlan | None:
+        """Give the plan this robot made, as long as its record carries it."""
+        mine = self.plan is not None and self.plan.epoch.leader == self.me
+        return self.plan if mine and tick - self._published <= self._settings.carry else None
+
+    def follows(self, robot: str) -> bool:
+        """Tell whether a robot has a part in the plan followed."""
+        return self.epoch is not None and self.plan is not None and robot in self.plan.ways
+
+    def waits_for(self, step: int, situation: Situation) -> str | None:
+        """Name the robot that must first leave the ``step``-th cell of the way, if it has not."""
+        entry = self._entries.get(step) if self.epoch is not None else None
+        if entry is None:
+            return None
+        record = situation.fresh.get(entry.robot)
+        if record is None:
+            return None  # silent or out of reach: the holds alone decide
+        if record.epoch == self.epoch:
+            return None if record.left > entry.place else entry.robot
+        if record.epoch is not None and self.epoch is not None and record.epoch > self.epoch:
+            return None
+        settled = record.stamp > self.adopted + SETTLE and record.frozen != self.epoch
+        return None if settled else entry.robot
+
+    def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
+        """Name the member, still following, whose way ends in a cell: it has the first turn there."""
+        if self.epoch is None or self.plan is None:
+            return None
+        for robot, way in sorted(self.plan.ways.items()):
+            if way[-1] == cell and robot != self.me and robot in fresh and fresh[robot].epoch == self.epoch:
+                return robot
+        return None
+
+    # ---- the cycle
+
+    def leave(self) -> None:
+        """Go on alone."""
+        self.epoch = None
+        self._entries = {}
+
+    def reset(self, tick: int) -> None:
+        """Forget every part in any plan: the robot was away."""
+        self.leave()
+        self._thaw()
+        self.need = None
+        self._lead_from = tick + self._settings.listen
+
+    def ask(self, situation: Situation) -> None:
+        """Name who shall lead: the lowest id that is fresh, me included; who does not answer is passed over."""
+        tick = situation.tick
+        candidates = sorted([self.me, *situation.fresh])
+        leader = next((robot for robot in candidates if self._passed_over.get(robot, NEVER) < tick), self.me)
+        self.need = leader
+        if leader != self.me:
+            self._asked[leader] = self._asked.get(leader, 0) + 1
+            if self._asked[leader] > self._settings.unanswered:
+                self._passed_over[leader] = tick + self._settings.pass_over
+                self._asked[leader] = 0
+
+    def step(self, situation: Situation) -> list[Event]:
+        """Follow calls, lead when named, plan a little, adopt what came."""
+        self._join_a_call(situation)
+        if self.frozen is None and self._named(situation):
+            self._begin_to_collect(situation)
+        if self.collect is not None:
+            return self._lead(situation)
+        if self.frozen is not None:
+            self._await_plan(situation)
+        return []
+
+    def _named(self, situation: Situation) -> bool:
+        if situation.tick < self._lead_from:
+            return False
+        return self.need == self.me or any(record.need == self.me for record in situation.fresh.values())
+
+    def _begin_to_collect(self, situation: Situation) -> None:
+        epoch = Epoch(situation.tick, self.me)
+        self.collect = Collect(epoch, tuple(sorted([self.me, *situation.fresh])))
+        self._freeze(epoch, situation.tick)
+
+    def _freeze(self, epoch: Epoch, tick: int) -> None:
+        self.frozen = epoch
+        self._since = tick
+        self.need = None
+        self._asked.clear()
+
+    def _thaw(self) -> None:
+        if self.frozen is not None:
+            self._spent.add(self.frozen)
+        self.frozen = None
+        self.collect = None
+        self._search = None
+        self._task = None
+
+    def _join_a_call(self, situation: Situation) -> None:
+        """Stand for the lowest leader that calls me, giving up a higher one or my own lead."""
+        calls = [
+            record.collect.epoch
+            for robot, record in situation.fresh.items()
+            if record.collect is not None and self.me in record.collect.members and record.collect.epoch.leader == robot
+        ]
+        calls = [epoch for epoch in calls if epoch not in self._spent]
+        if not calls:
+            return
+        lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))
+        if self.frozen is None or (lowest != self.frozen and lowest.leader <= self.frozen.leader):
+            self._thaw()
+            self._freeze(lowest, situation.tick)
+
+    def _await_plan(self, situation: Situation) -> None:
+        """Adopt the plan I stand for, or end standing: too long, or the leader has given it up."""
+        epoch = self.frozen
+        if epoch is None:
+            return
+        leader = situation.others.get(epoch.leader)
+        if leader is not None and leader.plan is not None and leader.plan.epoch == epoch:
+            self._adopt(leader.plan, situation)
+            self._thaw()
+            return
+        called = leader is not None and leader.collect is not None and leader.collect.epoch == epoch
+        if not called or situation.tick - self._since > self._settings.freeze:
+            self._thaw()
+
+    def _adopt(self, plan: JointPlan, situation: Situation) -> None:
+        way = plan.ways.get(self.me)
+        if way is None or way[0] != situation.head:
+            return
+        self.plan = plan
+        self.epoch = plan.epoch
+        self.adopted = situation.tick
+        self.way = way
+        self._entries = {entry.step: entry for entry in plan.after.get(self.me, ())}
+
+    # ---- leading
+
+    def _lead(self, situation: Situation) -> list[Event]:
+        if self._search is None:
+            if not self._all_stand(situation):
+                return []
+            self._begin_to_search(situation, with_strangers=True)
+        search, task = self._search, self._task
+        assert search is not None
+        assert task is not None
+        result = search.advance(max(1, self._settings.robot_openings // max(1, len(task.members))))
+        if result is None:
+            return []
+        if result.outcome is not Outcome.SOLVED and not task.last:
+            self._begin_to_search(situation, with_strangers=False)
+            return []
+        return self._finish(situation, task, result)
+
+    def _all_stand(self, situation: Situation) -> bool:
+        assert self.collect is not None
+        epoch, members = self.collect
+        if situation.tick - self._since >= self._settings.gather:
+            return True
+        return all(
+            robot == self.me or (robot in situation.fresh and situation.fresh[robot].frozen == epoch)
+            for robot in members
+        )
+
+    def _begin_to_search(self, situation: Situation, *, with_strangers: bool) -> None:
+        assert self.collect is not None
+        epoch = self.collect.epoch
+        heads = {self.me: situation.head}
+        wishes = {self.me: situation.goal}
+        for robot, record in situation.fresh.items():
+            if record.frozen == epoch and record.held and record.held[-1] not in heads.values():
+                heads[robot] = record.held[-1]
+                wishes[robot] = record.goal
+        strangers = {
+            cell
+            for robot, record in situation.others.items()
+            if robot not in heads
+            for cell in (*record.held, *(claim.cell for claim in record.claims))
+        }
+        in_the_way = strangers | situation.blocked if with_strangers else set()
+        in_the_way -= set(heads.values())
+        goals = assign(self._cells, heads, wishes, in_the_way)
+        members = tuple(sorted(heads))
+        blocked = frozenset(in_the_way)
+        starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)
+        settings = self._settings
+        few = len(members) <= settings.small
+        self._search = JointSearch(
+            [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
+            if blocked
+            else self._cells.neighbours,
+            [self._cells.distances(goal, blocked) for goal in ends],
+            starts,
+            ends,
+            budget=Budget(settings.starts_small if few else settings.starts, settings.expansions),
+            random=Random(f"{epoch.tick} {epoch.leader}"),
+        )
+        exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)
+        self._task = Task(members, starts, ends, exact, last=not in_the_way)
+
+    def _finish(self, situation: Situation, task: Task, result: Result) -> list[Event]:
+        """Publish the plan, or say that there is none and wait before trying again."""
+        assert self.collect is not None
+        epoch, tick = self.collect.epoch, situation.tick
+        names = task.members
+        if result.order is None:
+            self._lead_from = tick + self._settings.backoff
+            self._thaw()
+            return self._report(task, result)
+        self.plan = JointPlan(
+            epoch=epoch,
+            ways=dict(zip(names, result.order.ways, strict=True)),
+            after={
+                robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
+                for robot, after in zip(names, result.order.after, strict=True)
+                if after
+            },
+        )
+        self._published = tick
+        self._lead_from = tick + self._settings.again
+        self.plans_made += 1
+        self._adopt(self.plan, situation)
+        self._thaw()
+        return [Event("joint_plan", names, f"{self.me} leads {len(names)} robots, {tick - epoch.tick} ticks to plan")]
+
+    def _report(self, task: Task, result: Result) -> list[Event]:
+        proven = result.outcome is Outcome.UNSOLVABLE and task.exact
+        who = tuple(task.members[index] for index in result.who) if proven else task.members
+        if who in self._reported:
+            return []
+        self._reported.add(who)
+        if proven:
+            return [Event("unsolvable", who, f"no way exists for {', '.join(who)} to reach their targets together")]
+        return [Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")]

@@ -1,0 +1,54 @@
+"""Every constant of traffic, with its unit and where it comes from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrafficSettings:
+    """What all robots of a fleet share. Times are in ticks of ``tick`` seconds: robots have no other clock."""
+
+    tick: float = 0.05  # s
+    every: int = 4  # ticks between two broadcasts of a robot
+    radius: float = 0.2  # m, of the robot's footprint
+    margin: float = 0.03  # m, kept between the footprint and the edge of the held cells
+    radio_range: float = 8.0  # m
+    speed: float = 0.9  # m/s, nobody is faster: what a record may have moved since the last one
+    sensor_range: float = 1.6  # m, from the robot's edge
+
+    # claims and holds
+    horizon: int = 3  # cells claimed or held beyond the one the robot stands in
+    ripe: int = 8  # ticks before a claim can become a hold: two broadcasts of everybody
+    listen: int = 30  # ticks without any claim after the start and after waking: those near are heard first
+    fresh: int = 40  # ticks; a record older than this is of a silent robot
+    gap: int = 20  # ticks between two steps of the same robot that mean it was suspended
+    surmise: int = 200  # ticks of silence before a look decides about the cells of a silent robot
+    obstacle: int = 400  # ticks for which a body found in a cell keeps it out of paths
+    stop_distance: float = 0.6  # m, to something nobody told of: no forward speed
+    unexpected: float = 0.05  # m, so much nearer than the map's own walls is something else
+
+    # records
+    hops: int = 3  # how often a record is passed on
+    keep: int = 600  # ticks for which a silent robot's record is passed on
+    relayed: int = 40  # records passed on in one broadcast at most, nearest first
+
+    # joint plans
+    ahead: int = 6  # cells of its way a robot tells
+    stuck: int = 60  # ticks without progress that ask for a joint plan
+    plan_stuck: int = 160  # ticks in which nobody of a plan has advanced, before it is given up
+    again: int = 10  # ticks between two plans of one leader
+    gather: int = 20  # ticks a leader waits for those who have not frozen
+    freeze: int = 50  # ticks a member stands frozen without a plan at most
+    carry: int = 100  # ticks for which a leader's record carries its plan
+    unanswered: int = 4  # checks after which a leader asked in vain is passed over
+    pass_over: int = 100  # ticks for which it is
+    backoff: int = 200  # ticks before the same cluster is planned again after no plan was found
+    small: int = 6  # members; so small a cluster is planned from many starts
+    starts_small: int = 30
+    starts: int = 4
+    expansions: int = 20_000  # openings of a joint position for one joint plan
+    robot_openings: int = 3_000  # openings times members in one step: a few milliseconds
+
+    @property
+    def claim_radius(self) -> float:
+        """How far from its body a robot may claim [m]: two that claim one cell must hear each other."""
+        return (self.radio_range - 1.0) / 2

@@ -1,0 +1,429 @@
+"""One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
+
+Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of.
+1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or by a joint
+plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
+"""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from math import hypot
+from typing import Final, NamedTuple
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose, bearing
+from swarm.maps.occupancy import Point
+from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.hearsay import Event, Hearsay
+from swarm.traffic.holds import ASK, TAKE, Case, Ledger, acknowledged, obstacle
+from swarm.traffic.joint import JointPlanning, Situation
+from swarm.traffic.look import Reading, sees_through, unexplained
+from swarm.traffic.need import Needs
+from swarm.traffic.record import Claim, Record, TrafficBroadcast
+from swarm.traffic.route import own_way
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.walk import ALONE, Walk
+
+RETRY: Final = 20  # ticks between two tries to find a way where there was none
+HALTED: Final = 10  # ticks stopped for something unknown, after which what is ahead is given back
+FACING: Final = 0.1  # rad, off the cell looked at
+CENTRED: Final = 0.25  # m, off the middle of the cell looked from
+
+
+class TrafficActivity(StrEnum):
+    """What a robot is doing about others, in one word."""
+
+    LISTENING = "listening"  # just started or woken: hears who is near before it claims anything
+    DRIVING = "driving"
+    WAITING = "waiting"  # for those in ``waits``
+    STANDING = "standing"  # for a joint plan to come
+    LEADING = "leading"  # making one
+    HALTED = "halted"  # before something that nobody told of
+    LOOKING = "looking"  # whether a silent robot's cell is empty
+    CUT_OFF = "cut_off"  # no way leads to the goal
+    ARRIVED = "arrived"  # in the goal's cell, or there is no goal
+
+
+class TrafficInputs(NamedTuple):
+    """What one step is given."""
+
+    tick: int
+    pose: Pose
+    goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
+    braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
+    readings: tuple[Reading, ...] = ()  # left, front, right
+    heard: Sequence[TrafficBroadcast] = ()
+
+
+class TrafficOutputs(NamedTuple):
+    """What one step gives."""
+
+    broadcast: TrafficBroadcast | None  # when it is this robot's turn
+    held: tuple[int, ...]  # cells the body must stay in; the last is the head
+    waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
+    may_drive: bool  # False: no forward speed; turning on the spot is safe
+    face: Point | None  # m, turn to this before anything else
+    waits: tuple[str, ...]
+    activity: TrafficActivity
+    events: tuple[Event, ...]
+    way: tuple[int, ...]  # cells to come, held ones first
+    members: tuple[str, ...]  # of the joint plan followed
+
+
+class Traffic:
+    """One robot's traffic. ``slot`` is its place in the round of broadcasts."""
+
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, *, slot: int = 0) -> None:
+        if settings.claim_radius < 1.2 * cells.side:
+            raise ConfigError(
+                f"radio range {settings.radio_range} m is too short for cells of {cells.side} m: a robot claims no "
+                f"farther than (range - 1)/2, which must be at least 1.2 cells; make cells smaller or the range longer"
+            )
+        self.me = me
+        self.cells = cells
+        self.settings = settings
+        self._slot = slot
+        self._hearsay = Hearsay(me, cells, settings)
+        self._joint = JointPlanning(me, cells, settings)
+        self._needs = Needs(me, settings)
+        self._walk: Walk | None = None
+        self._last_tick = -1
+        self._listen_until = 0
+        self._moved = 0
+        self._goal = OUTSIDE
+        self._wish: Point | None = None
+        self._route_for: tuple[int, frozenset[int]] | None = None
+        self._retry_at = 0
+        self._obstacles: dict[int, int] = {}  # cell -> until when
+        self._cleared: frozenset[tuple[str, int]] = frozenset()
+        self._halted_since: int | None = None
+
+    def step(self, inputs: TrafficInputs) -> TrafficOutputs:
+        """Take one tick's inputs; call it each tick, before the motors run."""
+        tick, pose = inputs.tick, inputs.pose
+        body = self.cells.cell_of(pose.x, pose.y)
+        touched = self._touched(inputs)
+        walk = self._present(tick, body, touched, pose)
+        events = self._hearsay.hear(tick, inputs.heard)
+        fresh = self._hearsay.fresh(tick)
+        self._cleared = frozenset(pair for pair in self._cleared if pair[0] not in fresh)
+        self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
+        walk = self._release(walk, touched, body, tick)
+        self._set_goal(inputs.goal, walk, pose)
+        walk, stopped = self._halt(walk, inputs, touched, fresh, events)
+
+        situation = Situation(tick, walk.head, self._goal, frozenset(self._obstacles), self._hearsay.others, fresh)
+        events += self._joint.step(situation)
+        walk = self._find_way(walk, situation)
+        waits: tuple[str, ...] = ()
+        face = None
+        if self._joint.frozen is not None:
+            walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
+        elif tick >= self._listen_until:
+            walk, waits = self._claim(walk, situation, pose)
+            face = self._look(walk, waits, inputs)
+        self._walk = walk
+        sends = (tick + self._slot) % self.settings.every == 0
+        if sends:
+            self._joint.need = None
+            if self._joint.frozen is None and self._needs.joint_plan(
+                self._own_record(inputs, waits), situation, self._joint
+            ):
+                self._joint.ask(situation)
+        return self._outputs(inputs, walk, waits, face, stopped, events, sends)
+
+    # ---- the body and its cells
+
+    def _touched(self, inputs: TrafficInputs) -> frozenset[int]:
+        """List the cells that the footprint, with its margin, is in or would come into on its braking path."""
+        radius = self.settings.radius + self.settings.margin
+        points = ((inputs.pose.x, inputs.pose.y), *inputs.braking)
+        return frozenset(cell for point in points for cell in self.cells.touched(*point, radius)) - {OUTSIDE}
+
+    def _present(self, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
+        """Bring the walk up to now: begin, wake up, or own up to having left the held cells."""
+        walk, gap = self._walk, tick - self._last_tick
+        self._last_tick = tick
+        if walk is not None and gap <= self.settings.gap:
+            if not touched <= set(walk.ledger.held):  # pushed, or driven badly: what the body is in is no longer free
+                extra = tuple(sorted(touched - set(walk.ledger.held)))
+                ledger = walk.ledger.keep((*extra, *walk.ledger.held))
+                walk = walk._replace(ledger=ledger, steps=(ALONE,) * len(extra) + walk.steps)
+            return walk
+        self._listen_until = tick + self.settings.listen
+        self._moved = tick
+        self._joint.reset(tick)
+        self._route_for = None
+        number = walk.ledger.number if walk is not None else tick * 64 + 1
+        head = body if body in touched and self.cells.stands[body] else self._nearest(touched, pose)
+        held = (*sorted(touched - {head}), head)
+        return Walk(Ledger(held, (), number), (ALONE,) * len(held))
+
+    def _nearest(self, touched: frozenset[int], pose: Pose) -> int:
+        standable = [cell for cell in touched if self.cells.stands[cell]]
+        if not standable:
+            return self.cells.nearest_standable(pose.x, pose.y)
+        return min(standable, key=lambda cell: (_distance(self.cells.centre(cell), pose), cell))
+
+    def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int) -> Walk:
+        released = walk.released(touched, body)
+        if released is not walk:
+            self._moved = tick
+        return released
+
+    def _set_goal(self, goal: Point | None, walk: Walk, pose: Pose) -> None:
+        """Turn the place wanted into a cell that can be stood in and reached by a way of the map."""
+        if goal is None:
+            if self._wish is not None or self._goal == OUTSIDE:
+                self._goal = walk.head
+        elif goal != self._wish or self._goal == OUTSIDE:
+            cell = self.cells.cell_of(*goal)
+            table = self.cells.distances(walk.head)
+            if cell == OUTSIDE or table[cell] >= FAR:
+                reachable = [other for other, steps in enumerate(table) if steps < FAR]
+                cell = min(reachable, key=lambda other: (_distance(self.cells.centre(other), goal), other))
+            if cell != self._goal:
+                self._goal = cell
+                self._joint.leave()
+        self._wish = goal
+
+    # ---- layer 0: what nobody told of
+
+    def _halt(
+        self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], fresh: dict[str, Record], events: list[Event]
+    ) -> tuple[Walk, bool]:
+        theirs = {cell for record in fresh.values() for cell in record.held} - set(walk.ledger.held)
+        cell = unexplained(inputs.readings, inputs.pose, self.cells, theirs, self.settings)
+        if cell is None:
+            self._halted_since = None
+            return walk, False
+        tick = inputs.tick
+        if self._halted_since is None:
+            self._halted_since = tick
+        elif tick - self._halted_since == HALTED:
+            events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
+            if cell != self.cells.cell_of(*inputs.pose[:2]):
+                self._obstacles[cell] = tick + self.settings.obstacle
+            if len(walk.ledger.held) > 1:
+                walk = walk.given_back(touched)
+                self._joint.leave()
+                self._route_for = None
+        return walk, True
+
+    # ---- layer 2: which way
+
+    def _find_way(self, walk: Walk, situation: Situation) -> Walk:
+        """Adopt a joint plan's way, or keep to it, or find one's own."""
+        joint, tick = self._joint, situation.tick
+        if joint.way is not None:
+            way, joint.way = joint.way, None
+            self._moved = tick
+            return self._without_stale_claims(walk.onto(way))
+        if joint.epoch is not None and (walk.route or walk.head == self._goal):
+            return walk
+        if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
+            return walk
+        joint.leave()
+        wanted = (self._goal, frozenset(self._obstacles))
+        complete = walk.route[-1] == self._goal if walk.route else walk.head == self._goal
+        if self._route_for == wanted and not walk.following and (complete or tick < self._retry_at):
+            return walk
+        self._retry_at = tick + RETRY
+        self._route_for = wanted
+        route = own_way(self.cells, walk.head, self._goal, wanted[1] - {walk.head})
+        return self._without_stale_claims(walk.alone(route))
+
+    @staticmethod
+    def _without_stale_claims(walk: Walk) -> Walk:
+        """Withdraw claims for cells that the route does not begin with."""
+        claims = walk.ledger.claims
+        good = 0
+        while good < min(len(claims), len(walk.route)) and claims[good].cell == walk.route[good]:
+            good += 1
+        return walk._replace(ledger=walk.ledger.withdraw(claims[good:])) if good < len(claims) else walk
+
+    # ---- layer 1: claims and holds
+
+    def _claim(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+        """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
+        walk, waits = self._ask(walk, situation, pose)
+        near = self._near(situation, pose)
+        while walk.route:
+            cell = walk.route[0]
+            step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
+            if cell in walk.ledger.held and not walk.ledger.claims and step_free:
+                walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
+                continue
+            if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
+                break
+            claim = walk.ledger.claims[0]
+            case = self._case(claim, walk, situation, near)
+            against = obstacle(TAKE, case)
+            if against is not None:
+                waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
+                break
+            walk = walk.grown(walk.ledger.take(claim))
+            self._moved = situation.tick
+            waits = ()
+        return walk, waits
+
+    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+        """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
+        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
+        for ahead, cell in enumerate(walk.route[: max(0, room)]):
+            first = self._joint.waits_for(walk.next_step + ahead, situation) if walk.following else None
+            if first is not None:
+                return walk, (first,) if ahead == 0 else ()
+            if ahead < len(walk.ledger.claims):
+                continue
+            if cell in walk.ledger.held or cell in self._obstacles:
+                return walk, ()
+            if _distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+                return walk, ()
+            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
+            if obstacle(ASK, case) is not None:
+                return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
+            walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
+        return walk, ()
+
+    def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
+        age = situation.tick - claim.stamp
+        others = situation.others
+        return Case(claim, self.me, self.me, walk.ledger, others, near, self._cleared, age, self.settings.ripe)
+
+    def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
+        """Name those heard of late who could claim a cell that I can claim."""
+        settings = self.settings
+        farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
+        reach = 2 * farthest + 1.5
+        return frozenset(
+            robot for robot, record in situation.fresh.items() if hypot(record.x - pose.x, record.y - pose.y) <= reach
+        )
+
+    def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
+        """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
+        cell = case.claim.cell
+        owners = tuple(
+            robot
+            for robot, notice in case.others.items()
+            if (robot, cell) not in self._cleared
+            and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
+        )
+        return owners or tuple(
+            robot for robot in sorted(near) if (self.me, case.claim.number) not in case.others[robot].acks
+        )
+
+    # ---- silent robots
+
+    def _look(self, walk: Walk, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
+        """Turn to the next cell when only robots long silent keep it, and judge it by what the front sector sees."""
+        if not waits or not walk.route or len(walk.ledger.held) > 1:
+            return None
+        others, cell = self._hearsay.others, walk.route[0]
+        owners = [robot for robot in waits if self._keeps(others[robot], cell)]
+        if not owners or any(inputs.tick - others[robot].stamp <= self.settings.surmise for robot in waits):
+            return None
+        centre, pose = self.cells.centre(cell), inputs.pose
+        if _distance(self.cells.centre(walk.head), pose) > CENTRED or len(inputs.readings) != 3:
+            return None
+        if abs(bearing(pose, centre)) > FACING:
+            return centre
+        empty = sees_through(inputs.readings[1], self.cells.side, self.settings.radius, self.settings.sensor_range)
+        if empty:
+            self._cleared |= {(robot, cell) for robot in owners}
+        else:
+            self._obstacles[cell] = inputs.tick + self.settings.obstacle
+            self._joint.leave()
+        return centre
+
+    @staticmethod
+    def _keeps(record: Record, cell: int) -> bool:
+        return cell in record.held or any(claim.cell == cell for claim in record.claims)
+
+    # ---- what it says
+
+    def _own_record(self, inputs: TrafficInputs, waits: tuple[str, ...]) -> Record:
+        walk, joint, tick = self._walk, self._joint, inputs.tick
+        assert walk is not None
+        return Record(
+            robot=self.me,
+            stamp=tick,
+            x=inputs.pose.x,
+            y=inputs.pose.y,
+            goal=self._goal,
+            held=walk.ledger.held,
+            claims=walk.ledger.claims,
+            acks=acknowledged(self.me, walk.ledger, self._hearsay.others),
+            ahead=walk.route[: self.settings.ahead],
+            waits=waits,
+            moved=self._moved,
+            epoch=joint.epoch,
+            left=walk.left if joint.epoch is not None else 0,
+            frozen=joint.frozen,
+            need=joint.need,
+            collect=joint.collect,
+            plan=joint.carried(tick),
+        )
+
+    def _outputs(
+        self,
+        inputs: TrafficInputs,
+        walk: Walk,
+        waits: tuple[str, ...],
+        face: Point | None,
+        stopped: bool,
+        events: list[Event],
+        sends: bool,
+    ) -> TrafficOutputs:
+        pose, held = inputs.pose, walk.ledger.held
+        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        broadcast = None
+        if sends:
+            others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
+            broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
+        waypoints = [self.cells.centre(cell) for cell in held[place:]]
+        if walk.head == self._goal and self._wish is not None:
+            waypoints[-1] = self._inside(self._goal, self._wish)
+        return TrafficOutputs(
+            broadcast=broadcast,
+            held=held,
+            waypoints=tuple(waypoints),
+            may_drive=not stopped,
+            face=face,
+            waits=waits,
+            activity=self._activity(walk, waits, face, stopped, inputs.tick),
+            events=tuple(events),
+            way=(*held[place:], *walk.route),
+            members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
+        )
+
+    def _inside(self, cell: int, point: Point) -> Point:
+        """Move a point towards the middle of a cell until the robot fits in there."""
+        centre = self.cells.centre(cell)
+        radius = self.settings.radius + 2 * self.settings.margin
+        for share in (1.0, 0.8, 0.6, 0.4, 0.2):
+            x, y = centre[0] + share * (point[0] - centre[0]), centre[1] + share * (point[1] - centre[1])
+            if self.cells.fits((cell,), x, y, radius):
+                return x, y
+        return centre
+
+    def _activity(
+        self, walk: Walk, waits: tuple[str, ...], face: Point | None, stopped: bool, tick: int
+    ) -> TrafficActivity:
+        states = (
+            (stopped, TrafficActivity.HALTED),
+            (self._joint.collect is not None, TrafficActivity.LEADING),
+            (self._joint.frozen is not None, TrafficActivity.STANDING),
+            (tick < self._listen_until, TrafficActivity.LISTENING),
+            (face is not None, TrafficActivity.LOOKING),
+            (walk.head == self._goal and not walk.route, TrafficActivity.ARRIVED),
+            (bool(waits) and len(walk.ledger.held) == 1, TrafficActivity.WAITING),
+            (not walk.route and self._joint.epoch is None, TrafficActivity.CUT_OFF),
+            (not walk.route, TrafficActivity.WAITING),
+        )
+        return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)
+
+
+def _distance(a: Point, b: Sequence[float]) -> float:
+    return hypot(a[0] - b[0], a[1] - b[1])

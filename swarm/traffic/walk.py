@@ -1,0 +1,78 @@
+"""Where one robot stands on its way: the cells it holds, those to come, and what it has left behind."""
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+from swarm.traffic.holds import Ledger
+
+ALONE = -1  # the step of a cell that belongs to no joint plan
+
+
+class Walk(NamedTuple):
+    """A way over the cells: ``ledger.held`` is under the robot and before it, ``route`` follows.
+
+    ``steps`` numbers the held cells within the joint plan followed, ALONE where there is none.
+    """
+
+    ledger: Ledger
+    steps: tuple[int, ...]
+    route: tuple[int, ...] = ()
+    following: bool = False
+
+    @property
+    def head(self) -> int:
+        """The last cell held."""
+        return self.ledger.held[-1]
+
+    @property
+    def left(self) -> int:
+        """How many cells of the joint plan lie behind."""
+        return max(0, self.steps[0])
+
+    @property
+    def next_step(self) -> int:
+        """The step, within the joint plan, of the first cell of the route."""
+        return self.steps[-1] + 1
+
+    def place(self, body: int) -> int:
+        """Find where in the held cells the body is: the latest of them that is its cell."""
+        held = self.ledger.held
+        return max((index for index, cell in enumerate(held) if cell == body), default=0)
+
+    def onto(self, way: tuple[int, ...]) -> "Walk":
+        """Follow a joint plan's way; it begins at the head."""
+        behind = len(self.steps) - 1
+        return self._replace(steps=(ALONE,) * behind + (0,), route=way[1:], following=True)
+
+    def alone(self, route: tuple[int, ...]) -> "Walk":
+        """Follow a way of one's own."""
+        return self._replace(steps=(ALONE,) * len(self.steps), route=route, following=False)
+
+    def grown(self, ledger: Ledger) -> "Walk":
+        """Go on to the first cell of the route, which ``ledger`` has at its head now."""
+        step = self.next_step if self.following else ALONE
+        return self._replace(ledger=ledger, steps=(*self.steps, step), route=self.route[1:])
+
+    def released(self, touched: Collection[int], body: int) -> "Walk":
+        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on."""
+        held = self.ledger.held
+        place = self.place(body)
+        keep = [
+            index
+            for index, cell in enumerate(held)
+            if index >= place or (cell in touched and cell not in held[index + 1 :])
+        ]
+        if len(keep) == len(held):
+            return self
+        ledger = self.ledger.keep(tuple(held[index] for index in keep))
+        return self._replace(ledger=ledger, steps=tuple(self.steps[index] for index in keep))
+
+    def given_back(self, touched: Collection[int]) -> "Walk":
+        """Give up the plan, the claims, and what is held ahead of the braking path; then turn round where that helps.
+
+        Stopped across two cells, the way out is back: the one further back becomes the head.
+        """
+        held = self.ledger.held
+        last = max((index for index, cell in enumerate(held) if cell in touched), default=0)
+        kept = tuple(dict.fromkeys(held[: last + 1]))[::-1]
+        return Walk(Ledger(kept, (), self.ledger.number), (ALONE,) * len(kept))

@@ -1,0 +1,128 @@
+"""A checker that sees every robot and knows nothing of how they plan: do holds overlap, do bodies stay in them?"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from math import hypot
+from typing import NamedTuple
+
+from swarm.geometry import Pose
+from swarm.traffic.cells import CellMap
+from swarm.traffic.hearsay import Event
+
+STUCK = 10.0  # s without getting on, after which a circle of waits counts as a deadlock
+NUMERIC = 1e-6  # m, what rounding may add to a body's radius
+
+
+class Seen(NamedTuple):
+    """One robot at one tick."""
+
+    pose: Pose
+    held: tuple[int, ...]  # cells it declares to hold
+    wants_to_move: bool  # it has a way and is not at its end
+    moved: bool  # it got on since the last tick
+    waits: tuple[str, ...] = ()  # for whom
+    live: bool = True  # its process runs; False: killed or suspended
+
+
+class Fault(NamedTuple):
+    """Something that must not be, when it began."""
+
+    tick: int
+    kind: str  # "overlap", "outside", "contact"
+    robots: tuple[str, ...]
+    where: tuple[int, ...]  # cells
+
+
+@dataclass
+class Watch:
+    """Fed every tick, it lists the faults as they begin, and counts for the report."""
+
+    cells: CellMap
+    radius: float  # m
+    tick: float  # s
+    faults: list[Fault] = field(default_factory=list)
+    conflicts: int = 0  # times a robot began to wait for another
+    joint_plans: int = 0
+    deadlocks: int = 0  # times robots waited for each other in a circle and none of them got on for 10 s
+    longest_wait: float = 0.0  # s
+    waiting: dict[str, float] = field(default_factory=dict)  # s, of each robot, in all
+    least_gap: float = float("inf")  # m, between two bodies
+    _running: set[tuple[str, tuple[str, ...]]] = field(default_factory=set)
+    _still: dict[str, int] = field(default_factory=dict)  # ticks since it last got on, while it wants to
+    _waits: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    _stuck: set[str] = field(default_factory=set)
+
+    def look(self, tick: int, robots: Mapping[str, Seen], events: Iterable[Event] = ()) -> list[Fault]:
+        """Judge one tick; give the faults that begin in it."""
+        now = [*self._overlaps(robots), *self._outside(robots), *self._contacts(robots)]
+        begun = [Fault(tick, *what) for what in now if what[:2] not in self._running]
+        self._running = {what[:2] for what in now}
+        self.faults += begun
+        self.joint_plans += sum(event.kind == "joint_plan" for event in events)
+        self._count_waits(robots)
+        return begun
+
+    def count(self, kind: str, *, of: Collection[str] | None = None) -> int:
+        """Count the faults of a kind in which only robots of ``of`` had a part; None: all."""
+        return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
+
+    def _overlaps(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
+        owners: dict[int, list[str]] = {}
+        for robot, seen in robots.items():
+            for cell in set(seen.held):
+                owners.setdefault(cell, []).append(robot)
+        shared: dict[tuple[str, ...], list[int]] = {}
+        for cell, names in sorted(owners.items()):
+            if len(names) > 1:
+                shared.setdefault(tuple(sorted(names)), []).append(cell)
+        return [("overlap", names, tuple(where)) for names, where in shared.items()]
+
+    def _outside(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
+        found = []
+        for robot, seen in robots.items():
+            touched = self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
+            strayed = tuple(cell for cell in touched if cell not in seen.held)
+            if strayed:
+                found.append(("outside", (robot,), strayed))
+        return found
+
+    def _contacts(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
+        found = []
+        names = sorted(robots)
+        for index, one in enumerate(names):
+            a = robots[one].pose
+            for other in names[index + 1 :]:
+                b = robots[other].pose
+                gap = hypot(a.x - b.x, a.y - b.y) - 2 * self.radius
+                self.least_gap = min(self.least_gap, gap)
+                if gap < 0:
+                    found.append(("contact", (one, other), (self.cells.cell_of(a.x, a.y),)))
+        return found
+
+    def _count_waits(self, robots: Mapping[str, Seen]) -> None:
+        for robot, seen in robots.items():
+            held_up = seen.wants_to_move and bool(seen.waits)
+            self.conflicts += held_up and not self._waits.get(robot)
+            self._waits[robot] = seen.waits if held_up else ()
+            if held_up:
+                self.waiting[robot] = self.waiting.get(robot, 0.0) + self.tick
+            still = 0 if seen.moved or not seen.wants_to_move else self._still.get(robot, 0) + 1
+            self._still[robot] = still
+            self.longest_wait = max(self.longest_wait, still * self.tick)
+        still_long = {robot for robot in robots if self._still[robot] * self.tick >= STUCK}
+        stuck = {robot for robot in still_long if self._circles_back(robot, still_long)}
+        self.deadlocks += bool(stuck - self._stuck)
+        self._stuck = stuck
+
+    def _circles_back(self, robot: str, still_long: Collection[str]) -> bool:
+        """Follow who waits for whom, among those that stand, from ``robot`` back to it."""
+        seen: set[str] = set()
+        front = list(self._waits.get(robot, ()))
+        while front:
+            other = front.pop()
+            if other == robot:
+                return True
+            if other not in seen and other in still_long:
+                seen.add(other)
+                front.extend(self._waits.get(other, ()))
+        return False
