@@ -1,7 +1,7 @@
 """Plain builtins to the words of `vocabulary`, each refusal saying where, what was expected, what came, what to do."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from itertools import pairwise
 from math import inf, isfinite
 
@@ -136,8 +136,14 @@ def _rule(cells: list[str], columns: tuple[str, ...], where: str, variables: dic
     return Rule(int(cells[0]), tuple(cells[1:]))
 
 
-def weighing(value: object, where: str, behaviours: Iterable[str], inputs: dict[str, Variable]) -> Weighing:
-    """Take how two behaviours share the wheels."""
+def weighing(value: object, where: str, behaviours: Collection[str], inputs: dict[str, Variable]) -> Weighing | None:
+    """Take how two behaviours share the wheels; ``none`` when there is one."""
+    if len(behaviours) == 1:
+        if value != "none":
+            raise ConfigError(
+                f"{where}: expected 'none' with one behaviour, got {shown(value)}; add a behaviour or weigh none"
+            )
+        return None
     fields = mapping(value, where, ("behaviour", "yields_to", "when"))
     names = []
     for key in ("behaviour", "yields_to"):

@@ -29,7 +29,7 @@ class Profile:
             ConfigError: at the first thing that is wrong, its place beginning with ``where``.
         """
         fields = check.mapping(
-            document, where, ("name", "inputs", "outputs", "behaviours"), ("description", "weighing")
+            document, where, ("name", "inputs", "outputs", "behaviours", "weighing"), ("description",)
         )
         inputs = _variables(fields["inputs"], f"{where}: inputs", INPUTS, output=False)
         outputs = _variables(fields["outputs"], f"{where}: outputs", OUTPUTS, output=True)
@@ -38,17 +38,10 @@ class Profile:
             name: check.behaviour(table, name, f"{where}: behaviours.{name}", inputs | outputs)
             for name, table in tables.items()
         }
-        weighing = None
         if len(behaviours) > 2:
-            raise ConfigError(
-                f"{where}: behaviours: expected one or two, got {len(behaviours)}: {', '.join(behaviours)}"
-            )
-        if len(behaviours) == 2:
-            if "weighing" not in fields:
-                raise ConfigError(f"{where}: weighing is missing; say which of {' and '.join(behaviours)} yields when")
-            weighing = check.weighing(fields["weighing"], f"{where}: weighing", behaviours, inputs)
-        elif "weighing" in fields:
-            raise ConfigError(f"{where}: weighing: expected none with one behaviour; take it out or add a behaviour")
+            names = ", ".join(behaviours)
+            raise ConfigError(f"{where}: behaviours: expected one or two, got {len(behaviours)}: {names}")
+        weighing = check.weighing(fields["weighing"], f"{where}: weighing", behaviours, inputs)
         profile = cls(
             name=check.text(fields["name"], f"{where}: name"),
             description=check.text(fields.get("description", "-"), f"{where}: description"),
@@ -63,20 +56,19 @@ class Profile:
 
     def to_builtins(self) -> dict[str, object]:
         """Give the profile as dicts, lists, texts and finite numbers, for YAML, JSON or MessagePack."""
-        document: dict[str, object] = {
+        weighing = self.weighing and {
+            "behaviour": self.weighing.behaviour,
+            "yields_to": self.weighing.yields_to,
+            "when": dict(self.weighing.when),
+        }
+        return {
             "name": self.name,
             "description": self.description,
             "inputs": {name: _variable_to_builtins(variable) for name, variable in self.inputs.items()},
             "outputs": {name: _variable_to_builtins(variable) for name, variable in self.outputs.items()},
             "behaviours": {name: _table(behaviour) for name, behaviour in self.behaviours.items()},
+            "weighing": weighing or "none",
         }
-        if self.weighing:
-            document["weighing"] = {
-                "behaviour": self.weighing.behaviour,
-                "yields_to": self.weighing.yields_to,
-                "when": dict(self.weighing.when),
-            }
-        return document
 
     def by_weight(self) -> tuple[Behaviour, ...]:
         """List the behaviour that weighs w, then, if there is one, the one that weighs 1 - w."""
