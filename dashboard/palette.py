@@ -21,6 +21,7 @@ WALL: Final[Colour] = (139, 148, 158)
 OBSTACLE: Final[Colour] = (110, 92, 78)
 UNKNOWN: Final[Colour] = (60, 64, 70)
 TARGET: Final[Colour] = (235, 235, 235)
+HEADING: Final[Colour] = (255, 255, 255)
 SENSED: Final[Colour] = (255, 255, 255)
 WAITS: Final[Colour] = (230, 159, 0)
 BLOCKED: Final[Colour] = (213, 94, 0)
@@ -32,6 +33,12 @@ def robot(number: int) -> Colour:
     red, green, blue = ROBOTS[number % len(ROBOTS)]
     share = 0.75 ** (number // len(ROBOTS) % 4)
     return round(red * share), round(green * share), round(blue * share)
+
+
+def faded(colour: Colour) -> Colour:
+    """Bring a colour halfway to the floor's."""
+    red, green, blue = ((part + under) // 2 for part, under in zip(colour, FLOOR, strict=True))
+    return red, green, blue
 
 
 def stop(number: int, stops: int) -> Colour:

@@ -39,11 +39,11 @@ def _row(body: Body) -> tuple[float, ...]:
 
 
 def noses(values: Floats, radius: float) -> Floats:
-    """Draw where each robot looks: strips (K*N, 3, 2), an open arrowhead within the body."""
-    yaw = values[..., 2, None] + np.array([2.5, 0.0, -2.5], dtype=np.float32)
-    reach = radius * np.array([0.85, 0.9, 0.85], dtype=np.float32)
+    """Draw where each robot looks: strips (K*N, 2, 2) from its middle to a little beyond its edge."""
+    reach = radius * np.array([0.0, 1.6], dtype=np.float32)
+    yaw = values[..., 2, None]
     points = values[..., None, :2] + reach[:, None] * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
-    strips: Floats = points.reshape(-1, 3, 2).astype(np.float32)
+    strips: Floats = points.reshape(-1, 2, 2).astype(np.float32)
     return strips
 
 

@@ -44,14 +44,14 @@ class View:
         self._log("world", rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]))
         self.draw_map()
         self._draw_targets()
-        faint = [(*colour, 130) for colour in colours]
+        faded = [palette.faded(colour) for colour in colours]
         self._log(
             "world/robots", rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, show_labels=True)
         )
         self._log(
-            "world/heading", rr.LineStrips2D.from_fields(colors=(15, 15, 15), radii=radius * 0.1, draw_order=31.0)
+            "world/heading", rr.LineStrips2D.from_fields(colors=palette.HEADING, radii=radius * 0.12, draw_order=31.0)
         )
-        self._log("world/trails", rr.LineStrips2D.from_fields(colors=faint, radii=radius * 0.2, draw_order=5.0))
+        self._log("world/trails", rr.LineStrips2D.from_fields(colors=faded, radii=radius * 0.2, draw_order=5.0))
         self._log("world/paths", rr.LineStrips2D.from_fields(colors=colours, radii=_pixels(1.0), draw_order=6.0))
         self._log("world/sensors", rr.LineStrips2D.from_fields(radii=_pixels(0.7), draw_order=4.0))
         self._log("distance", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))

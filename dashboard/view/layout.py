@@ -2,6 +2,7 @@
 
 from typing import Final
 
+import rerun as rr
 import rerun.blueprint as rrb
 
 from dashboard import palette, shapes
@@ -14,37 +15,23 @@ MARGIN: Final = 0.3  # m around the map
 
 def blueprint(scene: Scene) -> rrb.Blueprint:
     """Lay the views out: the floor and the lanes at the left, numbers and words at the right."""
-    left, right, bottom, top = shapes.bounds(scene.map, MARGIN)
-    floor = rrb.Spatial2DView(
-        name="Floor",
-        origin="/",
-        contents=["+ /world/**"],
-        background=palette.FLOOR,
-        visual_bounds=rrb.VisualBounds2D(x_range=[left, right], y_range=[-top, -bottom]),
+    whole = rr.TimeRange(rrb.TimeRangeBoundary.infinite(), rrb.TimeRangeBoundary.infinite())
+    distance = rrb.TimeSeriesView(
+        name="Distance to target [m]",
+        origin="/distance",
+        axis_x=rrb.TimeAxis(view_range=whole),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
     )
-    lately = rrb.VisibleTimeRanges(
-        timeline=TIMELINE,
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
-        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0),
-    )
-    wheels = [
-        rrb.TimeSeriesView(name=f"{side.title()} wheel [m/s]", origin=f"/wheels/{side}", time_ranges=lately)
-        for side in ("left", "right")
-    ]
-    words = rrb.Tabs(
-        rrb.TextLogView(name="Events", origin="/events"),
-        rrb.TextDocumentView(name="Rules that fire", origin="/rules"),
-        active_tab=0,
-    )
+    lanes = rrb.StateTimelineView(name="Progress", origin="/progress", time_view=rrb.TimeAxis(view_range=whole))
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(floor, rrb.StateTimelineView(name="Progress", origin="/progress"), row_shares=[3, 1]),
+            rrb.Vertical(_floor(scene), lanes, row_shares=[3, 1]),
             rrb.Vertical(
                 rrb.TextDocumentView(name="Fleet", origin="/fleet"),
-                rrb.TimeSeriesView(name="Distance to target [m]", origin="/distance"),
-                rrb.Horizontal(*wheels),
-                words,
-                row_shares=[1.2, 1, 0.8, 1],
+                distance,
+                rrb.Horizontal(_wheel("left"), _wheel("right")),
+                _words(),
+                row_shares=[1.1, 1, 0.8, 0.9],
             ),
             column_shares=[3, 2],
         ),
@@ -54,3 +41,38 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
         auto_views=False,
         auto_layout=False,
     )
+
+
+def _floor(scene: Scene) -> rrb.Spatial2DView:
+    left, right, bottom, top = shapes.bounds(scene.map, MARGIN)
+    return rrb.Spatial2DView(
+        name="Floor [m]",
+        origin="/",
+        contents=["+ /world/**"],
+        background=palette.FLOOR,
+        visual_bounds=rrb.VisualBounds2D(x_range=[left, right], y_range=[-top, -bottom]),
+    )
+
+
+def _wheel(side: str) -> rrb.TimeSeriesView:
+    """The last half minute: what is older than that tells nothing about now."""
+    start, end = (rrb.TimeRangeBoundary.cursor_relative(seconds=seconds) for seconds in (-WINDOW, 0.0))
+    return rrb.TimeSeriesView(
+        name=f"{side.title()} wheel [m/s]",
+        origin=f"/wheels/{side}",
+        axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start, end)),
+        plot_legend=rrb.PlotLegend(visible=False),
+        time_ranges=rrb.VisibleTimeRanges(timeline=TIMELINE, start=start, end=end),
+    )
+
+
+def _words() -> rrb.Tabs:
+    kinds = rrb.encodings.TextLogColumn
+    events = rrb.TextLogView(
+        name="Events",
+        origin="/events",
+        columns=rrb.archetypes.TextLogColumns(
+            timeline_columns=[rrb.encodings.TimelineColumn(TIMELINE)], text_log_columns=[kinds("Body")]
+        ),
+    )
+    return rrb.Tabs(events, rrb.TextDocumentView(name="Rules that fire", origin="/rules"), active_tab=0)

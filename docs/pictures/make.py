@@ -1,0 +1,92 @@
+"""Takes a picture of a recording with Rerun's own viewer, without a screen.
+
+    python -m docs.pictures.make paper.rrd 30 docs/pictures/paper.png
+
+draws the simulated second 30. It needs a Vulkan driver in software (Debian: ``apt-get install mesa-vulkan-drivers``).
+What a view complains of is said, and makes the exit status 1.
+"""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from shutil import which
+from time import monotonic, sleep
+from typing import Final
+
+from PIL import Image
+from rerun.experimental import ViewerClient
+
+from swarm.bus import Endpoint
+
+PATIENCE: Final = 30.0  # s, wall time for the viewer to come up, and for the file to be loaded
+SETTLE: Final = 2.5  # s, wall time for the viewer to draw what it was told
+
+BAR: Final = 36  # pixels; the window's own bar at the top is left out
+
+
+@contextmanager
+def viewer(size: str = "1600x1000") -> Iterator[ViewerClient]:
+    """Run a viewer without a screen as long as the block lasts.
+
+    Raises:
+        RuntimeError: it ended at once, or never answered; a machine without a graphics driver looks like that.
+    """
+    program = which("rerun", path=str(Path(sys.executable).parent)) or "rerun"
+    port = Endpoint("127.0.0.1", 0).claim().port
+    arguments = [program, "--headless", "--port", str(port), "--window-size", size, "--hide-welcome-screen"]
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield _connected(port, process)
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+def _connected(port: int, process: "subprocess.Popen[bytes]") -> ViewerClient:
+    end = monotonic() + PATIENCE
+    while monotonic() < end and process.poll() is None:
+        try:
+            client = ViewerClient(f"rerun+http://127.0.0.1:{port}/proxy")
+            client.get_state()
+        except (ConnectionError, RuntimeError):
+            sleep(0.2)
+        else:
+            return client
+    raise RuntimeError("rerun --headless: expected a viewer, got none; install a graphics driver (mesa-vulkan-drivers)")
+
+
+def show(client: ViewerClient, recording: Path, time: float) -> list[str]:
+    """Open a recording, stand at a simulated time [s], and give what the views complain of."""
+    client.open(str(recording.resolve()))
+    end = monotonic() + PATIENCE
+    while client.get_state().loading and monotonic() < end:
+        sleep(0.2)
+    sleep(SETTLE)
+    client.set_time("sim_time", duration=time, play_state="paused")
+    sleep(SETTLE)
+    return [f"{view.name}: {report.summary}" for view in client.get_state().views for report in view.reports]
+
+
+def main() -> int:
+    """Take one picture."""
+    parser = argparse.ArgumentParser(description="A picture of a recording.")
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("time", type=float, help="simulated second")
+    parser.add_argument("picture", type=Path, help="a .png")
+    parser.add_argument("--size", default="1600x1000", help="of the window")
+    given = parser.parse_args()
+    with viewer(given.size) as client:
+        complaints = show(client, given.recording, given.time)
+        shot = Image.open(BytesIO(client.take_screenshot()))
+    shot.crop((0, BAR, *shot.size)).quantize(256).save(given.picture, optimize=True)
+    for complaint in complaints:
+        print(complaint, file=sys.stderr)
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,276 @@
+"""A made-up run that sends what a real fleet would: for looking at the dashboard without a fleet.
+
+Robots follow a drawn way past three targets and home, one after the other, and give way now and then. It is a function
+of the tick; nothing here simulates anything.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import atan2, cos, hypot, inf, radians, sin
+from typing import Any, Final
+
+from swarm.geometry import wrap
+from swarm.maps.text import from_text
+from swarm.messages import (
+    CLOCK,
+    EVENT,
+    PLAN,
+    RADIO,
+    STATE,
+    TRUTH,
+    Activity,
+    Body,
+    Broadcast,
+    Clock,
+    Event,
+    Message,
+    Phase,
+    Plan,
+    Point,
+    State,
+    Steering,
+    Topic,
+    Truth,
+)
+from swarm.robot.fuzzy import load_profile
+from swarm.scenario.load import Scenario, checked
+
+RATE: Final = 20  # Hz
+SPEED: Final = 0.8  # m/s
+DRAWN: Final = """\
+############################
+#.........#................#
+#.........#................#
+#.........#................#
+#.........#.......#........#
+#.........#.......#........#
+#.........#.......#........#
+#...oo....#...oo..#........#
+#...oo....#...oo..#...oo...#
+#.........#.......#...oo...#
+#.........#.......#........#
+#.........#.......#........#
+#.........#.......#........#
+#.................#........#
+#.................#........#
+#.................#........#
+#.................#........#
+#.................#........#
+#.................#........#
+############################
+"""
+TARGETS: Final[tuple[Point, ...]] = ((2.0, 8.5), (7.2, 8.0), (12.0, 2.0))
+WAY: Final[tuple[tuple[Point, ...], ...]] = (  # to each stop in turn; home is added
+    ((1.4, 6.0), TARGETS[0]),
+    ((3.6, 6.5), (3.8, 3.6), (5.2, 2.0), (6.3, 4.0), (6.2, 7.0), TARGETS[1]),
+    ((8.6, 8.7), (9.8, 8.6), (10.2, 5.8), (10.2, 3.4), TARGETS[2]),
+    ((12.6, 5.0), (11.0, 7.8), (9.2, 8.9), (8.1, 7.0), (6.8, 2.6), (5.2, 1.6), (3.6, 2.2)),
+)
+
+
+def scenario() -> Scenario:
+    """Give the scenario that belongs to it."""
+    settings = checked(
+        {
+            "name": "rehearsal",
+            "map": {"text": DRAWN, "cell": 0.5},
+            "start": {"area": [0.7, 0.7, 4.0, 3.0]},
+            "targets": [list(target) for target in TARGETS],
+        },
+        "rehearsal",
+    )
+    return Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper"))
+
+
+@dataclass(frozen=True)
+class At:
+    """Where a robot is and what it is about at one tick."""
+
+    x: float
+    y: float
+    yaw: float
+    activity: Activity
+    target: int
+    distance: float
+    reached: list[bool]
+    moving: bool
+
+
+class Rehearsal:
+    """The messages of ``robots`` robots, tick by tick."""
+
+    def __init__(self, robots: int, run: int = 0) -> None:
+        self.scenario = scenario()
+        self.names = tuple(f"r{number}" for number in range(1, robots + 1))
+        self.run = run
+        self._legs = [self._way(number) for number in range(robots)]
+        self.ticks = max(self._over(number) for number in range(robots)) + RATE
+
+    def _way(self, number: int) -> list[list[Point]]:
+        home = (0.9 + 0.8 * (number % 4), 0.9 + 0.8 * (number // 4 % 3))
+        aside = 0.12 * ((number % 4) - 1.5)
+        legs, here = [], home
+        for points in (*WAY[:3], (*WAY[3], home)):
+            leg = [
+                here,
+                *((x + aside, y + aside) if (x, y) not in TARGETS else (x, y) for x, y in points[:-1]),
+                points[-1],
+            ]
+            legs.append(leg)
+            here = leg[-1]
+        return legs
+
+    def _starts(self, number: int) -> int:
+        return 10 + number * 4 * RATE
+
+    def _over(self, number: int) -> int:
+        return self._starts(number) + int(sum(map(length, self._legs[number])) / SPEED * RATE) + 3 * RATE + 2
+
+    def at(self, number: int, tick: int) -> At:
+        """Tell where a robot is at a tick."""
+        legs, start = self._legs[number], self._starts(number)
+        pause = start + 15 * RATE  # stands three seconds for another
+        waits = pause <= tick < pause + 3 * RATE
+        driven = max(0, min(tick, pause) - start + max(0, tick - pause - 3 * RATE)) * SPEED / RATE
+        reached, target = [], 0
+        for leg in legs:
+            there = driven >= length(leg) - 0.2
+            if not there:
+                break
+            driven -= length(leg)
+            target += 1
+        reached = [stop < target for stop in range(len(legs))]
+        if target == len(legs):
+            x, y = legs[-1][-1]
+            return At(x, y, 0.0, Activity.DONE, target, 0.0, reached, False)
+        here = along(legs[target], max(0.0, driven))
+        ahead = along(legs[target], max(0.0, driven) + 0.4)
+        behind = along(legs[target], max(0.0, driven - 0.2))
+        yaw = atan2(ahead[1] - behind[1], ahead[0] - behind[0])
+        activity = Activity.GIVE_WAY if waits or tick < start else Activity.DRIVE
+        left = max(0.0, length(legs[target]) - driven)
+        return At(*here, yaw, activity, target, left, reached, activity is Activity.DRIVE)
+
+    def messages(self, tick: int) -> Iterator[tuple[Topic[Any], Message, dict[str, str | int]]]:
+        """Give everything that is sent at a tick."""
+        time = tick / RATE
+        all_at = [self.at(number, tick) for number in range(len(self.names))]
+        if tick % RATE == 0 or tick == self.ticks:
+            yield CLOCK, self.clock(tick), {}
+        for number, (name, now) in enumerate(zip(self.names, all_at, strict=True)):
+            before = self.at(number, tick - 1) if tick else None
+            new_leg = before is None or before.target != now.target
+            said = {"robot": name, "run": self.run, "tick": tick}
+            if (tick + number) % 4 == 0 or new_leg:
+                yield (
+                    RADIO,
+                    Broadcast(
+                        x=now.x,
+                        y=now.y,
+                        yaw=now.yaw,
+                        activity=now.activity,
+                        target=now.target,
+                        distance=now.distance,
+                        reached=now.reached,
+                        ahead=self._ahead(number, now),
+                        **said,
+                    ),
+                    {"robot": name, "zx": 0, "zy": 0},
+                )
+            if tick % RATE == 0 or before is None or before.activity != now.activity or new_leg:
+                yield STATE, self.state(number, tick), {"robot": name}
+            if new_leg:
+                yield PLAN, self.plan(number, tick), {"robot": name}
+                if before is not None:
+                    text = f"stop {now.target} of {len(now.reached)} at {time:.1f} s, 90\u00b0 \u2588"
+                    yield EVENT, Event(run=self.run, tick=tick, time=time, robot=name, kind="reached", text=text), {}
+        if tick % 2 == 0:
+            yield TRUTH, self.truth(tick, all_at), {}
+
+    def clock(self, tick: int) -> Clock:
+        """Say where the run stands."""
+        phase = Phase.OVER if tick >= self.ticks else Phase.RUNNING
+        names = list(self.names)
+        return Clock(run=self.run, tick=tick, time=tick / RATE, phase=phase, robots=names, present=names)
+
+    def state(self, number: int, tick: int) -> State:
+        """Say where a robot's mission stands."""
+        now = self.at(number, tick)
+        return State(
+            robot=self.names[number],
+            run=self.run,
+            tick=tick,
+            activity=now.activity,
+            target=now.target,
+            reached=now.reached,
+            unreachable=[],
+            distance=now.distance,
+            replans=now.target,
+        )
+
+    def plan(self, number: int, tick: int) -> Plan:
+        """Say which path a robot follows."""
+        now = self.at(number, tick)
+        points = self._legs[number][now.target] if now.target < len(self._legs[number]) else []
+        return Plan(robot=self.names[number], run=self.run, tick=tick, points=points)
+
+    def truth(self, tick: int, all_at: list[At] | None = None) -> Truth:
+        """Say where all are."""
+        all_at = all_at or [self.at(number, tick) for number in range(len(self.names))]
+        bodies = []
+        for number, (name, now) in enumerate(zip(self.names, all_at, strict=True)):
+            later = self.at(number, tick + 1)
+            turn = wrap(later.yaw - now.yaw) * 0.2 * RATE if now.moving else 0.0
+            speed = SPEED if now.moving else 0.0
+            left, front, right = (self._sees(now, side) for side in (radians(60), 0.0, radians(-60)))
+            bodies.append(
+                Body(
+                    robot=name,
+                    x=now.x,
+                    y=now.y,
+                    yaw=wrap(now.yaw),
+                    left_v=max(-2.0, min(2.0, speed - turn)),
+                    right_v=max(-2.0, min(2.0, speed + turn)),
+                    left=left,
+                    front=front,
+                    right=right,
+                    heading=0.0,
+                    steering=Steering.FUZZY if now.moving else Steering.REST,
+                    activity=now.activity,
+                )
+            )
+        return Truth(run=self.run, tick=tick, time=tick / RATE, bodies=bodies)
+
+    def _ahead(self, number: int, now: At) -> list[Point]:
+        if now.target >= len(self._legs[number]):
+            return []
+        leg = self._legs[number][now.target]
+        driven = length(leg) - now.distance
+        return [along(leg, driven + 0.25 * step) for step in range(12)]
+
+    def _sees(self, now: At, side: float) -> float:
+        floor, nearest = self.scenario.map, inf
+        for ray in (-0.4, -0.2, 0.0, 0.2, 0.4):
+            angle = now.yaw + side + ray
+            for step in range(33):
+                reach = 0.05 * step
+                if floor.at(now.x + (0.2 + reach) * cos(angle), now.y + (0.2 + reach) * sin(angle)):
+                    nearest = min(nearest, reach)
+                    break
+        return min(1.6, nearest)
+
+
+def length(points: list[Point]) -> float:
+    """Measure a polyline [m]."""
+    return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:], strict=False))
+
+
+def along(points: list[Point], driven: float) -> Point:
+    """Find the point so far along a polyline; before its begin and past its end, those."""
+    for a, b in zip(points, points[1:], strict=False):
+        side = hypot(b[0] - a[0], b[1] - a[1])
+        if driven <= side:
+            share = max(0.0, driven) / side if side else 0.0
+            return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share
+        driven -= side
+    return points[-1]
