@@ -115,5 +115,3 @@ def fan(middle: float, half_width: float, rays: int) -> tuple[float, ...]:
     if rays == 1:
         return (middle,)
     return tuple(wrap(middle - half_width + 2 * half_width * k / (rays - 1)) for k in range(rays))
-
-

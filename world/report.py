@@ -1,9 +1,13 @@
 """The report of a run: one JSON object, every field measured by the recorder or recomputed from its poses."""
 
+import json
 from collections.abc import Sequence
 from itertools import pairwise
+from math import isfinite
+from pathlib import Path
 from typing import Any
 
+from swarm.errors import ConfigError
 from swarm.maps.occupancy import Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
@@ -74,3 +78,24 @@ def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float |
             return None
         total += path.length
     return total
+
+
+def write(summary: dict[str, Any], path: Path) -> None:
+    """Write a report as JSON; what is not a finite number becomes null.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\n"
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise ConfigError(f"--report {path}: expected a file that can be written, got {fault.strerror}") from None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value if not isinstance(value, float) or isfinite(value) else None

@@ -139,8 +139,17 @@ class World:
             left_v, right_v = self._wheels[number]
             bodies.append(
                 Body(
-                    robot=name, x=pose.x, y=pose.y, yaw=pose.yaw, left_v=left_v, right_v=right_v,
-                    left=left, front=front, right=right, heading=command.heading, steering=command.steering,
+                    robot=name,
+                    x=pose.x,
+                    y=pose.y,
+                    yaw=pose.yaw,
+                    left_v=left_v,
+                    right_v=right_v,
+                    left=left,
+                    front=front,
+                    right=right,
+                    heading=command.heading,
+                    steering=command.steering,
                     activity=command.activity,
                 )  # fmt: skip
             )

@@ -6,6 +6,14 @@ import zenoh
 
 from swarm.bus import settings
 from swarm.errors import ConfigError
+from swarm.stopping import told_to_stop
+
+
+def serve(endpoint: settings.Endpoint) -> int:
+    """Be the router as a process, until told to stop."""
+    with told_to_stop() as stop:
+        run(endpoint, stop.wait)
+    return 0
 
 
 def run(endpoint: settings.Endpoint, wait: Callable[[], object]) -> None:

@@ -152,9 +152,7 @@ class Bus:
 
     def announce(self, role: str, name: str) -> None:
         """Be seen as present under a name for as long as the session lives."""
-        self._listeners.append(
-            self._session.liveliness().declare_token(f"{self._prefix}alive/{role}/{name}/{self.id}")
-        )
+        self._listeners.append(self._session.liveliness().declare_token(f"{self._prefix}alive/{role}/{name}/{self.id}"))
 
     # --- in ---
 
@@ -199,16 +197,14 @@ class Bus:
                     query.reply(prefix + name, encode(message))
             query.drop()
 
-        self._listeners.append(
-            self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False))
-        )
+        self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
 
-    def watch_presence(self) -> None:
-        """Let ``Presence`` into the inbox, of those already there too."""
+    def watch_presence(self, role: str = "*") -> None:
+        """Let ``Presence`` into the inbox, of those already there too; of one role, or of all."""
         inbox = self._inbox
         self._listeners.append(
             self._session.liveliness().declare_subscriber(
-                f"{self._prefix}alive/**",
+                f"{self._prefix}alive/{role}/*/*",
                 zenoh.handlers.Callback(
                     lambda s: inbox.put(("token", str(s.key_expr), s.kind == zenoh.SampleKind.PUT)), indirect=False
                 ),

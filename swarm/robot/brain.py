@@ -201,5 +201,3 @@ class Robot:
             self._plan_told = navigator.path
             plan = Plan(robot=self.name, run=self.run, tick=sense.tick, points=list(navigator.path.points))
         return Outputs(command, broadcast, state, plan)
-
-

@@ -56,9 +56,7 @@ class Supervisor:
         self._held = 0  # ticks in a row without a way ahead
         self._escape = 0.0  # rad/s, the turn on the spot it is in the middle of
 
-    def check(
-        self, sense: Sense, grid: Grid, others: Sequence[Point], left: float, right: float
-    ) -> WheelSpeeds:
+    def check(self, sense: Sense, grid: Grid, others: Sequence[Point], left: float, right: float) -> WheelSpeeds:
         """Let the tables' speeds pass, or take the mildest remedy that keeps clear of walls and ``others``."""
         pose = Pose(sense.x, sense.y, sense.yaw)
         wanted = self._drive.twist(left, right)

@@ -10,8 +10,10 @@ import msgspec
 import yaml
 
 from swarm.errors import ConfigError, nearest
+from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
+from swarm.maps.wire import pack, unpack
 from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.schema import Section, Settings
 
@@ -34,7 +36,6 @@ class Scenario:
 
     def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Give settings and profile, and the packed map, as plain values."""
-        from swarm.maps import pack
         return {
             "settings": msgspec.to_builtins(self.settings),
             "profile": self.profile.to_builtins(),
@@ -47,7 +48,6 @@ class Scenario:
         Raises:
             SwarmError: it is not of that form.
         """
-        from swarm.maps import unpack
         settings = checked(scenario.get("settings"), "welcome")
         return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
 
@@ -69,7 +69,6 @@ def load(path: Path) -> Scenario:
         except ConfigError as fault:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
-        from swarm.maps import load_map
         floor = load_map(base / str(where.file), base=base, cell=where.cell)
     return Scenario(settings, floor, load_profile(settings.controller, base=base))
 
@@ -98,9 +97,7 @@ class _Loader(yaml.SafeLoader):
         seen = set()
         for key, _ in node.value:
             if key.value in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key.value!r} is given twice", key.start_mark
-                )
+                raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} is given twice", key.start_mark)
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 

@@ -65,7 +65,9 @@ class RadioSettings(Section, frozen=True, kw_only=True):
     """Who hears whom."""
 
     range: Annotated[float, _metres(0.1, 1e4, "how far a broadcast reaches")] = 8.0
-    loss: Annotated[float, Meta(ge=0, le=1, description="share of broadcasts that do not arrive, drawn one by one")] = 0.0
+    loss: Annotated[float, Meta(ge=0, le=1, description="share of broadcasts that do not arrive, drawn one by one")] = (
+        0.0
+    )
     line_of_sight: Annotated[bool, Meta(description="walls stop the radio")] = False
     every: Annotated[int, Meta(ge=1, le=100, description="a robot broadcasts each that many ticks")] = 4
 

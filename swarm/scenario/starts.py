@@ -20,6 +20,11 @@ def names(robots: int) -> tuple[str, ...]:
     return tuple(f"r{number:0{width}d}" for number in range(1, robots + 1))
 
 
+def number_of(name: str) -> int:
+    """Give a robot's number, from 0: the inverse of ``names``."""
+    return int(name[1:]) - 1
+
+
 def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
     """Give each robot its start pose; the same seed gives the same ones.
 

@@ -1,0 +1,109 @@
+"""A fleet of processes on this machine, and its supervisor."""
+
+import multiprocessing
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from multiprocessing import connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Any, Final
+
+from swarm.launch import child
+from swarm.launch.table import RESTARTS, STOP_ORDER, EarlyEnd, Role
+
+LAST_LINES: Final = 12
+GRACE: Final = 5.0  # s between being told to stop and being killed
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A process that ended by itself."""
+
+    name: str
+    status: int  # exit status; negative: the signal that ended it
+    last_lines: str
+    then: EarlyEnd
+
+
+class Fleet:
+    """Starts processes by forking a server that has everything imported; leaving the ``with`` ends them all."""
+
+    def __init__(self, folder: Path, log: Callable[[str], None]) -> None:
+        self._folder = folder  # one .log file a process
+        self._log = log
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload(["swarm.launch.preload"])
+        self._running: dict[str, tuple[Role, BaseProcess]] = {}
+        self._arguments: dict[str, dict[str, Any]] = {}
+        self._restarts: Counter[str] = Counter()
+
+    def __enter__(self) -> "Fleet":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def start(self, role: Role, name: str, arguments: Mapping[str, Any]) -> None:
+        """Start a process; ``name`` is unique in the fleet."""
+        self._arguments[name] = dict(arguments)
+        process = self._context.Process(
+            target=child.main, args=(role.target, self._arguments[name], self.log_of(name)), name=name, daemon=False
+        )
+        process.start()
+        self._running[name] = (role, process)
+
+    def log_of(self, name: str) -> Path:
+        """Where a process's output goes."""
+        return self._folder / f"{name}.log"
+
+    def pid_of(self, name: str) -> int | None:
+        """The process id under a name, while it runs."""
+        return self._running[name][1].pid if name in self._running else None
+
+    def watch(self, timeout: float) -> list[Ended]:
+        """Wait for ends, restart what the table says, and tell each end."""
+        sentinels = {process.sentinel: name for name, (_, process) in self._running.items()}
+        ended = []
+        for sentinel in connection.wait(list(sentinels), timeout):
+            name = sentinels[sentinel]  # type: ignore[index]
+            role, process = self._running.pop(name)
+            process.join()
+            status = process.exitcode or 0
+            then = role.on_failure if status else role.on_success
+            if then is EarlyEnd.RESTART:
+                self._restarts[name] += 1
+                if self._restarts[name] > RESTARTS:
+                    then = EarlyEnd.FINISH
+            ended.append(Ended(name, status, self.last_lines(name), then))
+            if then is EarlyEnd.RESTART:
+                self.start(role, name, self._arguments[name])
+        return ended
+
+    def last_lines(self, name: str) -> str:
+        """What a process said last."""
+        try:
+            text = self.log_of(name).read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
+        return "\n".join(text.splitlines()[-LAST_LINES:])
+
+    def stop(self) -> None:
+        """End every process: tell it, give it time, then kill it; the router last, so that goodbyes arrive."""
+        for role in STOP_ORDER:
+            processes = [process for other, process in self._running.values() if other is role]
+            for process in processes:
+                process.terminate()
+            deadline = monotonic() + GRACE
+            for process in processes:
+                process.join(max(0.0, deadline - monotonic()))
+                if process.is_alive():
+                    process.kill()
+                    process.join()
+        self._running.clear()
+
+

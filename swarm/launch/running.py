@@ -1,0 +1,90 @@
+"""Which fleets run on this machine and where their routers listen, so that `swarm go` finds the one that is meant."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from shutil import rmtree
+from typing import Final
+
+import msgspec
+
+from swarm.bus import Endpoint
+from swarm.errors import ConfigError, nearest
+
+CARD: Final = "fleet.json"
+
+
+class Card(msgspec.Struct, frozen=True):
+    """What a running fleet leaves to be found by."""
+
+    fleet: str
+    endpoint: str
+    pid: int
+
+
+def folder() -> Path:
+    """Where fleets of this user leave their cards and logs."""
+    base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
+    return Path(base) / f"zenoh-swarm-{os.getuid()}"
+
+
+@contextmanager
+def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
+    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it; both are given back at the end."""
+    for number in range(1, 1000):
+        name = wanted if number == 1 else f"{wanted}-{number}"
+        home = folder() / name
+        if (card := _read(home)) is not None and _alive(card.pid):
+            continue
+        rmtree(home, ignore_errors=True)
+        home.parent.mkdir(mode=0o700, exist_ok=True)
+        try:
+            home.mkdir(mode=0o700)
+        except FileExistsError:
+            continue
+        (home / CARD).write_bytes(msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+        try:
+            yield name, home
+        finally:
+            rmtree(home, ignore_errors=True)
+        return
+    raise ConfigError(f"fleet: expected a free name like {wanted!r}, found none; give another one with --fleet")
+
+
+def find(fleet: str | None) -> Card:
+    """Find the fleet of that name, or the only one that runs.
+
+    Raises:
+        ConfigError: there is none, or there are several and none was named.
+    """
+    cards = [card for home in sorted(folder().glob("*/")) if (card := _read(home)) and _alive(card.pid)]
+    names = [card.fleet for card in cards]
+    if fleet is not None:
+        if fleet not in names:
+            hint = nearest(fleet, names) if names else "start one with `swarm run`"
+            raise ConfigError(f"--fleet: expected a running fleet, got {fleet!r}; {hint}")
+        return cards[names.index(fleet)]
+    if not cards:
+        raise ConfigError("expected a fleet running on this machine, found none; start one, or give --connect and --fleet")
+    if len(cards) > 1:
+        raise ConfigError(f"expected one running fleet, found {', '.join(names)}; say which with --fleet")
+    return cards[0]
+
+
+def _read(home: Path) -> Card | None:
+    try:
+        return msgspec.json.decode((home / CARD).read_bytes(), type=Card)
+    except (OSError, msgspec.DecodeError):
+        return None
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

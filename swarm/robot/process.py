@@ -1,0 +1,109 @@
+"""A robot as a process: join, then sense, decide, speak, act, until the world is gone or we are told to stop."""
+
+from collections.abc import Callable
+from threading import Event as Flag
+from time import monotonic
+from typing import Any, Final
+
+from swarm.bus import Arrival, Bus, Endpoint, Presence
+from swarm.geometry import Pose
+from swarm.messages import COMMAND, JOIN, PLAN, RADIO, SENSE, STATE, Join, Sense, Welcome
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.radio import Radio
+from swarm.scenario import Scenario
+from swarm.scenario.starts import number_of
+from swarm.stopping import told_to_stop
+
+LOOK: Final = 0.25  # s between two looks whether we are told to stop
+OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast the world says was heard
+WELCOME: Final = 10.0  # s to wait for the world's answer
+
+
+def run(endpoint: Endpoint, fleet: str, robot: str | None = None, log: Callable[[str], None] = print) -> int:
+    """Be one robot of a fleet; without a name, whichever place is free.
+
+    Raises:
+        ConfigError: there is no router.
+        PeerError: the world has no such place.
+    """
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
+        bus.watch_presence("world")
+        while (world := _find_world(bus, stop)) is not None:
+            welcome = bus.ask(JOIN, Join(robot=robot), timeout=WELCOME)
+            robot = welcome.robot
+            if not _serve(bus, welcome, world, stop, log):
+                break
+    return 0
+
+
+def _find_world(bus: Bus, stop: Flag) -> str | None:
+    while not stop.is_set():
+        arrived = bus.receive(LOOK)
+        if isinstance(arrived, Presence) and arrived.alive:
+            return arrived.session
+    return None
+
+
+def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[str], None]) -> bool:
+    """Be that robot while that world lives; False when told to stop."""
+    scenario = Scenario.from_wire(welcome.scenario, welcome.packed)
+    name, start = welcome.robot, Pose(*welcome.start)
+    robot = Robot(name, number_of(name), scenario, start)
+    if welcome.state is not None:
+        robot.resume(welcome.state)
+    radio = Radio(bus, scenario.settings.radio.range)
+    radio.tune(start.x, start.y)
+    bus.listen(SENSE, robot=name)
+    bus.announce("robot", name)
+    sense: Sense | None = None
+    while not stop.is_set():
+        arrived = bus.receive(LOOK if sense is None else 0.0)
+        if arrived is not None:
+            if isinstance(arrived, Presence) and arrived.session == world and not arrived.alive:
+                return True
+            sense = _newer(sense, _sort(arrived, radio))
+        elif sense is not None:
+            if sense.run != robot.run:
+                radio.clear()
+            _step(bus, robot, radio, sense, log)
+            sense = None
+    return False
+
+
+def _sort(arrived: Any, radio: Radio) -> Sense | None:
+    """Put a broadcast away, give a sense back."""
+    if isinstance(arrived, Arrival):
+        if arrived.topic is RADIO:
+            radio.take(arrived.message)
+        elif arrived.topic is SENSE:
+            return arrived.message
+    return None
+
+
+def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
+    if known is None or other is None:
+        return other or known
+    return max(known, other, key=lambda sense: (sense.run, sense.tick))
+
+
+def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str], None]) -> None:
+    if sense.lockstep:
+        deadline = monotonic() + OVERDUE
+        while radio.lacks(sense.hears):
+            arrived = bus.receive(max(0.0, deadline - monotonic()))
+            if arrived is None:
+                log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
+                break
+            _sort(arrived, radio)
+        heard = radio.exactly(sense.hears, sense.tick)
+    else:
+        heard = radio.what_came(sense.hears, sense.tick)
+    zx, zy = radio.tune(sense.x, sense.y)
+    outputs = robot.step(Inputs(sense, heard))
+    if outputs.broadcast is not None:
+        bus.send(RADIO, outputs.broadcast, zx=zx, zy=zy, robot=robot.name)
+    bus.send(COMMAND, outputs.command, robot=robot.name)
+    if outputs.state is not None:
+        bus.send(STATE, outputs.state, robot=robot.name)
+    if outputs.plan is not None:
+        bus.send(PLAN, outputs.plan, robot=robot.name)

@@ -1,0 +1,72 @@
+"""Whether a mission can be driven at all: asked before any process is started."""
+
+from itertools import combinations
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import FREE, Point
+from swarm.planning.grid import Grid
+from swarm.planning.path import plan
+from swarm.scenario.load import Scenario
+from swarm.scenario.starts import names, starts
+
+
+def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
+    """Draw the starts, and refuse what cannot be: starts or targets in walls, overlaps, targets no path reaches.
+
+    Raises:
+        ConfigError: with the first thing that is wrong.
+    """
+    settings = scenario.settings
+    if settings.own_targets and robots > len(settings.own_targets):
+        raise ConfigError(
+            f"{settings.name}: own_targets: expected a list for each of {robots} robots, "
+            f"got {len(settings.own_targets)}; add more or run fewer robots"
+        )
+    for number, target in enumerate(settings.targets, start=1):
+        _standable(scenario, grid, target, f"targets: target {number}")
+    for name, targets in zip(names(robots), settings.own_targets, strict=False):
+        for number, target in enumerate(targets, start=1):
+            _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
+    poses = starts(scenario, grid, robots, seed)
+    for name, pose in zip(names(robots), poses, strict=True):
+        _standable(scenario, grid, pose[:2], f"start of {name}")
+    needed = 2 * settings.robot.radius
+    for (a, one), (b, other) in combinations(zip(names(robots), poses, strict=True), 2):
+        if (apart := distance(one, other)) < needed:
+            raise ConfigError(
+                f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
+                "move one of them"
+            )
+    shared: dict[tuple[Point, Point], bool] = {}
+    for number, (name, pose) in enumerate(zip(names(robots), poses, strict=True)):
+        here = pose[:2]
+        for stop, there in enumerate(scenario.stops(number, here), start=1):
+            key = (here, there)
+            if key not in shared:
+                shared[key] = plan(grid, here, there) is not None
+            if not shared[key]:
+                raise ConfigError(
+                    f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way from "
+                    f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, found none; "
+                    "open the map or move the target"
+                )
+            here = there
+    return poses
+
+
+def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:
+    name, radius = scenario.settings.name, scenario.settings.robot.radius
+    x, y = point
+    floor = scenario.map
+    where = f"{name}: {what} at ({x:g}, {y:g})"
+    if not floor.inside(floor.cell_of(x, y)):
+        low, high = floor.centre_of((0, 0)), floor.centre_of((floor.shape[0] - 1, floor.shape[1] - 1))
+        raise ConfigError(
+            f"{where}: expected a place on the map, which spans about ({low[0]:g}, {low[1]:g}) to "
+            f"({high[0]:g}, {high[1]:g}); move it"
+        )
+    if floor.at(x, y) != FREE:
+        raise ConfigError(f"{where}: expected free floor, got a wall or obstacle; move it")
+    if not grid.is_free(x, y):
+        raise ConfigError(f"{where}: expected at least {radius:g} m from any wall, for the robot's radius; move it")
