@@ -79,7 +79,8 @@ class Path:
 def line_is_free(grid: Grid, a: Point, b: Point) -> bool:
     """Tell whether the robot's disc may travel from a straight to b [m, map] without touching anything solid.
 
-    Exact, whatever the cells. Where it stands too near something already, it may go on if it comes no nearer to that.
+    Exact, whatever the cells. Where it stands too near something already, it may go on if it comes no nearer to
+    anything than it stands now.
     """
     place = (grid.solid, grid.clearance, grid.resolution, grid.discs)
     return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), grid.radius / grid.resolution))

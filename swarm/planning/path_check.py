@@ -122,7 +122,7 @@ class Judge:
     def _place(self, shape: shapely.Geometry) -> str:
         candidates: list[shapely.Geometry] = [self.floor.exterior]
         if len(self.solids):
-            candidates.append(self.solids.geometries[self.solids.nearest(shape)])
+            candidates.append(self.solids.geometries.item(int(self.solids.nearest(shape))))
         nearest = min(candidates, key=lambda each: float(shapely.distance(each, shape)))
         x, y = shapely.get_coordinates(shapely.shortest_line(shape, nearest))[0].tolist()
         return f"near ({x:.3f}, {y:.3f})"

@@ -2,7 +2,7 @@
 
 Coordinates here are cells: the square of cell (row, column) is [column, column + 1] x [row, row + 1]; outside the
 array everything is solid. Where the disc already stands too near something at the line's beginning, it may travel on
-as long as it comes no nearer to that thing.
+as long as it comes no nearer to anything than that.
 """
 
 from math import floor, hypot
@@ -85,6 +85,16 @@ def sweep(
         # to their discs it keeps its own radius, which is in discs already, whatever ``radius`` asks of walls
         if point_segment(x, y, ax, ay, bx, by) < min(discs[k, 2], hypot(x - ax, y - ay)) - TOLERANCE:
             return False
+    radius = max(radius, ROUGH)  # a point may not pass through walls either
+    keep = radius
+    if clearance[int(ay), int(ax)] / resolution < radius + 1.0:
+        for r in range(floor(ay - radius), floor(ay + radius) + 1):
+            for c in range(floor(ax - radius), floor(ax + radius) + 1):
+                if not (0 <= r < rows and 0 <= c < columns) or solid[r, c]:
+                    keep = min(keep, point_square(ax, ay, c, r))
+    keep -= TOLERANCE
+    if keep <= 0.0:
+        return False
     length = hypot(bx - ax, by - ay)
     done = 0.0
     while True:
@@ -104,8 +114,7 @@ def sweep(
             for c in range(floor(min(px, qx) - radius), floor(max(px, qx) + radius) + 1):
                 if 0 <= r < rows and 0 <= c < columns and solid[r, c] == 0:
                     continue
-                keep = min(radius, point_square(ax, ay, c, r)) - TOLERANCE
-                if keep <= 0.0 or segment_square(px, py, qx, qy, c, r) < keep:
+                if segment_square(px, py, qx, qy, c, r) < keep:
                     return False
         done = onward
         if done >= length:
