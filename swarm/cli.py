@@ -7,7 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import msgspec
 
@@ -40,8 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine."""
-    from swarm.launch import run as launch  # noqa: PLC0415
-    from swarm.scenario import load  # noqa: PLC0415
+    from swarm.launch import run as launch
+    from swarm.scenario import load
 
     scenario = load(options.scenario)
     settings = scenario.settings
@@ -67,8 +67,8 @@ def run(options: argparse.Namespace) -> int:
 
 def router(options: argparse.Namespace) -> int:
     """Be the router."""
-    from swarm.bus import Endpoint  # noqa: PLC0415
-    from swarm.bus.router import serve  # noqa: PLC0415
+    from swarm.bus import Endpoint
+    from swarm.bus.router import serve
 
     endpoint = Endpoint.parse(options.listen).claim()
     print(f"router: listening on {endpoint}", flush=True)
@@ -77,33 +77,39 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Be the world."""
-    from swarm.robot.brain import planning_grid  # noqa: PLC0415
-    from swarm.scenario import load  # noqa: PLC0415
-    from swarm.scenario.check import check  # noqa: PLC0415
+    from swarm.robot.brain import planning_grid
+    from swarm.scenario import load
+    from swarm.scenario.check import check
 
     scenario = load(options.scenario)
     settings = scenario.settings
     robots = settings.robots if options.robots is None else options.robots
     seed = settings.seed if options.seed is None else options.seed
     check(scenario, planning_grid(scenario), robots, seed)
-    return int(
-        _by_name("world.process:run")(
-            _endpoint(options), options.fleet, scenario, robots, seed, _pace(options.pace),
-            settings.limit if options.limit is None else options.limit, wait=options.wait, report_to=options.report,
-        )
-    )  # fmt: skip
+    status: int = _by_name("world.process:run")(
+        _endpoint(options),
+        options.fleet,
+        scenario,
+        robots,
+        seed,
+        _pace(options.pace),
+        settings.limit if options.limit is None else options.limit,
+        wait=options.wait,
+        report_to=options.report,
+    )
+    return status
 
 
 def robot(options: argparse.Namespace) -> int:
     """Be one robot."""
-    from swarm.robot.process import run as be_robot  # noqa: PLC0415
+    from swarm.robot.process import run as be_robot
 
     return be_robot(_endpoint(options), options.fleet, options.id)
 
 
 def button(options: argparse.Namespace) -> int:
     """Press one of the paper's buttons."""
-    from swarm.messages import ACTION, Action, Do  # noqa: PLC0415
+    from swarm.messages import ACTION, Action, Do
 
     with _fleet_bus(options) as bus:
         print(bus.ask(ACTION, Action(do=Do(options.button))).text)
@@ -112,7 +118,7 @@ def button(options: argparse.Namespace) -> int:
 
 def status(options: argparse.Namespace) -> int:
     """Tell where a running fleet stands, as JSON."""
-    from swarm.messages import CLOCK, STATE  # noqa: PLC0415
+    from swarm.messages import CLOCK, STATE
 
     with _fleet_bus(options) as bus:
         clocks = bus.fetch(CLOCK)
@@ -189,15 +195,15 @@ def _of_a_client(parser: Parser) -> None:
 
 
 def _endpoint(options: argparse.Namespace) -> Endpoint:
-    from swarm.bus import Endpoint  # noqa: PLC0415
+    from swarm.bus import Endpoint
 
     return Endpoint.parse(options.connect)
 
 
 def _fleet_bus(options: argparse.Namespace) -> Bus:
     """Open the wire of the fleet that is meant: the one named with --connect, or the one that runs here."""
-    from swarm.bus import Bus, Endpoint  # noqa: PLC0415
-    from swarm.launch.running import find  # noqa: PLC0415
+    from swarm.bus import Bus, Endpoint
+    from swarm.launch.running import find
 
     if options.connect is not None:
         return Bus(Endpoint.parse(options.connect), options.fleet or "fleet")
@@ -218,11 +224,11 @@ def _pace(text: str) -> float | str:
     return factor
 
 
-def _by_name(target: str) -> Callable[..., object]:
-    import importlib  # noqa: PLC0415
+def _by_name(target: str) -> Callable[..., Any]:
+    import importlib
 
     module, _, function = target.partition(":")
-    found: Callable[..., object] = getattr(importlib.import_module(module), function)
+    found: Callable[..., Any] = getattr(importlib.import_module(module), function)
     return found
 
 

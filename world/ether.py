@@ -1,4 +1,4 @@
-"""Who hears whom. The radio itself is real (Zenoh); its reach is simulated here, so that a lossy one is reproducible."""
+"""Who hears whom. The radio itself is real (Zenoh); its reach is simulated here, so that losses are reproducible."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,7 @@
 """Bodies that roll, walls that stop them, rays that see both. The one file that touches pymunk.
 
-Bodies are dynamic: between contacts each one ends every step exactly on the arc its wheels describe, since its velocity is
-set to the chord of that arc; in a contact the solver keeps shapes apart. Everything here is metres, seconds, radians.
+Bodies are dynamic: between contacts each one ends every step exactly on the arc its wheels describe, since its
+velocity is set to the chord of that arc; in a contact the solver keeps shapes apart. Metres, seconds, radians.
 """
 
 from collections.abc import Iterable, Sequence
@@ -88,7 +88,7 @@ class Physics:
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
 
     def nearest(self, robot: int, angles: Iterable[float], reach: float) -> float:
-        """Measure the free distance [m, 0..reach] from a robot's edge along the nearest of rays at body angles [rad]."""
+        """Measure from a robot's edge to the nearest hit [m, 0..reach] of rays at body angles [rad]."""
         x, y = self._bodies[robot].position
         yaw = self._bodies[robot].angle
         whole = self._radius + reach

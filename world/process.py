@@ -9,9 +9,29 @@ from typing import Final
 from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
 from swarm.bus.session import Link
 from swarm.messages import (
-    ACTION, CLOCK, COMMAND, EVENT, JOIN, MAP, PLAN, SENSE, STATE, TRUTH,
-    Accepted, Action, Clock, Command, Do, Event, Floor, Join, Phase, Plan, State, Welcome,
-)  # fmt: skip
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EVENT,
+    JOIN,
+    MAP,
+    PLAN,
+    SENSE,
+    STATE,
+    TRUTH,
+    Accepted,
+    Action,
+    Clock,
+    Command,
+    Do,
+    Event,
+    Floor,
+    Join,
+    Phase,
+    Plan,
+    State,
+    Welcome,
+)
 from swarm.robot.brain import planning_grid
 from swarm.scenario import Scenario
 from swarm.scenario.starts import starts

@@ -93,7 +93,7 @@ def write(summary: dict[str, Any], path: Path) -> None:
         raise ConfigError(f"--report {path}: expected a file that can be written, got {fault.strerror}") from None
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""The same World and Robot objects in one process, without any bus: for tests, benchmarks and the digest of a live run."""
+"""The same World and Robot objects in one process, without any bus: for tests, benchmarks, and a live run's digest."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

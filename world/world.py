@@ -1,6 +1,7 @@
 """The world itself, pure in its state: what each robot senses at a tick, and what its commands make of the next one.
 
-What happens at tick k takes effect at k + 1, in the order of the robots' numbers. It knows no bus and no clock but its own.
+What happens at tick k takes effect at k + 1, in the order of the robots' numbers. It knows no bus, and no clock but its
+own.
 """
 
 from collections.abc import Mapping
@@ -151,7 +152,7 @@ class World:
                     heading=command.heading,
                     steering=command.steering,
                     activity=command.activity,
-                )  # fmt: skip
+                )
             )
         return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies)
 

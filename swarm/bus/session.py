@@ -64,12 +64,12 @@ class Request:
     def accept(self, reply: Message) -> None:
         """Answer."""
         self.query.reply(self.key, encode(reply))
-        self.query.drop()
+        self.query.drop()  # type: ignore[no-untyped-call]
 
     def refuse(self, reason: str) -> None:
         """Say no, and why."""
         self.query.reply_err(reason.encode())
-        self.query.drop()
+        self.query.drop()  # type: ignore[no-untyped-call]
 
 
 class Bus:
@@ -109,7 +109,7 @@ class Bus:
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._flush_refusals()
-        self._session.__exit__(kind, fault, trace)
+        self._session.__exit__(kind, fault, trace)  # type: ignore[no-untyped-call]
 
     @property
     def id(self) -> str:
@@ -127,16 +127,17 @@ class Bus:
             express=True,
         )
 
-    def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:
+    def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:  # noqa: ANN401, of REPLIES
         """Ask and wait for the answer, a message of ``REPLIES[topic.key]``.
 
         Raises:
             PeerError: it was refused (with the reason), nobody is there, or no answer came within ``timeout`` seconds.
         """
         for reply in self._session.get(self._prefix + topic.key, payload=encode(message), timeout=timeout):
-            if reply.ok is None:
-                raise PeerError(f"{topic.key}: {reply.err.payload.to_bytes().decode(errors='replace')}")
-            return decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
+            if reply.ok is not None:
+                return decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
+            reason = reply.err.payload.to_bytes().decode(errors="replace") if reply.err is not None else "no reason"
+            raise PeerError(f"{topic.key}: {reason}")
         raise PeerError(f"{topic.key}: expected an answer, got none; is that process running?")
 
     def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
@@ -181,11 +182,11 @@ class Bus:
         """Let questions on a topic into the inbox, as ``Request``."""
         key = self._key(topic, ids)
         inbox = self._inbox
-        self._listeners.append(
-            self._session.declare_queryable(
-                key, zenoh.handlers.Callback(lambda query: inbox.put(("query", topic, query)), indirect=False)
-            )
-        )
+
+        def on_query(query: zenoh.Query) -> None:
+            inbox.put(("query", topic, query))
+
+        self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
 
     def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
         """Answer ``fetch`` with the last messages: ``last()`` maps full keys below the fleet to them."""
@@ -195,20 +196,20 @@ class Bus:
             for name, message in last().items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
                     query.reply(prefix + name, encode(message))
-            query.drop()
+            query.drop()  # type: ignore[no-untyped-call]
 
         self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
 
     def watch_presence(self, role: str = "*") -> None:
         """Let ``Presence`` into the inbox, of those already there too; of one role, or of all."""
         inbox = self._inbox
+
+        def on_token(sample: zenoh.Sample) -> None:
+            inbox.put(("token", str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
+
         self._listeners.append(
             self._session.liveliness().declare_subscriber(
-                f"{self._prefix}alive/{role}/*/*",
-                zenoh.handlers.Callback(
-                    lambda s: inbox.put(("token", str(s.key_expr), s.kind == zenoh.SampleKind.PUT)), indirect=False
-                ),
-                history=True,
+                f"{self._prefix}alive/{role}/*/*", zenoh.handlers.Callback(on_token, indirect=False), history=True
             )
         )
 

@@ -10,7 +10,7 @@ import zenoh
 
 from swarm.errors import ConfigError
 
-# Measured: shared memory caps a router at about 350 sessions; a lease of 1 s keeps a frozen reader from stalling others.
+# Measured: shared memory caps a router at about 350 sessions; with a lease of 1 s a frozen reader stalls nobody.
 COMMON: Final[dict[str, Any]] = {
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,

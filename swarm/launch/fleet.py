@@ -105,5 +105,3 @@ class Fleet:
                     process.kill()
                     process.join()
         self._running.clear()
-
-

@@ -4,17 +4,15 @@ No session may be opened and no thread started here.
 """
 
 import gc
+import importlib
+from typing import Final
 
-import msgpack
-import msgspec
-import zenoh
+from swarm import compiled
 
-import swarm.compiled
-import swarm.robot.process
-import swarm.bus.router  # noqa: I001
+MODULES: Final = ("swarm.bus.router", "swarm.robot.process", "world.process")
 
-swarm.compiled.load()
+for module in MODULES:
+    importlib.import_module(module)
+compiled.load()
 gc.collect()
-gc.freeze()  # what is shared is never touched by the collector again
-
-__all__ = ["msgpack", "msgspec", "zenoh"]
+gc.freeze()  # the collector never touches again what is shared

@@ -56,7 +56,9 @@ def run(options: Options) -> int:
     check(options.scenario, planning_grid(options.scenario), options.robots, options.seed)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and not os.access(path.parent, os.W_OK):
-            raise ConfigError(f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another")
+            raise ConfigError(
+                f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
+            )
     modes = importlib.import_module(DASHBOARD_MODE)
     mode = modes.choose(options.dashboard, os.environ, record=options.record is not None)
     if mode is not None and (lacks := modes.missing()) is not None:
@@ -88,9 +90,7 @@ def _say(line: str) -> None:
     print(line, flush=True)
 
 
-def _start(
-    fleet: Fleet, options: Options, endpoint: Endpoint, name: str, mode: str | None, summary_file: Path
-) -> None:
+def _start(fleet: Fleet, options: Options, endpoint: Endpoint, name: str, mode: str | None, summary_file: Path) -> None:
     common = {"endpoint": endpoint, "fleet": name}
     fleet.start(ROUTER, "router", {"endpoint": endpoint})
     fleet.start(
@@ -187,5 +187,3 @@ def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
     if record is not None and record.exists():
         lines.append(f"  recorded: {record}  (open it with: rerun {record})")
     return lines
-
-

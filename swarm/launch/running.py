@@ -32,7 +32,7 @@ def folder() -> Path:
 
 @contextmanager
 def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
-    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it; both are given back at the end."""
+    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it, until the block ends."""
     for number in range(1, 1000):
         name = wanted if number == 1 else f"{wanted}-{number}"
         home = folder() / name
@@ -67,7 +67,9 @@ def find(fleet: str | None) -> Card:
             raise ConfigError(f"--fleet: expected a running fleet, got {fleet!r}; {hint}")
         return cards[names.index(fleet)]
     if not cards:
-        raise ConfigError("expected a fleet running on this machine, found none; start one, or give --connect and --fleet")
+        raise ConfigError(
+            "expected a fleet running on this machine, found none; start one, or give --connect and --fleet"
+        )
     if len(cards) > 1:
         raise ConfigError(f"expected one running fleet, found {', '.join(names)}; say which with --fleet")
     return cards[0]

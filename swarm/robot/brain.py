@@ -1,4 +1,4 @@
-"""The robot's decisions. ``Robot.step`` is pure in its state: what it senses and hears goes in, what it does comes out."""
+"""The robot's decisions. ``Robot.step`` is pure in its state: what it senses and hears in, what it does out."""
 
 from collections.abc import Sequence
 from math import degrees

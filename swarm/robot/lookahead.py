@@ -1,5 +1,7 @@
-"""Where the wheels would take the robot: its path under a command for a while and then under the brake, and how near a
-wall that comes. Compiled, since the supervisor asks several times a tick."""
+"""Where the wheels would take the robot: under a command for a while, then under the brake; and how near a wall.
+
+Compiled, since the supervisor asks several times a tick.
+"""
 
 from math import cos, floor, hypot, sin
 from typing import Final
@@ -14,7 +16,7 @@ from swarm.planning.grid import Grid
 SIGNATURE: Final = "f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)"
 
 
-@njit(SIGNATURE, cache=True)  # type: ignore[untyped-decorator]
+@njit(SIGNATURE, cache=True)
 def _least_clearance(
     field: NDArray[np.float32],
     side: float,
@@ -50,7 +52,7 @@ def _least_clearance(
         yaw += 2 * half
         along = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side - 0.5
         up = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side - 0.5
-        row, column = int(floor(up)), int(floor(along))
+        row, column = floor(up), floor(along)
         if row < 0 or column < 0 or row + 1 >= rows or column + 1 >= columns:
             return 0.0
         u, v = up - row, along - column
@@ -62,7 +64,7 @@ def _least_clearance(
         least = min(least, room)
         step += 1
         if step >= ticks and left_now == 0.0 and right_now == 0.0:
-            return least
+            return float(least)
 
 
 def least_clearance(
@@ -78,15 +80,15 @@ def least_clearance(
     dt: float,
     ticks: int,
 ) -> float:
-    """Smallest distance [m] of the centre to anything solid on the map and to round ``bodies`` (their centres, (n, 2),
-    m), driving ``wanted`` rim speeds for ``ticks`` control steps and braking then; the wheels follow at
+    """Find the smallest distance [m] of the centre to anything solid on the map and to round ``bodies`` ((n, 2), m).
+
+    The robot drives ``wanted`` rim speeds for ``ticks`` control steps and brakes then; its wheels follow at
     ``acceleration`` [m/s2] from the speeds they have ``now``.
     """
     origin = grid.origin
-    return float(
-        _least_clearance(
-            grid.clearance, grid.resolution, origin.x, origin.y, origin.yaw,
-            bodies, body_radius, pose.x, pose.y, pose.yaw,
-            now[0], now[1], wanted[0], wanted[1], track_width, acceleration * dt, dt, ticks,
-        )
+    least: float = _least_clearance(
+        grid.clearance, grid.resolution, origin.x, origin.y, origin.yaw,
+        bodies, body_radius, pose.x, pose.y, pose.yaw,
+        now[0], now[1], wanted[0], wanted[1], track_width, acceleration * dt, dt, ticks,
     )  # fmt: skip
+    return least

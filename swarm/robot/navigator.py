@@ -31,7 +31,7 @@ class Navigator:
         self.path = None
 
     def head_for(self, here: Point, goal: Point, standing: Sequence[Point] = ()) -> bool:
-        """Plan to a goal, around robots that stand; False where no path is. The path at hand stays until one is found."""
+        """Plan to a goal, around robots that stand; False where no path is, and the one at hand stays."""
         around = [body for body in standing if distance(body, here) > 2 * self._radius]
         grid = self.grid.with_discs(around, self._radius + BODY_GAP) if around else self.grid
         path = plan(grid, here, goal)
@@ -61,9 +61,10 @@ class Navigator:
         return [self.path.point_at(self._along + k * step) for k in range(count + 1)]
 
     def heading_error(self, pose: Pose, seen: float | None, goal: Point) -> float:
-        """Bearing [rad, left positive] to steer by: the goal's own once it is seen and the way is free, else a waypoint's.
+        """Give the bearing [rad, left positive] to steer by: the goal's own once seen, else a waypoint's ahead.
 
-        ``seen`` is what the infrared sensor reads for the goal, None where it is out of sight.
+        ``seen`` is what the infrared sensor reads for the goal, None where it is out of sight; it is used where the
+        straight way is wide enough for the robot too.
         """
         assert self.path is not None
         here = (pose.x, pose.y)

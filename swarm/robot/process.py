@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from threading import Event as Flag
 from time import monotonic
-from typing import Any, Final
+from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.geometry import Pose
@@ -70,13 +70,14 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
     return False
 
 
-def _sort(arrived: Any, radio: Radio) -> Sense | None:
+def _sort(arrived: object, radio: Radio) -> Sense | None:
     """Put a broadcast away, give a sense back."""
     if isinstance(arrived, Arrival):
         if arrived.topic is RADIO:
             radio.take(arrived.message)
         elif arrived.topic is SENSE:
-            return arrived.message
+            sense: Sense = arrived.message
+            return sense
     return None
 
 

@@ -1,10 +1,11 @@
-"""What stands between the fuzzy tables and the wheels: it slows, tightens a turn, stops; it never chooses where to.
+"""What stands between the fuzzy tables and the wheels: it slows, tightens a turn, stops.
 
-The fuzzy controller steers. Its two speeds pass unchanged where the way they lead is clear. Where it is not, the mildest
-of ``REMEDIES`` is taken that keeps clear: first the same arc, slower; then the same turn, with less way on; then none.
-As the footprint is round, turning on the spot is always clear, so there is always a safe answer. Where the tables do
-not turn out of a place without a way ahead (rules 22 and 25 cancel each other between medium and far), it turns to the
-freer side until there is one. None of this knows the target: a robot whose tables do not steer gets nowhere.
+The fuzzy controller steers; this never chooses where to. The two speeds pass unchanged where the way they lead is
+clear. Where it is not, the mildest of ``REMEDIES`` is taken that keeps clear: first the same arc, slower; then the same
+turn, with less way on; then none. As the footprint is round, turning on the spot is always clear, so there is always a
+safe answer. Where the tables do not turn out of a place without a way ahead (rules 22 and 25 cancel each other between
+medium and far), it turns to the freer side until there is one. None of this knows the target: a robot whose tables do
+not steer gets nowhere.
 """
 
 from collections.abc import Sequence

@@ -48,8 +48,8 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
             if not shared[key]:
                 raise ConfigError(
                     f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way from "
-                    f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, found none; "
-                    "open the map or move the target"
+                    f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "
+                    "found none; open the map or move the target"
                 )
             here = there
     return poses

@@ -160,7 +160,7 @@ def _described(names: list[str]) -> tuple[type[Section], str]:
             else:
                 break
         if isinstance(info, msgspec.inspect.StructType):
-            section = info.cls
+            section = info.cls  # type: ignore[assignment]
     return section, text
 
 
