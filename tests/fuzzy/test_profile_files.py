@@ -5,6 +5,7 @@ import math
 import pickle
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -107,10 +108,9 @@ def test_a_crisp_edge_leaves_no_gap_and_an_open_one_does() -> None:
     def profile(medium: list[float]) -> Profile:
         terms = {"near": ["-inf", "-inf", 0.6, 0.6], "medium": medium, "far": [1.0, 1.4, "inf", "inf"]}
         variable = {"unit": "m", "universe": [0, 1.6], "terms": terms}
-        document = load_profile("wall_following").to_builtins()
+        document: dict[str, Any] = load_profile("wall_following").to_builtins()
         inputs = dict.fromkeys(("left_obs", "front_obs", "right_obs"), variable)
-        head = {"unit": "degrees", "universe": [-180, 180], "terms": {"zero": ["-inf", "-inf", "inf", "inf"]}}
-        return Profile.from_builtins(document | {"inputs": inputs | {"head_ang": head}})
+        return Profile.from_builtins(document | {"inputs": inputs | {"head_ang": document["inputs"]["head_ang"]}})
 
     crisp = Controller(profile([0.6, 0.6, 1.0, 1.4]))
     assert crisp.wheel_speeds(1.0, 0.6, 1.0, 0.0) != crisp.wheel_speeds(1.0, math.nextafter(0.6, 1), 1.0, 0.0)

@@ -1,0 +1,44 @@
+"""What every benchmark shares: cases timed in turn, a table, and what machine it was."""
+
+import os
+import platform
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import perf_counter
+
+
+def interleave(cases: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
+    """Call each case once a round, one after the other, and give the seconds of each call.
+
+    Cases that compete are timed side by side, so that whatever else the machine does falls on all of them: compare the
+    medians of ratios within a round rather than absolute times. One round before goes untimed.
+    """
+    seconds: dict[str, list[float]] = {name: [] for name in cases}
+    for timed in range(rounds + 1):
+        for name, case in cases.items():
+            start = perf_counter()
+            case()
+            if timed:
+                seconds[name].append(perf_counter() - start)
+    return seconds
+
+
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Lay rows of text out as a Markdown table, the first one its head; all columns but the first are set right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    ruler = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
+    lines = []
+    for row in (rows[0], ruler, *rows[1:]):
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def machine() -> str:
+    """Describe the machine in a line: processor, cores, load, Python."""
+    model = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        names = [line.partition(":")[2].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
+        model = names[0] if names else model
+    return f"{model}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python {platform.python_version()}"
