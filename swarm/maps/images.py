@@ -94,7 +94,11 @@ def _png(content: bytes, where: str) -> Pixels:
         raise ConfigError(f"{where}: expected a PNG header, got a broken one; export it again")
     columns, rows = int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
     check_size(rows, columns, where)
+    if content[25] == 3 and b"PLTE" not in content:
+        raise ConfigError(f"{where}: expected a PNG with its palette, got none; export it again")
     try:
+        with Image.open(BytesIO(content), formats=["PNG"]) as image:
+            image.verify()  # the checksums, and that it has an end: pillow forgives both when it loads
         with Image.open(BytesIO(content), formats=["PNG"]) as image:
             has_alpha = "A" in image.getbands() or "transparency" in image.info
             if image.mode.startswith("I"):  # 16 bits of grey

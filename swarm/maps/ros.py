@@ -3,7 +3,7 @@
 How a pixel becomes free, occupied or unknown follows Nav2's map_io.cpp (nav2_map_server).
 """
 
-from math import isfinite
+from math import isfinite, pi
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -91,7 +91,15 @@ def from_yaml(content: bytes, where: str = "map.yaml") -> Description:
         raise ConfigError(f"{where}: mode: expected one of {', '.join(MODES)}, got {_said(mode)}; correct it")
     if not isinstance(image, str) or not image:
         raise ConfigError(f"{where}: image: expected a file's name, got {_said(image)}; name the .pgm or .png")
-    return Description(image, resolution, Pose(x, y, wrap(yaw)), occupied, free, TRUTHS[negate.lower()], mode)
+    return Description(
+        image,
+        resolution,
+        Pose(x, y, yaw if -pi < yaw <= pi else wrap(yaw)),
+        occupied,
+        free,
+        TRUTHS[negate.lower()],
+        mode,
+    )
 
 
 def from_pixels(pixels: Pixels, description: Description) -> OccupancyMap:
