@@ -9,15 +9,14 @@ from shutil import which
 from time import monotonic
 from typing import Any, Final
 
-from dashboard.collect import Collector
 from dashboard.mode import Mode
-from dashboard.progress import Progress, fold, presence
-from dashboard.scene import Scene, scene_of
+from dashboard.progress import presence
+from dashboard.show import Show
 from dashboard.stopping import told_to_stop
-from dashboard.view import Recorder, View, serve_page
+from dashboard.view import Recorder, serve_page
 from swarm.bus import Arrival, Bus, Endpoint, Presence
-from swarm.errors import ConfigError, SwarmError
-from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Floor, Message, Phase, Topic
+from swarm.errors import ConfigError
+from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
 
 DRAW_EVERY: Final = 0.5  # s, wall time
 ASK_EVERY: Final = 1.0  # s, wall time between two questions for a map that is not there yet
@@ -51,77 +50,13 @@ def run(
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
         closing.callback(recorder.close)
-        show = Show(recorder, fleet, lambda url: _open(mode, url, page, bind, log))
+        opened = ViewerWindow(log) if mode == "viewer" else lambda url: log(f"dashboard: {serve_page(page, url, bind)}")
+        show = Show(recorder, fleet, log, opened)
         follow(bus, show, stop.is_set)
         show.draw()
-        if stop.is_set():
-            show.leave()
+        if stop.is_set() and isinstance(opened, ViewerWindow):
+            opened.close()
     return 0
-
-
-class Show:
-    """The recordings of a fleet's runs: a new one whenever the run, or who is in it, changes."""
-
-    def __init__(
-        self, recorder: Recorder, fleet: str, opened: "Callable[[str], subprocess.Popen[bytes] | None]"
-    ) -> None:
-        self.progress = Progress()
-        self.scene: Scene | None = None
-        self._recorder = recorder
-        self._fleet = fleet
-        self._opened = opened
-        self._viewer: subprocess.Popen[bytes] | None = None
-        self._shown = -1
-        self._view: View | None = None
-        self._collector: Collector | None = None
-
-    def take(self, message: Message) -> None:
-        """Fold a message, and gather what it brings."""
-        if isinstance(message, Floor):
-            self._take_floor(message)
-            return
-        before = self.progress
-        self.progress = fold(before, message)
-        if self.progress is before:
-            return
-        if self.progress.run != before.run or self.progress.order != before.order:
-            self.draw()
-            self._collector = None
-        if self._collector is None:
-            self._begin()
-        if self._collector is not None:
-            self._collector.take(self.progress, message)
-
-    def draw(self) -> None:
-        """Draw what has gathered."""
-        if self._view is not None and self._collector is not None:
-            self._view.draw(self._collector.batch())
-
-    def leave(self) -> None:
-        """Close the viewer that was opened."""
-        if self._viewer is not None:
-            self._viewer.terminate()
-            self._viewer.wait(5)
-
-    def _take_floor(self, floor: Floor) -> None:
-        self.scene = scene_of(floor)
-        if self._view is not None:
-            self._view.draw_map(self.scene)
-        else:
-            self._begin()
-
-    def _begin(self) -> None:
-        progress, scene = self.progress, self.scene
-        if scene is None or progress.run < 0 or not progress.order:
-            return
-        if self._view is None or self._shown != progress.run or self._view.robots != progress.order:
-            name = f"{self._fleet} {scene.settings.name} run {progress.run}"
-            first = self._recorder.url is None
-            self._view = self._recorder.begin(name, scene, progress.order)
-            self._shown = progress.run
-            if first and self._recorder.url is not None:
-                self._viewer = self._opened(self._recorder.url)
-        self._collector = Collector(progress, scene.settings.return_home)
 
 
 def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
@@ -141,7 +76,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         match arrived:
             case Arrival(message=message):
                 before = show.progress.run
-                _take(show, message)
+                show.take(message)
                 if show.progress.run != before >= 0:
                     _catch_up(bus, show)
             case Presence(role="robot"):
@@ -156,30 +91,31 @@ def _catch_up(bus: Bus, show: Show) -> None:
     for topic in CATCH_UP:
         if topic is not MAP or show.scene is None:
             for message in bus.fetch(topic, timeout=1.0):
-                _take(show, message)
+                show.take(message)
 
 
-def _take(show: Show, message: Message) -> None:
-    try:
-        show.take(message)
-    except ConfigError:
-        raise
-    except SwarmError as fault:
-        print(f"dashboard: {fault}", file=sys.stderr)
+class ViewerWindow:
+    """Rerun's own viewer in a window of its own: it stays when the run is over, and closes when we are stopped."""
 
+    def __init__(self, log: Callable[[str], None]) -> None:
+        self._log = log
+        self._process: subprocess.Popen[bytes] | None = None
+        program = which("rerun", path=str(Path(sys.executable).parent)) or which("rerun")
+        if program is None:
+            raise ConfigError(
+                "dashboard: expected the program `rerun`, found none; install rerun-sdk, or use --dashboard web"
+            )
+        self._program = program
 
-def _open(mode: Mode, url: str, page: int, bind: str, log: Callable[[str], None]) -> "subprocess.Popen[bytes] | None":
-    """Open the native viewer, or serve the web viewer and say where."""
-    if mode == "web":
-        log(f"dashboard: {serve_page(page, url, '127.0.0.1' if bind == '0.0.0.0' else bind)}")
-        return None
-    program = which("rerun", path=str(Path(sys.executable).parent)) or which("rerun")
-    if program is None:
-        raise ConfigError(
-            "dashboard: expected the program `rerun`, found none; install rerun-sdk, or use --dashboard web"
-        )
-    log(f"dashboard: {url}")
-    quiet = subprocess.DEVNULL
-    return subprocess.Popen(
-        [program, url, "--hide-welcome-screen"], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
-    )
+    def __call__(self, url: str) -> None:
+        """Open it."""
+        self._log(f"dashboard: {url}")
+        quiet = subprocess.DEVNULL
+        arguments = [self._program, url, "--hide-welcome-screen", "--port", "auto"]
+        self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
+
+    def close(self) -> None:
+        """Close it if it is open."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait(5)

@@ -5,7 +5,8 @@ from time import monotonic
 from types import TracebackType
 from typing import Final
 
-from rich.console import Console, RenderableType
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
@@ -75,7 +76,7 @@ class Terminal:
     def renderable(self) -> RenderableType:
         """Give the table: one row a robot, and above it the run as a whole."""
         progress = self.progress
-        table = Table(title=self._headline(), title_justify="left", title_style="bold", expand=False, pad_edge=False)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for name in ("robot", "stops", "target"):
             table.add_column(name, no_wrap=True)
         table.add_column("left", justify="right", no_wrap=True)
@@ -96,7 +97,7 @@ class Terminal:
             )
         if len(progress.order) > ROWS:
             table.caption = f"and {len(progress.order) - ROWS} more"
-        return table
+        return Group(Text(self._headline(), style="bold"), table)
 
     def line(self) -> str:
         """Say everything in one plain line."""

@@ -1,6 +1,7 @@
 """Where recordings go: a server that viewers connect to, and files."""
 
 from pathlib import Path
+from socket import gethostname
 from typing import Final
 
 import rerun as rr
@@ -11,6 +12,8 @@ from dashboard.view.layout import blueprint
 from swarm.errors import ConfigError
 
 APPLICATION: Final = "swarm_dashboard"
+LOOPBACK: Final = "127.0.0.1"
+ANY: Final = "0.0.0.0"
 FLUSH: Final = 0.3  # s
 MEMORY: Final = "256MiB"  # what the server keeps for viewers that come late
 
@@ -38,9 +41,9 @@ class Recorder:
         sinks: list[rr.GrpcServerSink | rr.GrpcSink | rr.FileSink] = []
         if self._serve is not None and self.url is None:
             host, port = self._serve
-            anywhere = None if host == "127.0.0.1" else ["http://*:*"]
+            anywhere = None if host == LOOPBACK else ["http://*:*"]
             server = rr.GrpcServerSink(host, port, server_memory_limit=MEMORY, cors_allow_origin=anywhere)
-            self.url = server.uri.replace("0.0.0.0", "127.0.0.1")
+            self.url = f"rerun+http://{LOOPBACK if host == ANY else host}:{port}/proxy"
             sinks.append(server)
         elif self.url is not None:
             sinks.append(rr.GrpcSink(self.url))
@@ -65,13 +68,13 @@ class Recorder:
     def close(self) -> None:
         """Finish all recordings: what is under way is sent, the files get their footers."""
         for stream in reversed(self._streams):
-            stream.flush(timeout_sec=2.0)
             stream.disconnect()
         self._streams.clear()
 
 
 def serve_page(port: int, url: str, host: str) -> str:
-    """Serve the web viewer, and give the address that shows ``url``; it listens on all of this machine's addresses."""
+    """Serve the web viewer, and give the address that shows ``url``; the page listens on all addresses there are."""
+    host = gethostname() if host == ANY else host
     rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=url)
-    source = url.replace("rerun+http", "rerun%2Bhttp").replace("127.0.0.1", host)
+    source = url.replace("rerun+http", "rerun%2Bhttp").replace(LOOPBACK, host)
     return f"http://{host}:{port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"

@@ -4,6 +4,7 @@ Robots follow a drawn way past three targets and home, one after the other, and 
 of the tick; nothing here simulates anything.
 """
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, radians, sin
@@ -109,13 +110,11 @@ class Rehearsal:
     def _way(self, number: int) -> list[list[Point]]:
         home = (0.9 + 0.8 * (number % 4), 0.9 + 0.8 * (number // 4 % 3))
         aside = 0.12 * ((number % 4) - 1.5)
-        legs, here = [], home
+        legs: list[list[Point]] = []
+        here = home
         for points in (*WAY[:3], (*WAY[3], home)):
-            leg = [
-                here,
-                *((x + aside, y + aside) if (x, y) not in TARGETS else (x, y) for x, y in points[:-1]),
-                points[-1],
-            ]
+            between = [(x + aside, y + aside) for x, y in points[:-1]]
+            leg = [here, *between, points[-1]]
             legs.append(leg)
             here = leg[-1]
         return legs
@@ -160,7 +159,6 @@ class Rehearsal:
         for number, (name, now) in enumerate(zip(self.names, all_at, strict=True)):
             before = self.at(number, tick - 1) if tick else None
             new_leg = before is None or before.target != now.target
-            said = {"robot": name, "run": self.run, "tick": tick}
             if (tick + number) % 4 == 0 or new_leg:
                 yield (
                     RADIO,
@@ -173,7 +171,9 @@ class Rehearsal:
                         distance=now.distance,
                         reached=now.reached,
                         ahead=self._ahead(number, now),
-                        **said,
+                        robot=name,
+                        run=self.run,
+                        tick=tick,
                     ),
                     {"robot": name, "zx": 0, "zy": 0},
                 )
@@ -262,12 +262,12 @@ class Rehearsal:
 
 def length(points: list[Point]) -> float:
     """Measure a polyline [m]."""
-    return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:], strict=False))
+    return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(points))
 
 
 def along(points: list[Point], driven: float) -> Point:
     """Find the point so far along a polyline; before its begin and past its end, those."""
-    for a, b in zip(points, points[1:], strict=False):
+    for a, b in itertools.pairwise(points):
         side = hypot(b[0] - a[0], b[1] - a[1])
         if driven <= side:
             share = max(0.0, driven) / side if side else 0.0

@@ -1,0 +1,81 @@
+"""Messages in, recordings out: the fold and the drawing put together, without the wire."""
+
+from collections.abc import Callable
+
+from dashboard.collect import Collector
+from dashboard.progress import Progress, fold
+from dashboard.scene import Scene, scene_of
+from dashboard.view import Recorder, View
+from swarm.errors import SwarmError
+from swarm.messages import Event, Floor, Message
+
+
+class Show:
+    """The recordings of a fleet's runs: a new one whenever the run, or who is in it, changes.
+
+    ``opened`` is called once, with the address for viewers, when there is something to see.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        fleet: str,
+        log: Callable[[str], None] = print,
+        opened: Callable[[str], None] = lambda url: None,
+    ) -> None:
+        self.progress = Progress()
+        self.scene: Scene | None = None
+        self._recorder = recorder
+        self._fleet = fleet
+        self._log = log
+        self._opened = opened
+        self._shown = -1
+        self._view: View | None = None
+        self._collector: Collector | None = None
+
+    def take(self, message: Message) -> None:
+        """Fold a message, and gather what it brings."""
+        if isinstance(message, Floor):
+            self._take_floor(message)
+            return
+        before = self.progress
+        self.progress = fold(before, message)
+        if self.progress is before:
+            return
+        if self.progress.run != before.run or self.progress.order != before.order:
+            self.draw()
+            self._collector = None
+        fresh = self._collector is None
+        if fresh:
+            self._begin()
+        if self._collector is not None and not (fresh and isinstance(message, Event)):  # a fresh one has all events
+            self._collector.take(self.progress, message)
+
+    def draw(self) -> None:
+        """Draw what has gathered."""
+        if self._view is not None and self._collector is not None:
+            self._view.draw(self._collector.batch())
+
+    def _take_floor(self, floor: Floor) -> None:
+        try:
+            self.scene = scene_of(floor)
+        except SwarmError as fault:
+            self._log(f"dashboard: {fault}")
+            return
+        if self._view is not None:
+            self._view.draw_map(self.scene)
+        else:
+            self._begin()
+
+    def _begin(self) -> None:
+        progress, scene = self.progress, self.scene
+        if scene is None or progress.run < 0 or not progress.order:
+            return
+        if self._view is None or self._shown != progress.run or self._view.robots != progress.order:
+            name = f"{self._fleet} {scene.settings.name} run {progress.run}"
+            first = self._recorder.url is None
+            self._view = self._recorder.begin(name, scene, progress.order)
+            self._shown = progress.run
+            if first and self._recorder.url is not None:
+                self._opened(self._recorder.url)
+        self._collector = Collector(progress, scene.settings.return_home)

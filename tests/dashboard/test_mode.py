@@ -1,0 +1,53 @@
+import subprocess
+import sys
+
+import pytest
+
+from dashboard import mode
+from swarm.errors import ConfigError
+
+
+@pytest.mark.parametrize(
+    ("asked", "environ", "record", "expected"),
+    [
+        ("auto", {"DISPLAY": ":0"}, False, "viewer"),
+        ("auto", {"WAYLAND_DISPLAY": "wayland-0"}, False, "viewer"),
+        ("auto", {"DISPLAY": ""}, False, "web"),
+        ("auto", {}, True, "web"),
+        ("viewer", {}, False, "viewer"),
+        ("web", {"DISPLAY": ":0"}, False, "web"),
+        ("off", {"DISPLAY": ":0"}, False, None),
+        ("off", {}, True, "off-screen"),
+    ],
+)
+def test_choose(
+    monkeypatch: pytest.MonkeyPatch, asked: str, environ: dict[str, str], record: bool, expected: str | None
+) -> None:
+    monkeypatch.setattr(mode, "find_spec", lambda name: object())
+    assert mode.choose(asked, environ, record=record) == expected
+
+
+def test_a_display_without_the_viewer_program_gets_the_web_viewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mode, "find_spec", lambda name: None)
+    assert mode.choose("auto", {"DISPLAY": ":0"}) == "web"
+
+
+def test_an_unknown_word_is_refused() -> None:
+    with pytest.raises(ConfigError, match="expected one of auto, viewer, web, off, got 'of'"):
+        mode.choose("of", {})
+
+
+def test_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mode, "find_spec", lambda name: None)
+    assert "zenoh-swarm[dashboard]" in str(mode.missing())
+    monkeypatch.setattr(mode, "find_spec", lambda name: object())
+    assert mode.missing() is None
+
+
+def test_a_host_without_rerun_can_import_all_but_the_view() -> None:
+    code = (
+        "import sys; sys.modules['rerun'] = None\n"
+        "import dashboard.progress, dashboard.terminal, dashboard.mode, dashboard.collect, dashboard.__main__\n"
+        "assert not [name for name in sys.modules if name.startswith('rerun_')]"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

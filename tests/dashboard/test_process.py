@@ -1,0 +1,142 @@
+"""The dashboard as a process of its own, across a real router."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from dashboard import process
+from swarm.bus import Bus, Endpoint, Presence
+from swarm.errors import ConfigError
+from tests.dashboard.actors import World, router
+from tests.dashboard.recording import Recording
+from tests.dashboard.rehearsal import Rehearsal
+
+pytestmark = pytest.mark.processes
+
+
+@pytest.fixture
+def endpoint() -> Iterator[Endpoint]:
+    with router() as listening:
+        yield listening
+
+
+@contextmanager
+def dashboard(endpoint: Endpoint, *arguments: str) -> Iterator["subprocess.Popen[str]"]:
+    """Run the command; whatever happens, it is gone after the block."""
+    command = [sys.executable, "-m", "dashboard", "--connect", str(endpoint), "--fleet", "test", *arguments]
+    environ = os.environ | {"RERUN_STRICT": "1", "PYTHONUNBUFFERED": "1"}
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environ)
+    try:
+        yield running
+    finally:
+        running.kill()
+        running.communicate()
+
+
+def wait_for_dashboard(bus: Bus) -> None:
+    bus.watch_presence()
+    while True:
+        arrived = bus.receive(timeout=30)
+        assert arrived is not None, "the dashboard did not come"
+        if isinstance(arrived, Presence) and arrived.role == "dashboard":
+            return
+
+
+def ended(running: "subprocess.Popen[str]") -> tuple[int, str]:
+    said, _ = running.communicate(timeout=30)
+    return running.returncode, said
+
+
+def test_it_shows_a_run_and_ends_with_it(endpoint: Endpoint, tmp_path: Path) -> None:
+    rehearsal = Rehearsal(2)
+    with Bus(endpoint, "test") as bus:
+        world = World(bus, rehearsal)
+        world.serve()
+        with dashboard(endpoint, "--off-screen", "--record", str(tmp_path / "run.rrd")) as running:
+            wait_for_dashboard(bus)
+            for tick in range(rehearsal.ticks + 1):
+                world.send(rehearsal, tick)
+            assert ended(running) == (0, "")
+    recording = Recording(tmp_path / "run.rrd")
+    assert [word for _, [word] in recording.rows("/progress/r2", "StateChange:state")][-1] == "done"
+    assert len(recording.rows("/events", "TextLog:text")) == 2 * 4
+
+
+def test_told_to_stop_it_finishes_the_file(endpoint: Endpoint, tmp_path: Path) -> None:
+    rehearsal = Rehearsal(2)
+    with Bus(endpoint, "test") as bus:
+        world = World(bus, rehearsal)
+        world.serve()
+        with dashboard(endpoint, "--web", "--record", str(tmp_path / "run.rrd")) as running:
+            wait_for_dashboard(bus)
+            assert running.stdout is not None
+            address = running.stdout.readline().split()[-1]
+            with urllib.request.urlopen(address, timeout=10) as page:
+                assert b"rerun" in page.read().lower()
+            for tick in range(201):
+                world.send(rehearsal, tick)
+            while (arrived := bus.receive(timeout=0.0)) is not None:
+                assert arrived
+            running.send_signal(signal.SIGTERM)
+            assert ended(running)[0] == 0
+            arrived = bus.receive(timeout=10)
+            while not (isinstance(arrived, Presence) and arrived.role == "dashboard" and not arrived.alive):
+                assert arrived is not None, "the dashboard's token stayed"
+                arrived = bus.receive(timeout=10)
+    assert "/world/map" in Recording(tmp_path / "run.rrd").entities
+    subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(tmp_path / "run.rrd")], check=True)
+
+
+def test_it_finds_out_what_it_missed(endpoint: Endpoint, tmp_path: Path) -> None:
+    """The run is half over when it comes; a restart follows; then it ends."""
+    rehearsal, again = Rehearsal(2, run=1), Rehearsal(2, run=2)
+    with Bus(endpoint, "test") as bus:
+        world = World(bus, rehearsal)
+        world.send(rehearsal, 800)
+        world.serve()
+        with dashboard(endpoint, "--off-screen", "--record", str(tmp_path / "run.rrd")) as running:
+            wait_for_dashboard(bus)
+            for sent, ticks in ((rehearsal, range(801, 900)), (again, range(again.ticks + 1))):
+                for tick in ticks:
+                    world.send(sent, tick)
+            assert ended(running) == (0, "")
+    late, whole = Recording(tmp_path / "run.rrd"), Recording(tmp_path / "run-run2.rrd")
+    assert late.rows("/progress/r1", "StateChange:state")[0][1] == ["to 3"]
+    assert len(late.rows("/world/paths", "LineStrips2D:strips")) >= 1
+    assert [word for _, [word] in whole.rows("/progress/r1", "StateChange:state")][-1] == "done"
+
+
+def test_a_port_in_use_is_said(endpoint: Endpoint) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        with dashboard(endpoint, "--web", "--port", port) as running:
+            status, said = ended(running)
+    assert status == 2
+    assert f"port {port}" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [(["--off-screen"], "--record"), (["--web", "--record", "/nowhere/at/all.rrd"], "expected a folder /nowhere/at")],
+)
+def test_what_cannot_be_done_is_said(endpoint: Endpoint, arguments: list[str], expected: str) -> None:
+    with dashboard(endpoint, *arguments) as running:
+        status, said = ended(running)
+    assert status == 2
+    assert expected in said
+    assert "Traceback" not in said
+
+
+def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "which", lambda name, path=None: None)
+    with pytest.raises(ConfigError, match="use --dashboard web"):
+        process.run(endpoint, "test", "viewer")

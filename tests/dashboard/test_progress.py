@@ -1,0 +1,189 @@
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from dashboard import naming
+from dashboard.progress import EVENTS_KEPT, Heard, Progress, fold, presence
+from swarm.messages import Activity, Body, Broadcast, Clock, Event, Message, Phase, Plan, State, Steering, Truth
+
+
+def clock(tick: int = 0, run: int = 1, phase: Phase = Phase.RUNNING, robots: tuple[str, ...] = ("a", "b")) -> Clock:
+    return Clock(run=run, tick=tick, time=tick / 20, phase=phase, robots=list(robots), present=list(robots))
+
+
+def broadcast(tick: int, robot: str = "a", **changed: object) -> Broadcast:
+    plain = Broadcast(
+        robot=robot, run=1, tick=tick, x=1.0, y=2.0, yaw=0.5, activity=Activity.DRIVE, target=0, distance=5.0,
+        reached=[False] * 3, ahead=[],
+    )  # fmt: skip
+    return replace(plain, **changed)
+
+
+def state(tick: int, robot: str = "a", **changed: object) -> State:
+    plain = State(
+        robot=robot, run=1, tick=tick, activity=Activity.DRIVE, target=0, reached=[False] * 3, unreachable=[],
+        distance=5.0, replans=0,
+    )  # fmt: skip
+    return replace(plain, **changed)
+
+
+def truth(tick: int, run: int = 1, x: float = 3.0) -> Truth:
+    body = Body(
+        robot="a", x=x, y=0.0, yaw=0.0, left_v=0.0, right_v=0.0, left=1.0, front=1.0, right=1.0, heading=0.0,
+        steering=Steering.REST, activity=Activity.READY,
+    )  # fmt: skip
+    return Truth(run=run, tick=tick, time=tick / 20, bodies=[body])
+
+
+def event(tick: int, run: int = 1) -> Event:
+    return Event(run=run, tick=tick, time=tick / 20, robot=None, kind="go", text="go")
+
+
+def folded(*messages: Message, progress: Progress | None = None) -> Progress:
+    progress = progress or Progress()
+    for message in messages:
+        progress = fold(progress, message)
+    return progress
+
+
+def test_a_broadcast_says_where_a_robot_is_and_what_it_is_about() -> None:
+    robot = folded(clock(), broadcast(4, target=1, distance=2.5, reached=[True, False, False])).robot("a")
+    assert (robot.activity, robot.target, robot.distance) == (Activity.DRIVE, 1, 2.5)
+    assert robot.pose == (1.0, 2.0, 0.5)
+    assert robot.reached_at == (4, None, None)
+    assert (robot.stops, robot.reached) == (3, 1)
+
+
+def test_robots_do_not_count_before_the_world_has_said_which_run_it_is() -> None:
+    assert folded(broadcast(4), state(4)) == Progress()
+
+
+@pytest.mark.parametrize("old", [broadcast(9, run=0), state(9, run=0), clock(9, run=0), truth(9, run=0), event(9, 0)])
+def test_what_is_of_an_older_run_is_ignored(old: Message) -> None:
+    before = folded(clock(10), broadcast(4))
+    assert fold(before, old) is before
+
+
+def test_a_robot_cannot_begin_a_run() -> None:
+    before = folded(clock(10), broadcast(4))
+    assert fold(before, broadcast(11, run=2)) is before
+
+
+@pytest.mark.parametrize("new", [clock(0, run=2), truth(0, run=2), event(0, run=2)])
+def test_a_restart_clears_everything_but_who_is_there(new: Message) -> None:
+    before = folded(clock(10), broadcast(4, reached=[True, True, True]), event(5))
+    after = fold(presence(before, "a", "session", True), new)
+    assert (after.run, after.tick, after.share) == (2, 0, 0.0)
+    assert after.robot("a").reached_at == ()
+    assert after.events == ((new,) if isinstance(new, Event) else ())
+    assert after.order == ("a", "b")
+    assert after.tokens == {"a": frozenset({"session"})}
+
+
+def test_a_late_message_adds_the_stops_it_knows_and_nothing_else() -> None:
+    robot = folded(
+        clock(),
+        broadcast(20, target=2, reached=[True, True, False], distance=1.0),
+        broadcast(10, target=1, reached=[True, False, False], distance=9.0, activity=Activity.BLOCKED),
+    ).robot("a")
+    assert robot.reached_at == (10, 20, None)
+    assert (robot.target, robot.distance, robot.activity, robot.tick) == (2, 1.0, Activity.DRIVE, 20)
+
+
+def test_a_stop_once_reached_stays_so() -> None:
+    robot = folded(clock(), state(10, reached=[True, False, False]), state(11, reached=[False] * 3)).robot("a")
+    assert robot.reached_at == (10, None, None)
+
+
+def test_waiting_is_counted_from_the_tick_it_began() -> None:
+    progress = folded(
+        clock(),
+        state(20),
+        state(40, activity=Activity.GIVE_WAY),
+        broadcast(60, activity=Activity.GIVE_WAY),
+        clock(80),
+    )
+    assert progress.robot("a").since == 40
+    assert progress.waits("a") == pytest.approx(2.0)
+    assert progress.waits("b") == 0.0
+    done = folded(state(100), progress=progress)
+    assert done.seconds(done.robot("a").waited) == pytest.approx(3.0)
+    assert done.waits("a") == 0.0
+
+
+def test_the_share_counts_robots_not_heard_yet() -> None:
+    progress = folded(clock(), broadcast(4, reached=[True, True, False]))
+    assert progress.share == pytest.approx(2 / 6)
+
+
+def test_seconds_follow_the_worlds_own_rate() -> None:
+    slow = Clock(run=1, tick=100, time=10.0, phase=Phase.RUNNING, robots=[], present=[])
+    assert folded(slow).seconds(50) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ((broadcast(90), clock(100)), Heard.ALIVE),
+        ((broadcast(70), clock(100)), Heard.STALE),
+        ((broadcast(70), state(60), clock(100)), Heard.ALIVE),
+        ((broadcast(70), state(30), clock(100)), Heard.STALE),
+        ((broadcast(70), clock(100, phase=Phase.PAUSED)), Heard.ALIVE),
+        ((broadcast(99), clock(100, robots=("b",))), Heard.GONE),
+        ((clock(10),), Heard.ALIVE),
+        ((clock(100),), Heard.STALE),
+    ],
+)
+def test_silence_makes_stale(said: tuple[Message, ...], expected: Heard) -> None:
+    assert folded(clock(), *said).heard("a") is expected
+
+
+def test_tokens_say_who_is_gone_and_sessions_are_told_apart() -> None:
+    progress = folded(clock(), broadcast(4))
+    for session, alive, expected in (
+        ("one", True, Heard.ALIVE),
+        ("two", True, Heard.ALIVE),
+        ("one", False, Heard.ALIVE),
+        ("two", False, Heard.GONE),
+        ("three", True, Heard.ALIVE),
+    ):
+        progress = presence(progress, "a", session, alive)
+        assert progress.heard("a") is expected
+
+
+def test_the_truth_moves_robots_and_the_clock() -> None:
+    progress = folded(clock(), truth(20, x=7.0), truth(10, x=1.0), broadcast(15))
+    assert progress.robot("a").pose == (7.0, 0.0, 0.0)
+    assert (progress.tick, progress.time) == (20, 1.0)
+
+
+def test_the_latest_plan_counts() -> None:
+    plans = [Plan(robot="a", run=1, tick=tick, points=[(float(tick), 0.0)]) for tick in (5, 9, 7)]
+    assert folded(clock(), *plans).robot("a").path == ((9.0, 0.0),)
+
+
+def test_a_run_that_is_over_stays_over() -> None:
+    progress = folded(clock(10), clock(20, phase=Phase.OVER), clock(20), clock(19, phase=Phase.PAUSED))
+    assert progress.phase is Phase.OVER
+
+
+def test_few_events_are_kept() -> None:
+    progress = folded(clock(), *(event(tick) for tick in range(EVENTS_KEPT + 5)))
+    assert [each.tick for each in progress.events] == list(range(5, EVENTS_KEPT + 5))
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"target": 1}, "to 2"),
+        ({"target": 2}, "home"),
+        ({"activity": Activity.GIVE_WAY}, "gives way"),
+        ({"activity": Activity.BLOCKED}, "blocked"),
+        ({"activity": Activity.DONE, "target": 3}, "done"),
+        ({"activity": Activity.READY}, "ready"),
+        ({"reached": []}, "ready"),
+    ],
+)
+def test_a_lane_says_what_a_robot_is_about(changed: dict[str, Any], expected: str) -> None:
+    assert naming.lane(folded(clock(), broadcast(4, **changed)).robot("a"), home=True) == expected

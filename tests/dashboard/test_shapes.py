@@ -1,0 +1,92 @@
+import itertools
+from math import cos, pi, radians, sin
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dashboard import palette, shapes
+from dashboard.collect import BODIES, Batch
+from swarm.geometry import Pose, from_frame
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import Truth
+from swarm.scenario.schema import SensorSettings
+from tests.dashboard.rehearsal import Rehearsal
+
+SENSORS = SensorSettings()
+RADIUS = 0.2
+lengths = st.floats(0.0, 1.6)
+
+
+def row(x: float, y: float, yaw: float, left: float, front: float, right: float) -> shapes.Floats:
+    return np.array([[[x, y, yaw, left, front, right, 0.0, 0.0]]], dtype=np.float32)
+
+
+@given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi), lengths, lengths, lengths)
+def test_sector_arcs_lie_where_the_ray_ended(
+    x: float, y: float, yaw: float, left: float, front: float, right: float
+) -> None:
+    strips = shapes.sectors(row(x, y, yaw, left, front, right), RADIUS, SENSORS)
+    middles = (radians(SENSORS.side_deg), 0.0, -radians(SENSORS.side_deg))
+    for strip, measured, middle in zip(strips, (left, front, right), middles, strict=True):
+        arc = strip[1:-1] - (x, y)
+        np.testing.assert_allclose(np.hypot(*arc.T), measured + RADIUS, atol=1e-4)
+        centre = arc[len(arc) // 2] / (measured + RADIUS)
+        np.testing.assert_allclose(centre, (cos(yaw + middle), sin(yaw + middle)), atol=1e-4)
+
+
+def test_sectors_brighten_as_things_come_near() -> None:
+    free, seen, near = shapes.sector_colours(row(0, 0, 0, 1.6, 1.2, 0.5), SENSORS)
+    assert free[3] < seen[3] < near[3]
+    assert tuple(near[:3]) == palette.BLOCKED
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-pi, pi), st.floats(0.05, 2))
+def test_the_map_is_placed_by_its_origin(x: float, y: float, yaw: float, cell: float) -> None:
+    origin = Pose(x, y, yaw)
+    matrix = np.array(shapes.frame_matrix(Pose(0, 0, yaw), cell))
+    column, up = 3, 2
+    placed = matrix @ (column, up, 1.0)
+    np.testing.assert_allclose(placed[:2] + np.array([x, y]), from_frame(origin, column * cell, up * cell), atol=1e-9)
+
+
+def test_bounds_hold_a_turned_map() -> None:
+    floor = OccupancyMap(np.zeros((2, 4), dtype=np.uint8), 1.0, Pose(0.0, 0.0, pi / 2))
+    assert shapes.bounds(floor, 0.5) == pytest.approx((-2.5, 0.5, -0.5, 4.5))
+
+
+def test_trails_are_bounded_and_skip_what_stands() -> None:
+    trails = shapes.Trails(2)
+    for step in range(1000):
+        trails.add(np.array([[step * 0.1, 0.0], [np.nan, np.nan]], dtype=np.float32))
+    moving, unseen = trails.strips()
+    assert len(moving) == shapes.TRAIL_LENGTH
+    assert moving[-1][0] == pytest.approx(99.8)
+    assert unseen.shape == (0, 2)
+    for _ in range(10):
+        trails.add(np.array([[99.9, 0.0], [1.0, 1.0]], dtype=np.float32))
+    assert [len(strip) for strip in trails.strips()] == [shapes.TRAIL_LENGTH, 1]
+
+
+@pytest.mark.parametrize("frames", [0, 1, 7, 499, 500, 501, 2500])
+def test_thinning_keeps_the_last_frame_and_the_order(frames: int) -> None:
+    bodies = Rehearsal(8).truth(0).bodies
+    batch = Batch(
+        frames=[Truth(run=0, tick=tick, time=tick / 20, bodies=bodies) for tick in range(frames)],
+        distances=[[float(tick)] for tick in range(frames)],
+    ).thinned()
+    ticks = [frame.tick for frame in batch.frames]
+    assert len(ticks) * 8 <= BODIES
+    assert ticks == sorted(ticks)
+    assert [[float(tick)] for tick in ticks] == batch.distances
+    if frames:
+        assert ticks[-1] == frames - 1
+        assert len({b - a for a, b in itertools.pairwise(ticks)}) <= 1
+
+
+def test_colours_are_told_apart() -> None:
+    assert len({palette.robot(number) for number in range(32)}) == 32
+    brightness = [sum(palette.stop(stop, 5)) for stop in range(5)]
+    assert brightness == sorted(brightness)
+    assert palette.stop(0, 1) == palette.VIRIDIS[0]

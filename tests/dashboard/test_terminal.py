@@ -1,0 +1,124 @@
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from dashboard.progress import Robot
+from dashboard.terminal import ROWS, Terminal, bar
+from swarm.bus import Arrival, Presence
+from swarm.messages import RADIO, Activity, Message, Phase
+from tests.dashboard.rehearsal import RATE, Rehearsal
+from tests.dashboard.test_progress import broadcast, clock
+
+
+class Wall:
+    """A wall clock that stands where it is put."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def arrival(message: Message) -> Arrival:
+    return Arrival(RADIO, {}, message)  # the topic plays no part
+
+
+def played(terminal: Terminal, wall: Wall, rehearsal: Rehearsal, factor: float) -> None:
+    with terminal:
+        for tick in range(rehearsal.ticks + 1):
+            for _, message, _ in rehearsal.messages(tick):
+                terminal.fold(arrival(message))
+            wall.now += 1 / RATE / factor
+            terminal.refresh()
+
+
+def test_without_a_terminal_there_are_plain_lines() -> None:
+    out, wall, rehearsal = StringIO(), Wall(), Rehearsal(2)
+    played(Terminal(Console(file=out, force_terminal=False, width=80), clock=wall), wall, rehearsal, factor=2.0)
+    lines = out.getvalue().splitlines()
+    assert sum("reached" in line for line in lines) == 2 * 4
+    assert "r1 reached home (4 of 4)" in out.getvalue()
+    regular = [line for line in lines if "of all stops" in line]
+    seconds = rehearsal.ticks / RATE / 2.0
+    assert len(regular) == pytest.approx(seconds / 5.0, abs=2)
+    assert regular[-1].endswith("100% of all stops, 2.0 x real time: r1 done, r2 done")
+    assert out.getvalue().isascii()
+
+
+def test_in_a_terminal_there_is_one_row_a_robot() -> None:
+    out, wall = StringIO(), Wall()
+    console = Console(file=out, force_terminal=True, width=100)
+    played(Terminal(console, clock=wall), wall, Rehearsal(3), factor=1.0)
+    with console.capture() as capture:
+        terminal = Terminal(console, clock=wall)
+        terminal.fold(arrival(clock(40)))
+        terminal.fold(arrival(broadcast(40, activity=Activity.GIVE_WAY)))
+        terminal.fold(arrival(clock(100)))
+        terminal.fold(Presence("robot", "a", "session", True))
+        terminal.fold(Presence("robot", "b", "session", True))
+        terminal.fold(Presence("robot", "b", "session", False))
+        console.print(terminal.renderable())
+    assert "stale" in capture.get()
+    assert "gone" in capture.get()
+
+
+def test_who_waits_is_said_with_for_how_long() -> None:
+    console = Console(file=StringIO(), width=100)
+    terminal = Terminal(console)
+    for message in (
+        clock(0),
+        broadcast(40, activity=Activity.GIVE_WAY),
+        broadcast(99, activity=Activity.GIVE_WAY),
+        clock(100),
+    ):
+        terminal.fold(arrival(message))
+    with console.capture() as capture:
+        console.print(terminal.renderable())
+    assert "gives way 3 s" in capture.get()
+
+
+def test_a_large_fleet_is_summed_up() -> None:
+    console = Console(file=StringIO(), width=100)
+    terminal = Terminal(console)
+    terminal.fold(arrival(clock(0, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
+    with console.capture() as capture:
+        console.print(terminal.renderable())
+    assert "and 7 more" in capture.get()
+    assert "and 39 more" in terminal.line()
+
+
+def test_before_the_world_speaks_it_says_so() -> None:
+    assert Terminal(Console(file=StringIO())).line() == "waiting for the world"
+
+
+def test_a_restart_tells_the_stops_anew() -> None:
+    out, wall = StringIO(), Wall()
+    terminal = Terminal(Console(file=out, width=80), clock=wall)
+    for run in (1, 2):
+        terminal.fold(arrival(clock(0, run=run)))
+        terminal.fold(arrival(broadcast(9, run=run, reached=[True, False, False])))
+        terminal.refresh()
+    assert out.getvalue().count("a reached 1 (1 of 3)") == 2
+
+
+def test_the_end_is_told_once() -> None:
+    out, wall = StringIO(), Wall()
+    with Terminal(Console(file=out, width=80), clock=wall) as terminal:
+        terminal.fold(arrival(clock(7, phase=Phase.OVER)))
+        terminal.refresh()
+    assert sum(line.endswith("  over") for line in out.getvalue().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("robot", "expected"),
+    [
+        (Robot(), ""),
+        (Robot(reached_at=(1, None, None), target=1), "#>."),
+        (Robot(reached_at=(1, None, 9), target=3, unreachable=(1,)), "#x#"),
+        (Robot(reached_at=(1, *[None] * 40), target=1), "1/41"),
+    ],
+)
+def test_bar(robot: Robot, expected: str) -> None:
+    assert bar(robot) == expected

@@ -1,0 +1,238 @@
+"""What is drawn is read back from the file and compared with what was sent."""
+
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dashboard import palette
+from dashboard.collect import Batch
+from dashboard.scene import scene_of
+from dashboard.show import Show
+from dashboard.view import Recorder
+from swarm.errors import ConfigError
+from swarm.messages import Event, Floor, Message, Truth
+from tests.dashboard.recording import Recording
+from tests.dashboard.rehearsal import TARGETS, Rehearsal
+
+pytestmark = pytest.mark.usefixtures("strict")
+MOVING = ("robots", "heading", "sensors", "trails", "paths")
+
+
+@pytest.fixture
+def strict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RERUN_STRICT", "1")
+
+
+def floor(rehearsal: Rehearsal) -> Floor:
+    scenario, packed = rehearsal.scenario.to_wire()
+    return Floor(scenario=scenario, packed=packed)
+
+
+def played(path: Path, *rehearsals: Rehearsal, ticks: int | None = None, every: int = 10) -> Recording:
+    """Draw rehearsals, one after the other, into a file; read the first one back."""
+    recorder = Recorder(serve=None, record=path)
+    show = Show(recorder, "test")
+    show.take(floor(rehearsals[0]))
+    for rehearsal in rehearsals:
+        for tick in range((rehearsal.ticks if ticks is None else ticks) + 1):
+            for _, message, _ in rehearsal.messages(tick):
+                show.take(message)
+            if tick % every == 0:
+                show.draw()
+    show.draw()
+    recorder.close()
+    return Recording(path)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Rehearsal, Recording]:
+    rehearsal = Rehearsal(3)
+    return rehearsal, played(tmp_path_factory.mktemp("whole") / "run.rrd", rehearsal)
+
+
+def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recording]) -> None:
+    recording = whole[1]
+    assert recording.entities == (
+        {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
+        | {f"/world/{name}" for name in MOVING}
+        | {"/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
+        | {f"/progress/r{number}" for number in (1, 2, 3)}
+    )
+    assert recording.timelines == {"sim_time"}
+
+
+def test_every_frame_is_where_the_robots_were(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    rows = recording.rows("/world/robots", "Points2D:positions")
+    assert [time for time, _ in rows] == pytest.approx([tick / 20 for tick in range(0, rehearsal.ticks + 1, 2)])
+    for time, spots in rows[:: len(rows) // 20]:
+        truth = rehearsal.truth(round(time * 20))
+        np.testing.assert_allclose(spots, [(body.x, body.y) for body in truth.bodies], atol=1e-5)
+
+
+def test_headings_point_where_the_robots_look(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    time, strips = recording.rows("/world/heading", "LineStrips2D:strips")[300]
+    for (start, end), body in zip(strips, rehearsal.truth(round(time * 20)).bodies, strict=True):
+        assert np.arctan2(end[1] - start[1], end[0] - start[0]) == pytest.approx(body.yaw, abs=1e-4)
+
+
+def test_lanes_tell_the_mission(whole: tuple[Rehearsal, Recording]) -> None:
+    words = [state for _, [state] in whole[1].rows("/progress/r1", "StateChange:state")]
+    assert [word for word in words if word not in {"gives way", "ready"}] == [
+        "to 1",
+        "to 2",
+        "to 2",
+        "to 3",
+        "home",
+        "done",
+    ]
+    assert "gives way" in words
+    (_, known), *_ = whole[1].rows("/progress/r1", "StateConfiguration:values")
+    assert set(words) <= set(known)
+
+
+def test_numbers_are_those_sent(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    time, speeds = recording.rows("/wheels/left", "Scalars:scalars")[200]
+    sent = [body.left_v for body in rehearsal.truth(round(time * 20)).bodies]
+    np.testing.assert_allclose(speeds, sent, atol=1e-5)
+    assert recording.rows("/distance", "SeriesLines:names")[0][1] == ["r1", "r2", "r3"]
+    distances = [row for _, row in recording.rows("/distance", "Scalars:scalars")]
+    assert np.shape(distances) == (rehearsal.ticks // 2 + 1, 3)
+    np.testing.assert_allclose(distances[-1], 0.0)
+
+
+def test_targets_and_homes_stand_where_they_are(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    (_, spots), *_ = recording.rows("/world/targets/names", "Points2D:positions")
+    np.testing.assert_allclose(spots, TARGETS, atol=1e-5)
+    (_, squares), *_ = recording.rows("/world/homes", "LineStrips2D:strips")
+    middles = [np.mean(square[:4], axis=0) for square in squares]
+    np.testing.assert_allclose(middles, [(body.x, body.y) for body in rehearsal.truth(0).bodies], atol=1e-5)
+
+
+def test_y_is_up(whole: tuple[Rehearsal, Recording]) -> None:
+    (_, [matrix]), *_ = whole[1].rows("/world", "Transform3D:mat3x3")
+    assert matrix == [1, 0, 0, 0, -1, 0, 0, 0, 1]
+
+
+def test_a_robot_has_one_colour_everywhere(whole: tuple[Rehearsal, Recording]) -> None:
+    expected = [(red << 24) | (green << 16) | (blue << 8) | 255 for red, green, blue in map(palette.robot, range(3))]
+    for entity, kind in (("/world/robots", "Points2D"), ("/world/paths", "LineStrips2D"), ("/distance", "SeriesLines")):
+        assert whole[1].rows(entity, f"{kind}:colors")[0][1] == expected
+
+
+def test_all_text_is_ascii(whole: tuple[Rehearsal, Recording]) -> None:
+    events = [text for _, [text] in whole[1].rows("/events", "TextLog:text")]
+    assert len(events) == 3 * 4
+    assert all(text.isascii() for text in events)
+    assert all(text.isascii() for _, [text] in whole[1].rows("/fleet", "TextDocument:text"))
+
+
+def test_few_drawings_leave_no_change_out(tmp_path: Path) -> None:
+    """A dashboard that is slow draws rarely: the lanes, the events and the frames are all there."""
+    rehearsal = Rehearsal(2)
+    often, rarely = (played(tmp_path / f"{every}.rrd", rehearsal, every=every) for every in (2, 400))
+    for entity, component in (
+        ("/progress/r2", "StateChange:state"),
+        ("/events", "TextLog:text"),
+        ("/world/robots", "Points2D:positions"),
+    ):
+        assert often.rows(entity, component) == rarely.rows(entity, component)
+
+
+def test_a_restart_is_a_recording_of_its_own(tmp_path: Path) -> None:
+    first = played(tmp_path / "run.rrd", Rehearsal(2, run=1), Rehearsal(2, run=2), ticks=200)
+    second = Recording(tmp_path / "run-run2.rrd")
+    for recording in (first, second):
+        assert len(recording.rows("/world/robots", "Points2D:positions")) == 101
+        assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")][-1] == "to 2"
+
+
+def test_a_changed_map_is_drawn_anew(tmp_path: Path) -> None:
+    recorder, rehearsal = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
+    show = Show(recorder, "test")
+    show.take(floor(rehearsal))
+    show.take(rehearsal.clock(0))
+    rehearsal.scenario.map.cells[10, 20] = 1
+    show.take(floor(rehearsal))
+    recorder.close()
+    images = [row for _, [row] in Recording(tmp_path / "run.rrd").rows("/world/map", "Image:buffer")]
+    pixels = np.array(images[-1], dtype=np.uint8).reshape(20, 28, 3)
+    assert tuple(pixels[10, 20]) == palette.WALL
+    assert tuple(pixels[10, 21]) == palette.FLOOR
+
+
+def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
+    said: list[str] = []
+    show = Show(Recorder(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
+    show.take(Floor(packed={}, scenario={}))
+    assert show.scene is None
+    assert len(said) == 1
+
+
+def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
+    """Clock, states, plans and map are fetched, in any order; then the run goes on."""
+    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    show = Show(recorder, "test")
+    late: list[Message] = [rehearsal.clock(600), *(rehearsal.state(n, 600) for n in range(2))]
+    late += [*(rehearsal.plan(n, 600) for n in range(2)), floor(rehearsal), rehearsal.truth(602)]
+    for message in late:
+        show.take(message)
+    show.draw()
+    recorder.close()
+    recording = Recording(tmp_path / "run.rrd")
+    assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")] == ["to 2"]
+    assert len(recording.rows("/world/paths", "LineStrips2D:strips")) == 1
+    assert "/world/homes" not in recording.entities
+
+
+def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
+    """A robot that no frame shows, an event of nobody, frames of nobody: none of it stops the drawing."""
+    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    show = Show(recorder, "test")
+    show.take(floor(rehearsal))
+    show.take(rehearsal.clock(0))
+    show.take(Truth(run=0, tick=2, time=0.1, bodies=rehearsal.truth(2).bodies[:1]))
+    show.take(Truth(run=0, tick=4, time=0.2, bodies=[]))
+    show.take(Event(run=0, tick=4, time=0.2, robot="somebody", kind="odd", text="two\nlines"))
+    show.draw()
+    recorder.close()
+    rows = Recording(tmp_path / "run.rrd").rows("/world/robots", "Points2D:positions")
+    assert np.isnan(rows[0][1][1]).all()
+    assert np.isnan(rows[1][1]).all()
+
+
+def test_the_layers_for_later_can_be_filled(tmp_path: Path) -> None:
+    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    view = recorder.begin("layers", scene_of(floor(rehearsal)), rehearsal.names)
+    view.draw(Batch())
+    view.show_rules(0.5, "| rule | strength |\n|---|---|\n| left is near \u2192 fast | 0.5 |")
+    view.show_held(0.5, {"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]})
+    view.show_waits(0.5, [((1.0, 1.0), (2.0, 1.0))])
+    view.show_waits(1.0, [])
+    recorder.close()
+    recording = Recording(tmp_path / "run.rrd")
+    assert {"/rules", "/world/held", "/world/waits"} <= recording.entities
+    assert len(recording.rows("/world/held", "Boxes2D:half_sizes")[0][1]) == 1
+
+
+def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    recorder, rehearsal = Recorder(serve=None, record=tmp_path), Rehearsal(1)
+    with pytest.raises(ConfigError, match="expected to write"):
+        recorder.begin("no", scene_of(floor(rehearsal)), rehearsal.names)
+
+
+def test_the_server_listens_on_loopback_only() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    recorder, rehearsal = Recorder(serve=("127.0.0.1", port), record=None), Rehearsal(1)
+    recorder.begin("served", scene_of(floor(rehearsal)), rehearsal.names)
+    assert recorder.url == f"rerun+http://127.0.0.1:{port}/proxy"
+    socket.create_connection(("127.0.0.1", port), timeout=5).close()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", port), timeout=5)
+    recorder.close()
