@@ -26,6 +26,7 @@ from swarm.traffic.walk import ALONE, Walk
 
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
 HALTED: Final = 10  # ticks stopped for something unknown, after which what is ahead is given back
+UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 FACING: Final = 0.1  # rad, off the cell looked at
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
 
@@ -310,9 +311,10 @@ class Traffic:
             if (robot, cell) not in self._cleared
             and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
         )
-        return owners or tuple(
-            robot for robot in sorted(near) if (self.me, case.claim.number) not in case.others[robot].acks
-        )
+        if owners or case.age < UNANSWERED:
+            return owners
+        ack = (self.me, case.claim.number)
+        return tuple(robot for robot in sorted(near) if ack not in case.others[robot].acks)
 
     # ---- silent robots
 

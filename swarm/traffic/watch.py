@@ -24,6 +24,9 @@ class Seen(NamedTuple):
     live: bool = True  # its process runs; False: killed or suspended
 
 
+Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
+
+
 class Fault(NamedTuple):
     """Something that must not be, when it began."""
 
@@ -66,7 +69,7 @@ class Watch:
         """Count the faults of a kind in which only robots of ``of`` had a part; None: all."""
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
-    def _overlaps(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
+    def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
         owners: dict[int, list[str]] = {}
         for robot, seen in robots.items():
             for cell in set(seen.held):
@@ -77,8 +80,8 @@ class Watch:
                 shared.setdefault(tuple(sorted(names)), []).append(cell)
         return [("overlap", names, tuple(where)) for names, where in shared.items()]
 
-    def _outside(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
-        found = []
+    def _outside(self, robots: Mapping[str, Seen]) -> list[Found]:
+        found: list[Found] = []
         for robot, seen in robots.items():
             touched = self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
             strayed = tuple(cell for cell in touched if cell not in seen.held)
@@ -86,8 +89,8 @@ class Watch:
                 found.append(("outside", (robot,), strayed))
         return found
 
-    def _contacts(self, robots: Mapping[str, Seen]) -> list[tuple[str, tuple[str, ...], tuple[int, ...]]]:
-        found = []
+    def _contacts(self, robots: Mapping[str, Seen]) -> list[Found]:
+        found: list[Found] = []
         names = sorted(robots)
         for index, one in enumerate(names):
             a = robots[one].pose

@@ -1,4 +1,4 @@
-"""Robots that drive by ``Traffic`` alone, in one process: discs, a radio that loses messages, and every kind of hold-up.
+"""Robots that drive by ``Traffic`` alone, in one process: discs, a lossy radio, and every kind of hold-up.
 
 Bodies are kinematic: contacts are counted, they do not block, so "all arrived" means something only without any. The
 drive is plain pursuit inside the held cells, so that traffic is proven apart from the fuzzy controller.
@@ -143,14 +143,19 @@ class Simulation:
                 body.arrived_at = min(body.arrived_at, self.tick * DT)
         self._radio(sent)
         self.events += [(self.tick, event) for event in events]
-        self.watch.look(self.tick, {name: self._seen(body, moved[name]) for name, body in self.bodies.items()}, events)
+        self.watch.look(
+            self.tick,
+            {
+                name: self._seen(body, body.outputs, moved[name])
+                for name, body in self.bodies.items()
+                if body.outputs is not None
+            },
+            events,
+        )
         self.tick += 1
 
-    def _seen(self, body: Body, moved: bool) -> Seen:
-        out = body.outputs
+    def _seen(self, body: Body, out: TrafficOutputs, moved: bool) -> Seen:
         live = not body.dead and self.tick >= body.asleep_until
-        if out is None:
-            return Seen(body.pose, (), False, moved, (), live)
         busy = out.activity is not TrafficActivity.ARRIVED and not body.dead
         return Seen(body.pose, out.held, busy, moved, out.waits, live)
 
