@@ -104,7 +104,7 @@ def _png(content: bytes, where: str) -> Pixels:
             if image.mode.startswith("I"):  # 16 bits of grey
                 return Pixels(np.asarray(image, np.float64) / BRIGHTEST, None)
             bands = np.asarray(image.convert("RGBA" if has_alpha else "RGB"), np.float64) / 255
-    except (OSError, SyntaxError, ValueError, EOFError, OverflowError, StructError, zlib.error) as error:
+    except (OSError, SyntaxError, ValueError, EOFError, IndexError, OverflowError, StructError, zlib.error) as error:
         reason = " ".join(str(error).split())[:80]
         raise ConfigError(f"{where}: expected a whole PNG, got a broken one ({reason}); export it again") from error
     return Pixels(bands[:, :, :3].mean(axis=2), bands[:, :, 3] if has_alpha else None)

@@ -42,6 +42,16 @@ def chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
+def mended(content: bytes) -> bytes:
+    """Give a damaged PNG with its chunks' checksums and lengths made right again, so that the damage gets further."""
+    at, whole = 8, content[:8]
+    while at + 12 <= len(content):
+        size = min(int.from_bytes(content[at : at + 4], "big"), len(content) - at - 12)
+        whole += chunk(content[at + 4 : at + 8], content[at + 8 : at + 8 + size])
+        at += 12 + size
+    return whole + content[at:]
+
+
 def hand_made_png(width: int, height: int, depth: int, colour: int, pixels: bytes) -> bytes:
     """Give a PNG whose header says whatever it is told."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
