@@ -38,7 +38,7 @@ def dense(trapezoids: list[tuple[float, ...]], heights: list[float]) -> float:
 
 
 @given(shapes)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_the_closed_form_is_the_dense_integrals(shape: list[tuple[list[int], float]]) -> None:
     trapezoids = [tuple(x / 10 for x in corners) for corners, _ in shape]
     heights = [height for _, height in shape]

@@ -3,17 +3,22 @@
 import re
 from collections.abc import Collection, Iterable
 from itertools import pairwise
-from math import inf, isfinite
+from math import inf
 
 from swarm.errors import ConfigError, nearest
 from swarm.robot.fuzzy.kernel import TERMS
 from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Term, Variable, Weighing
 
+# What a variable is measured in, and the universe it may have at most.
+QUANTITIES = dict.fromkeys(INPUTS, ("m", 0.0, 1000.0)) | dict.fromkeys(OUTPUTS, ("m/s", -20.0, 20.0))
+QUANTITIES["head_ang"] = ("degrees", -180.0, 180.0)
+NARROWEST = 1e-6  # of a consequent's support, for its centroid's sake
+
 _INFINITIES = {"-inf": -inf, "inf": inf, "+inf": inf}
 
 
 def mapping(value: object, where: str, required: Iterable[str] = (), optional: Iterable[str] = ()) -> dict[str, object]:
-    """Take a mapping with exactly these keys, or with any text keys when none are named."""
+    """Take a mapping with exactly these keys, or with any words as keys when none are named."""
     required, optional = tuple(required), tuple(optional)
     if not isinstance(value, dict) or not value:
         keys = ", ".join(required) or "names"
@@ -23,6 +28,8 @@ def mapping(value: object, where: str, required: Iterable[str] = (), optional: I
             raise ConfigError(f"{where}: expected text as a key, got {shown(key)}; put it in quotes")
         if required and key not in required + optional:
             raise ConfigError(f"{where}: unknown key {key!r}; {nearest(key, required + optional)}")
+        if not re.fullmatch(r"\w{1,40}", key):
+            raise ConfigError(f"{where}: expected a word of letters, digits and _ as a name, got {shown(key)}")
     for key in required:
         if key not in value:
             raise ConfigError(f"{where}: {key} is missing; is the file whole? profiles/paper.yaml shows every key")
@@ -36,31 +43,36 @@ def text(value: object, where: str) -> str:
     return value
 
 
-def variable(value: object, name: str, where: str, output: bool) -> Variable:
-    """Take a variable: its universe is finite, each of its terms is reached within it."""
+def variable(value: object, name: str, where: str) -> Variable:
+    """Take a variable: in the unit it comes in, each of its terms reached within its universe."""
     fields = mapping(value, where, ("unit", "universe", "terms"))
+    unit, least, most = QUANTITIES[name]
+    if fields["unit"] != unit:
+        raise ConfigError(f"{where}.unit: expected {unit!r}, got {shown(fields['unit'])}; nothing is converted")
     low, high = numbers(fields["universe"], f"{where}.universe", "[low, high]", 2)
-    if not (isfinite(low) and isfinite(high) and low < high):
-        raise ConfigError(f"{where}.universe: expected two finite numbers, low < high, got [{low:g}, {high:g}]")
+    if not least <= low < high <= most:
+        raise ConfigError(
+            f"{where}.universe: expected [low, high] with {least:g} <= low < high <= {most:g}, got [{low:g}, {high:g}]"
+        )
     terms = mapping(fields["terms"], f"{where}.terms")
     if len(terms) > TERMS:
         raise ConfigError(f"{where}.terms: expected at most {TERMS} terms, got {len(terms)}")
     checked = []
     for label, corners in terms.items():
-        checked.append(_term(corners, label, f"{where}.terms.{label}", low, high, output))
-    return Variable(name, text(fields["unit"], f"{where}.unit"), low, high, tuple(checked))
+        checked.append(_term(corners, label, f"{where}.terms.{label}", low, high, name in OUTPUTS))
+    return Variable(name, unit, low, high, tuple(checked))
 
 
 def _term(value: object, name: str, where: str, low: float, high: float, output: bool) -> Term:
-    if name == ANY or not re.fullmatch(r"\w+", name):
-        raise ConfigError(f"{where}: expected a word of letters, digits and _ as a term's name, not {ANY!r}; rename it")
+    if name == ANY:
+        raise ConfigError(f"{where}: in a rule {ANY!r} means whatever the input is; give the term another name")
     a, b, c, d = corners = numbers(value, where, "a trapezoid [a, b, c, d]", 4)
     got = f"got [{', '.join(f'{corner:g}' for corner in corners)}]"
     if any(left > right for left, right in pairwise(corners)):
         raise ConfigError(f"{where}: expected a trapezoid in order, a <= b <= c <= d, {got}")
     if output and not (low <= a and d <= high):
         raise ConfigError(f"{where}: expected a support within the universe {low:g}..{high:g}, {got}")
-    if a == d:
+    if d - a < NARROWEST if output else a == d:
         raise ConfigError(f"{where}: expected a trapezoid with some width, a < d, {got}")
     if (a == -inf) != (b == -inf) or (c == inf) != (d == inf) or inf in {a, b} or -inf in {c, d}:
         raise ConfigError(f"{where}: expected both -inf on a left shoulder, both inf on a right one, {got}")

@@ -31,8 +31,8 @@ class Profile:
         fields = check.mapping(
             document, where, ("name", "inputs", "outputs", "behaviours", "weighing"), ("description",)
         )
-        inputs = _variables(fields["inputs"], f"{where}: inputs", INPUTS, output=False)
-        outputs = _variables(fields["outputs"], f"{where}: outputs", OUTPUTS, output=True)
+        inputs = _variables(fields["inputs"], f"{where}: inputs", INPUTS)
+        outputs = _variables(fields["outputs"], f"{where}: outputs", OUTPUTS)
         tables = check.mapping(fields["behaviours"], f"{where}: behaviours")
         behaviours = {
             name: check.behaviour(table, name, f"{where}: behaviours.{name}", inputs | outputs)
@@ -77,9 +77,9 @@ class Profile:
         return self.behaviours[self.weighing.behaviour], self.behaviours[self.weighing.yields_to]
 
 
-def _variables(value: object, where: str, names: tuple[str, ...], output: bool) -> dict[str, Variable]:
+def _variables(value: object, where: str, names: tuple[str, ...]) -> dict[str, Variable]:
     fields = check.mapping(value, where, names)
-    return {name: check.variable(fields[name], name, f"{where}.{name}", output) for name in names}
+    return {name: check.variable(fields[name], name, f"{where}.{name}") for name in names}
 
 
 def _variable_to_builtins(variable: Variable) -> dict[str, object]:
