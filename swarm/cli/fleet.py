@@ -1,41 +1,16 @@
-"""The `swarm` command. One function a subcommand; each is thin, the work is elsewhere."""
-
-from __future__ import annotations
+"""A whole fleet on this machine, or one process of a fleet for many hosts."""
 
 import argparse
-import json
-import sys
-from collections.abc import Callable, Sequence
+import importlib
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any
 
-import msgspec
-
-from swarm.errors import ConfigError, SwarmError
+from swarm.cli.parsing import DEFAULT_ENDPOINT, Commands, Parser, pace
+from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
-    from swarm.bus import Bus, Endpoint
-
-PACES: Final[dict[str, float | str]] = {"realtime": 1.0, "max": "max"}
-DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
-
-
-class Parser(argparse.ArgumentParser):
-    """argparse, with one sentence for what is wrong."""
-
-    def error(self, message: str) -> NoReturn:
-        """Say what is wrong and how to see what is right."""
-        raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command: 0 all is well, 1 a mission is not complete, 2 the command or a file is wrong."""
-    try:
-        options = parser().parse_args(arguments)
-        return int(options.command(options))
-    except SwarmError as fault:
-        print(f"swarm: {fault}", file=sys.stderr)
-        return 2
+    from swarm.bus import Endpoint
 
 
 def run(options: argparse.Namespace) -> int:
@@ -53,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
             scenario=scenario,
             robots=robots,
             seed=settings.seed if options.seed is None else options.seed,
-            pace=_pace(options.pace),
+            pace=pace(options.pace),
             limit=settings.limit if options.limit is None else options.limit,
             wait=options.wait,
             dashboard=options.dashboard,
@@ -92,7 +67,7 @@ def world(options: argparse.Namespace) -> int:
         scenario,
         robots,
         seed,
-        _pace(options.pace),
+        pace(options.pace),
         settings.limit if options.limit is None else options.limit,
         wait=options.wait,
         report_to=options.report,
@@ -107,33 +82,8 @@ def robot(options: argparse.Namespace) -> int:
     return be_robot(_endpoint(options), options.fleet, options.id)
 
 
-def button(options: argparse.Namespace) -> int:
-    """Press one of the paper's buttons."""
-    from swarm.messages import ACTION, Action, Do
-
-    with _fleet_bus(options) as bus:
-        print(bus.ask(ACTION, Action(do=Do(options.button))).text)
-    return 0
-
-
-def status(options: argparse.Namespace) -> int:
-    """Tell where a running fleet stands, as JSON."""
-    from swarm.messages import CLOCK, STATE
-
-    with _fleet_bus(options) as bus:
-        clocks = bus.fetch(CLOCK)
-        if not clocks:
-            raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
-        states = {state.robot: msgspec.to_builtins(state) for state in bus.fetch(STATE)}
-    print(json.dumps({"clock": msgspec.to_builtins(clocks[0]), "robots": dict(sorted(states.items()))}, indent=1))
-    return 0
-
-
-def parser() -> Parser:
-    """Everything that can be said on the command line."""
-    top = Parser(prog="swarm", description="N robots, each its own process, one shared world, seen in Rerun.")
-    commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-
+def add(commands: "Commands[Parser]") -> None:
+    """Put these commands on the line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
     launch.add_argument("scenario", type=Path, help="a scenario .yaml")
     _of_a_run(launch)
@@ -158,22 +108,6 @@ def parser() -> Parser:
     _of_a_process(one)
     one.set_defaults(command=robot)
 
-    for name, text in (
-        ("go", "let the robots start"),
-        ("pause", "let the clock stand"),
-        ("resume", "let the clock go on"),
-        ("restart", "all back to their starts, progress cleared"),
-        ("stop", "end the run"),
-    ):
-        one = commands.add_parser(name, help=text)
-        _of_a_client(one)
-        one.set_defaults(command=button, button=name)
-
-    one = commands.add_parser("status", help="where a running fleet stands, as JSON")
-    _of_a_client(one)
-    one.set_defaults(command=status)
-    return top
-
 
 def _of_a_run(parser: Parser) -> None:
     parser.add_argument("--robots", type=int, metavar="N")
@@ -189,48 +123,13 @@ def _of_a_process(parser: Parser) -> None:
     parser.add_argument("--fleet", default="fleet", metavar="NAME")
 
 
-def _of_a_client(parser: Parser) -> None:
-    parser.add_argument("--connect", metavar="ENDPOINT", help="of a router elsewhere; by default this machine's fleet")
-    parser.add_argument("--fleet", metavar="NAME")
-
-
-def _endpoint(options: argparse.Namespace) -> Endpoint:
+def _endpoint(options: argparse.Namespace) -> "Endpoint":
     from swarm.bus import Endpoint
 
     return Endpoint.parse(options.connect)
 
 
-def _fleet_bus(options: argparse.Namespace) -> Bus:
-    """Open the wire of the fleet that is meant: the one named with --connect, or the one that runs here."""
-    from swarm.bus import Bus, Endpoint
-    from swarm.launch.running import find
-
-    if options.connect is not None:
-        return Bus(Endpoint.parse(options.connect), options.fleet or "fleet")
-    card = find(options.fleet)
-    return Bus(Endpoint.parse(card.endpoint), card.fleet)
-
-
-def _pace(text: str) -> float | str:
-    """Read ``realtime``, ``max`` (lockstep) or a speed-up factor."""
-    if text in PACES:
-        return PACES[text]
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = 0.0
-    if not 0.001 <= factor <= 1000:
-        raise ConfigError(f"--pace: expected realtime, max or a factor from 0.001 to 1000, got {text!r}")
-    return factor
-
-
 def _by_name(target: str) -> Callable[..., Any]:
-    import importlib
-
     module, _, function = target.partition(":")
     found: Callable[..., Any] = getattr(importlib.import_module(module), function)
     return found
-
-
-if __name__ == "__main__":
-    sys.exit(main())

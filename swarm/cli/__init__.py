@@ -1,0 +1,22 @@
+"""The `swarm` command. One function a subcommand; each is thin, the work is elsewhere."""
+
+import sys
+from collections.abc import Sequence
+
+from swarm.cli import control, fleet, tools
+from swarm.cli.parsing import Parser, joined
+from swarm.errors import SwarmError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command: 0 all is well, 1 a mission is not complete, 2 the command or a file is wrong."""
+    top = Parser(prog="swarm", description="N robots, each its own process, one shared world, seen in Rerun.")
+    commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
+    for room in (fleet, control, tools):
+        room.add(commands)
+    try:
+        options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))
+        return int(options.command(options))
+    except SwarmError as fault:
+        print(f"swarm: {fault}", file=sys.stderr)
+        return 2

@@ -1,0 +1,57 @@
+"""argparse with one sentence for what is wrong, and the values that several commands take."""
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from swarm.errors import ConfigError
+
+if TYPE_CHECKING:
+    from swarm.maps.occupancy import Point
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+PACES: Final[dict[str, float | str]] = {"realtime": 1.0, "max": "max"}
+POINTS: Final = ("--from", "--to")
+
+Commands = argparse._SubParsersAction  # argparse gives it no public name
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse, with one sentence for what is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and how to see what is right."""
+        raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """Join ``--from -1,2`` to ``--from=-1,2``, which argparse would take for a flag."""
+    words: list[str] = []
+    for word in arguments:
+        if words and words[-1] in POINTS:
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
+
+
+def point(text: str) -> "Point":
+    """Read ``X,Y`` [m]."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ConfigError(f"expected a point X,Y in metres, got {text!r}; for example 1.5,2") from None
+    return x, y
+
+
+def pace(text: str) -> float | str:
+    """Read ``realtime``, ``max`` (lockstep) or a speed-up factor."""
+    if text in PACES:
+        return PACES[text]
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not 0.001 <= factor <= 1000:
+        raise ConfigError(f"--pace: expected realtime, max or a factor from 0.001 to 1000, got {text!r}")
+    return factor

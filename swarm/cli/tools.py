@@ -1,0 +1,77 @@
+"""Questions to the brain, without any fleet: what would the controller do, where would the planner go."""
+
+import argparse
+import json
+from math import isfinite
+from pathlib import Path
+
+from swarm.cli.parsing import Commands, Parser, point
+from swarm.errors import ConfigError
+from swarm.maps.occupancy import OccupancyMap
+
+
+def explain(options: argparse.Namespace) -> int:
+    """Say what the fuzzy controller makes of one reading, rule by rule."""
+    from swarm.robot.fuzzy.explain import explain as explanation
+
+    inputs = (options.left, options.front, options.right, options.heading)
+    print(explanation(*inputs, profile=options.profile, as_json=options.json, surface_png=options.surface))
+    return 0
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Plan one path on a map, or every row of a benchmark file."""
+    from swarm.planning.solve import solve_one, solve_scen
+
+    if options.scen is not None:
+        if options.start is not None or options.goal is not None:
+            raise ConfigError("swarm plan: expected either --scen or --from and --to, got both; leave one out")
+        numbers = solve_scen(options.map, options.scen)
+        print(json.dumps(numbers) if options.json else "\n".join(f"{key}: {value}" for key, value in numbers.items()))
+        return 0 if not numbers["mismatches"] else 1
+    if options.start is None or options.goal is None:
+        raise ConfigError("swarm plan: expected --from X,Y and --to X,Y, or --scen FILE.scen; give them")
+    answer = solve_one(_map(options.map), options.start, options.goal, radius=options.radius)
+    print(json.dumps(answer.numbers) if options.json else answer.drawing)
+    return 0 if answer.numbers["found"] else 1
+
+
+def _map(path: Path) -> OccupancyMap:
+    """Load a map, or that of a scenario."""
+    from swarm.maps.load import load_map
+    from swarm.scenario import load
+
+    if path.suffix in {".yaml", ".yml"} and path.is_file() and "targets:" in path.read_text(errors="replace"):
+        return load(path).map
+    return load_map(path)
+
+
+def _radius(text: str) -> float:
+    try:
+        radius = float(text)
+    except ValueError:
+        radius = float("nan")
+    if not (isfinite(radius) and radius >= 0):
+        raise ConfigError(f"--radius: expected a length of 0 m or more, got {text!r}; 0.2 is usual")
+    return radius
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Put these commands on the line."""
+    one = commands.add_parser("explain", help="what the fuzzy controller makes of a reading, rule by rule")
+    for name in ("left", "front", "right"):
+        one.add_argument(name, type=float, help="m, free distance")
+    one.add_argument("heading", type=float, help="degrees to the target, right is positive (the paper's sign)")
+    one.add_argument("--profile", default="paper", help="a built-in profile or a profile file")
+    one.add_argument("--json", action="store_true")
+    one.add_argument("--surface", type=Path, metavar="FILE.png", help="draw the control surface through this reading")
+    one.set_defaults(command=explain)
+
+    one = commands.add_parser("plan", help="one path on a map, or every row of a benchmark file, solved and checked")
+    one.add_argument("map", type=Path, help="ROS .yaml, MovingAI .map or a scenario")
+    one.add_argument("--from", dest="start", type=point, metavar="X,Y", help="m")
+    one.add_argument("--to", dest="goal", type=point, metavar="X,Y", help="m")
+    one.add_argument("--radius", type=_radius, default=0.2, metavar="M", help="of the robot")
+    one.add_argument("--scen", type=Path, metavar="FILE.scen", help="lengths in cells, no corner cutting")
+    one.add_argument("--json", action="store_true")
+    one.set_defaults(command=plan)
