@@ -23,8 +23,9 @@ class Term:
     def membership(self, x: float) -> float:
         """Tell how far ``x`` belongs to this term [0..1].
 
-        >>> Term("near", float("-inf"), float("-inf"), 0.6, 1.0).membership(0.9)
-        0.2499999999999999
+        >>> slow = Term("slow", 0.0, 1.0, 1.0, 2.0)
+        >>> slow.membership(0.25), slow.membership(1.0), slow.membership(2.0)
+        (0.25, 1.0, 0.0)
         """
         if x < self.b:
             return (x - self.a) / (self.b - self.a) if x > self.a else 0.0
