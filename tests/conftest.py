@@ -1,0 +1,65 @@
+"""What many tests share: a router in a thread, buses on it, the paper's scenario and its planning grid."""
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+from swarm.bus import Bus, Endpoint
+from swarm.bus.router import run as route
+from swarm.planning.grid import Grid
+from swarm.robot.brain import planning_grid
+from swarm.scenario import Scenario, load
+from tests.shared import PAPER
+
+# Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
+settings.register_profile("project", deadline=None, print_blob=True, derandomize=True)
+settings.load_profile("project")
+
+MakeBus = Callable[..., Bus]
+
+
+@pytest.fixture(scope="session")
+def paper() -> Scenario:
+    return load(PAPER)
+
+
+@pytest.fixture(scope="session")
+def paper_grid(paper: Scenario) -> Grid:
+    return planning_grid(paper)
+
+
+@pytest.fixture(scope="module")
+def endpoint() -> Iterator[Endpoint]:
+    """Run a router in a thread of this process; give where it listens."""
+    place = Endpoint("127.0.0.1", 0).claim()
+    over = threading.Event()
+    thread = threading.Thread(target=route, args=(place, over.wait))
+    thread.start()
+    try:
+        yield place
+    finally:
+        over.set()
+        thread.join()
+
+
+@pytest.fixture
+def make_bus(endpoint: Endpoint, request: pytest.FixtureRequest) -> Iterator[MakeBus]:
+    """Open buses of a fleet that belongs to this one test; all are closed at its end."""
+    fleet = f"fleet-{abs(hash(request.node.nodeid)) % 10**9}"
+    with ExitStack() as stack:
+
+        def make(log: Callable[[str], None] = lambda line: None, fleet: str = fleet) -> Bus:
+            return stack.enter_context(Bus(endpoint, fleet, log))
+
+        yield make
+
+
+@pytest.fixture
+def tmp_runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Give fleets a folder of their own for their cards, so that nobody else's fleet is found."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path

@@ -1,0 +1,61 @@
+"""What tests draw scenarios from: edits of a small valid one, and of the paper's rules."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from swarm.maps.text import from_text
+from swarm.robot.fuzzy import Profile, load_profile
+from swarm.scenario import Scenario
+from swarm.scenario.load import checked
+
+ROOT = Path(__file__).parents[1]
+PAPER = ROOT / "scenarios" / "paper.yaml"
+
+ROOM = """\
+##########
+#........#
+#........#
+#........#
+#........#
+##########
+"""
+
+
+def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: Any) -> Scenario:
+    """Make a scenario of a drawing with 1 m cells; ``fields`` are those of a scenario file."""
+    raw: dict[str, Any] = {
+        "name": "small",
+        "map": {"text": text, "cell": 1.0},
+        "start": {"poses": [[2.5, 2.5, 0.0], [2.5, 4.5, 0.0], [4.5, 2.5, 0.0], [4.5, 4.5, 0.0]]},
+        "targets": [[7.5, 3.5]],
+    }
+    raw |= fields
+    settings = checked(raw, "test")
+    return Scenario(settings, from_text(text, settings.map.cell), profile or load_profile("paper"))
+
+
+def with_settings(scenario: Scenario, **sections: dict[str, Any] | Any) -> Scenario:
+    """Give the same scenario with some settings changed; a section's dict changes only the fields it names."""
+    raw = msgspec.to_builtins(scenario.settings)
+    for name, value in sections.items():
+        raw[name] = raw[name] | value if isinstance(value, dict) else value
+    return Scenario(checked(raw, "test"), scenario.map, scenario.profile)
+
+
+def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:
+    """Give the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
+    document = profile.to_builtins()
+    tables = dict(document["behaviours"])  # type: ignore[call-overload]
+    for name, behaviour in profile.behaviours.items():
+        lines = [("rule", *behaviour.columns)]
+        lines += [(str(rule.number), *choose(name, rule.terms)) for rule in behaviour.rules]
+        tables[name] = "".join(" ".join(line) + "\n" for line in lines)
+    return Profile.from_builtins(document | {"behaviours": tables})
+
+
+def constant_rules(profile: Profile, left: str, right: str) -> Profile:
+    """Give the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
+    return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], left, right))
