@@ -21,7 +21,7 @@ from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, 
 DRAW_EVERY: Final = 0.5  # s, wall time
 ASK_EVERY: Final = 1.0  # s, wall time between two questions for a map that is not there yet
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
-CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, STATE, PLAN)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP)
 
 
 def run(

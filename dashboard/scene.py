@@ -1,13 +1,17 @@
 """What stands still in a run, as the world tells it."""
 
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import msgspec
 
 from swarm.errors import PeerError
 from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.wire import unpack
 from swarm.messages import Floor
-from swarm.scenario import Scenario, Settings
+from swarm.scenario.schema import Settings
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +29,18 @@ class Scene:
 
 
 def scene_of(floor: Floor) -> Scene:
-    """Read a ``Floor``.
+    """Read a ``Floor``; of its ``scenario``, the ``settings`` and, if there, the ``starts``: robot -> (x, y, yaw).
 
     Raises:
-        SwarmError: it does not hold a scenario and a map.
+        PeerError: it does not hold settings and a map.
     """
-    scenario = Scenario.from_wire(floor.scenario, floor.packed)
+    settings = _converted(floor.scenario.get("settings"), Settings)
+    starts = _converted(floor.scenario.get("starts", {}), dict[str, tuple[float, float, float]])
+    return Scene(settings, unpack(floor.packed), starts)
+
+
+def _converted(raw: object, kind: type[T]) -> T:
     try:
-        starts = msgspec.convert(floor.scenario.get("starts", {}), dict[str, tuple[float, float, float]])
+        return msgspec.convert(raw, kind)
     except msgspec.ValidationError as fault:
-        raise PeerError(f"floor: starts: {fault}") from None
-    return Scene(scenario.settings, scenario.map, starts)
+        raise PeerError(f"floor: {fault}") from None
