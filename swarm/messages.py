@@ -67,6 +67,22 @@ class Message(msgspec.Struct, frozen=True, kw_only=True):
     """What every message is."""
 
 
+class Kind(StrEnum):
+    """What an edit puts on the floor."""
+
+    WALL = "wall"
+    OBSTACLE = "obstacle"
+    FREE = "free"
+
+
+class Edit(Message, frozen=True, kw_only=True):
+    """Walls added or removed while the fleet runs: all cells of the map that a rectangle touches."""
+
+    kind: Kind
+    low: Point  # m, two opposite corners
+    high: Point
+
+
 class Sense(Message, frozen=True, kw_only=True):
     """What the world lets one robot know at one tick."""
 
@@ -84,6 +100,9 @@ class Sense(Message, frozen=True, kw_only=True):
     right: Length
     bearings: list[Angle | None]  # rad, of each target, None where it is out of sight
     hears: list[tuple[Id, Count]]  # broadcasts (robot, tick) that reach this robot
+    rays: list[Length] = []  # m, every ray of left, front, right in turn; only where the map is unknown
+    edits_before: Count = 0  # how many edits there have been before those in ``edits``
+    edits: list[Edit] = []  # of the last second
 
 
 class Command(Message, frozen=True, kw_only=True):
@@ -97,6 +116,7 @@ class Command(Message, frozen=True, kw_only=True):
     steering: Steering
     activity: Activity
     reached: list[bool]  # of each stop: the targets, then home where the mission returns
+    unreachable: list[Count]  # stops given up because no path led there
     sent: bool  # a broadcast of this tick was put on the radio before this
     replans: Count
 
@@ -115,6 +135,7 @@ class Broadcast(Message, frozen=True, kw_only=True):
     distance: Length  # m, to that stop, along its path
     reached: list[bool]
     ahead: list[Point]  # its path from here on, about as far as others must know
+    walls: list[Count] = []  # cells it has learned to be solid (row * columns + column); where the map is unknown
 
 
 class State(Message, frozen=True, kw_only=True):
@@ -157,6 +178,16 @@ class Body(Message, frozen=True, kw_only=True):
     activity: Activity
 
 
+class Mover(Message, frozen=True, kw_only=True):
+    """A moving obstacle, as the world knows it: a disc, or a box along its way."""
+
+    x: Metres
+    y: Metres
+    yaw: Angle
+    radius: Length  # m; 0 for a box
+    size: tuple[Length, Length]  # m, along and across; (0, 0) for a disc
+
+
 class Truth(Message, frozen=True, kw_only=True):
     """All bodies at one tick, for those who watch; robots never hear it."""
 
@@ -164,6 +195,7 @@ class Truth(Message, frozen=True, kw_only=True):
     tick: Count
     time: Seconds
     bodies: list[Body]
+    movers: list[Mover] = []
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -193,6 +225,7 @@ class Floor(Message, frozen=True, kw_only=True):
 
     packed: dict[str, Any]
     scenario: dict[str, Any]
+    edits: Count = 0  # edits that are in it
 
 
 class Action(Message, frozen=True, kw_only=True):
@@ -213,6 +246,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     robot: Id
     scenario: dict[str, Any]
     packed: dict[str, Any]
+    edits: Count  # edits that are in the map
     start: tuple[Metres, Metres, Angle]  # its pose when the run began: home
     state: State | None
 
@@ -251,8 +285,9 @@ EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
 MAP       = Topic("world/map",              Floor,     0.0,  0.0,     True,     8_388_608)
 # queries: who asks sends the message, who answers sends the reply
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
+EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
 # fmt: on
 
-TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, JOIN)
-REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, JOIN.key: Welcome}
+TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, EDIT, JOIN)
+REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome}

@@ -11,7 +11,7 @@ from hypothesis import settings
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
-from swarm.robot.brain import planning_grid
+from swarm.robot.ground import planning_grid
 from swarm.scenario import Scenario, load
 from tests.shared import PAPER
 

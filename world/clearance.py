@@ -15,6 +15,15 @@ class ClearanceJudge:
     """Takes every robot's position at every tick and keeps the smallest gap [m] between two footprints or to a wall."""
 
     def __init__(self, floor: OccupancyMap, radius: float, robots: int) -> None:
+        self._radius = radius
+        self._pairs = np.triu_indices(robots, k=1)
+        self._block: list[NDArray[np.float64]] = []
+        self._smallest = float("inf")
+        self.set_floor(floor)
+
+    def set_floor(self, floor: OccupancyMap) -> None:
+        """From now on, judge against this floor."""
+        self._judge()
         blocks = [
             shapely.Polygon(floor.corners(low, high))
             for kind in (WALL, OBSTACLE, UNKNOWN)
@@ -22,10 +31,6 @@ class ClearanceJudge:
         ]
         self._tree = shapely.STRtree(blocks)
         self._solid = bool(blocks)
-        self._radius = radius
-        self._pairs = np.triu_indices(robots, k=1)
-        self._block: list[NDArray[np.float64]] = []
-        self._smallest = float("inf")
 
     def observe(self, positions: NDArray[np.float64]) -> None:
         """Take positions (robots, 2) [m] of one tick."""

@@ -39,17 +39,35 @@ class Physics:
         self._dt = dt
         self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # no body moves a quarter radius unchecked
         self._contacts: list[Contact] = []
-        ground = self._space.static_body
-        for kind in (WALL, OBSTACLE, UNKNOWN):
-            for low, high in floor.blocks(kind):
-                shape = pymunk.Poly(ground, floor.corners(low, high))
-                shape.collision_type = kind
-                shape.filter = pymunk.ShapeFilter(categories=STILL)
-                self._space.add(shape)
+        self._still: list[pymunk.Shape] = []
+        self.set_floor(floor)
+        self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         for kind in KINDS:
             self._space.on_collision(ROBOT, kind, begin=self._on_contact, data=kind)
         self._filters = [shape.filter for body in self._bodies for shape in body.shapes]
+
+    def set_floor(self, floor: OccupancyMap) -> None:
+        """Let what stands still be this."""
+        self._space.remove(*self._still)
+        self._still = []
+        for kind in (WALL, OBSTACLE, UNKNOWN):
+            for low, high in floor.blocks(kind):
+                shape = pymunk.Poly(self._space.static_body, floor.corners(low, high))
+                shape.collision_type = kind
+                shape.filter = pymunk.ShapeFilter(categories=STILL)
+                self._still.append(shape)
+        self._space.add(*self._still)
+
+    def add_mover(self, pose: Pose, radius: float | None, size: tuple[float, float] | None) -> None:
+        """Put a moving obstacle on the floor: a disc of ``radius`` [m] or a box of ``size`` [m], along and across."""
+        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        body.position, body.angle = (pose.x, pose.y), pose.yaw
+        shape = pymunk.Circle(body, radius) if radius is not None else pymunk.Poly.create_box(body, size or (1.0, 1.0))
+        shape.collision_type = OBSTACLE
+        shape.filter = pymunk.ShapeFilter(categories=MOVING)
+        self._space.add(body, shape)
+        self._movers.append(body)
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
@@ -73,10 +91,17 @@ class Physics:
         x, y = body.position
         return Pose(x, y, wrap(body.angle))
 
-    def roll(self, twists: Iterable[Twist]) -> list[Contact]:
-        """Let every robot follow its twist for one control step; return the contacts that began, in order."""
+    def roll(self, twists: Iterable[Twist], movers: Sequence[Pose] = ()) -> list[Contact]:
+        """Let every robot follow its twist for one control step, and every mover come to its next pose.
+
+        Returns the contacts that began, in order.
+        """
         self._contacts = []
         dt = self._dt / self._substeps
+        for body, pose in zip(self._movers, movers, strict=True):
+            x, y = body.position
+            body.angle = pose.yaw
+            body.velocity = ((pose.x - x) / self._dt, (pose.y - y) / self._dt)
         twists = list(twists)
         for _ in range(self._substeps):
             for body, twist in zip(self._bodies, twists, strict=True):
@@ -87,31 +112,19 @@ class Physics:
             self._space.step(dt)
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
 
-    def nearest(self, robot: int, angles: Iterable[float], reach: float) -> float:
-        """Measure from a robot's edge to the nearest hit [m, 0..reach] of rays at body angles [rad]."""
+    def cast(self, robot: int, angles: Iterable[float], reach: float) -> list[float]:
+        """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
         x, y = self._bodies[robot].position
         yaw = self._bodies[robot].angle
         whole = self._radius + reach
-        share = 1.0
         query, own = self._space.segment_query_first, self._filters[robot]
+        free = []
         for angle in angles:
             heading = yaw + angle
             hit = query((x, y), (x + whole * cos(heading), y + whole * sin(heading)), 0.0, own)
-            if hit is not None and hit.alpha < share:
-                share = hit.alpha
-        return min(reach, max(0.0, share * whole - self._radius))
+            free.append(reach if hit is None else min(reach, max(0.0, hit.alpha * whole - self._radius)))
+        return free
 
     def sees(self, a: Point, b: Point) -> bool:
         """Tell whether nothing that stands still lies between two points."""
         return self._space.segment_query_first(a, b, 0.0, SIGHT) is None
-
-
-def fan(middle: float, half_width: float, rays: int) -> tuple[float, ...]:
-    """Spread rays evenly over a sector: body angles [rad], right to left.
-
-    >>> [round(a, 2) for a in fan(0.0, 0.5, 3)]
-    [-0.5, 0.0, 0.5]
-    """
-    if rays == 1:
-        return (middle,)
-    return tuple(wrap(middle - half_width + 2 * half_width * k / (rays - 1)) for k in range(rays))

@@ -1,6 +1,7 @@
 """The world as a process: it waits for its robots, owns the clock, senses for all, moves all, and reports."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
@@ -8,10 +9,12 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
 from swarm.bus.session import Link
+from swarm.errors import ConfigError
 from swarm.messages import (
     ACTION,
     CLOCK,
     COMMAND,
+    EDIT,
     EVENT,
     JOIN,
     MAP,
@@ -24,6 +27,7 @@ from swarm.messages import (
     Clock,
     Command,
     Do,
+    Edit,
     Event,
     Floor,
     Join,
@@ -32,7 +36,7 @@ from swarm.messages import (
     State,
     Welcome,
 )
-from swarm.robot.brain import planning_grid
+from swarm.robot.ground import planning_grid
 from swarm.scenario import Scenario
 from swarm.scenario.starts import starts
 from swarm.stopping import told_to_stop
@@ -136,7 +140,7 @@ class Host:
         bus = self._bus
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
-        for question in (ACTION, JOIN):
+        for question in (ACTION, EDIT, JOIN):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: self._floor()})
         bus.keep(CLOCK, lambda: {CLOCK.key: self._clock()})
@@ -147,7 +151,7 @@ class Host:
 
     def _floor(self) -> Floor:
         settings, packed = self._wire
-        return Floor(packed=packed, scenario=settings)
+        return Floor(packed=packed, scenario=settings, edits=self._world.edits)
 
     def _clock(self) -> Clock:
         world = self._world
@@ -211,9 +215,9 @@ class Host:
         self._stopwatch.go()
         world, bus = self._world, self._bus
         lockstep = self._pace == "max"
-        for name, sense in world.senses(lockstep).items():
-            if self._sessions[name]:
-                bus.send(SENSE, sense, robot=name)
+        senses = [(name, sense) for name, sense in world.senses(lockstep).items() if self._sessions[name]]
+        for left, (name, sense) in enumerate(senses, start=1 - len(senses)):
+            bus.send(SENSE, sense, more=left < 0, robot=name)
         if world.tick % self._truth_every == 0:
             bus.send(TRUTH, world.truth())
         if lockstep:
@@ -262,6 +266,8 @@ class Host:
                 self._take_presence(arrived)
             case Request(message=Action()):
                 self._press(arrived)
+            case Request(message=Edit()):
+                self._edit(arrived)
             case Request(message=Join()):
                 self._welcome(arrived)
             case Link(up=up):
@@ -331,6 +337,7 @@ class Host:
                     robot=name,
                     scenario=settings,
                     packed=packed,
+                    edits=self._world.edits,
                     start=self._starts[self._world.robots.index(name)],
                     state=state if state is not None and state.run == self._world.run else None,
                 )
@@ -358,9 +365,25 @@ class Host:
             self._go_to(phase)
         request.accept(Accepted(text=f"the run is {self.phase.value}"))
 
+    def _edit(self, request: Request) -> None:
+        """Add or remove walls, and let those who watch know."""
+        edit = request.message
+        try:
+            self._world.edit(edit)
+        except ConfigError as fault:
+            request.refuse(str(fault))
+            return
+        self._scenario = replace(self._scenario, map=self._world.floor)
+        self._wire = self._scenario.to_wire()
+        self._grid = planning_grid(self._scenario)
+        text = f"{edit.kind.value} from {edit.low} to {edit.high}"
+        self._tell(self._world.event("edit", text))
+        self._bus.send(MAP, self._floor())
+        request.accept(Accepted(text=text))
+
     def _restart(self) -> None:
         """All back to their starts, progress cleared; a run of its own begins."""
-        self._world = World(self._scenario, self._starts, self._seed, run=self._world.run + 1)
+        self._world = World(self._scenario, self._starts, self._seed, run=self._world.run + 1, edits=self._world.edits)
         self._commands, self._states, self._plans = {}, {}, {}
         self._late = 0
         self._stopwatch = Stopwatch()

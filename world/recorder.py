@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, Steering
 from swarm.scenario import Scenario
 from world.clearance import ClearanceJudge
@@ -31,12 +31,14 @@ class Recorder:
         self._last: Sequence[Pose] = starts
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
+        self.struck = [0] * robots  # contacts begun while the robot stood still: no stop could have prevented them
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
         self.waiting = [0.0] * robots  # s
         self.longest_wait = 0.0  # s
         self.conflicts = 0  # times that a robot began to give way
         self.deadlocks = 0
         self.replans = [0] * robots
+        self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
         self._fuzzy = self._moving = 0  # robot ticks
         self._waits = [0.0] * robots
         self._standstill = 0.0
@@ -69,10 +71,16 @@ class Recorder:
         self._judge.observe(np.array([pose[:2] for pose in poses]))
         self._last = poses
 
-    def contacts(self, contacts: Sequence[Contact]) -> None:
-        """Take the contacts that began in a tick."""
+    def set_floor(self, floor: OccupancyMap) -> None:
+        """Take in that the floor is another from now on."""
+        self._judge.set_floor(floor)
+
+    def contacts(self, contacts: Sequence[Contact], wheels: Sequence[tuple[float, float]]) -> None:
+        """Take the contacts that began in a tick, and how the wheels turned in it."""
         for contact in contacts:
             self.contact_counts[contact.robot][contact.kind] += 1
+            if max(map(abs, wheels[contact.robot])) <= MOVES:
+                self.struck[contact.robot] += 1
 
     def is_reached(self, robot: int, stop: int) -> bool:
         """Tell whether a stop counts as reached."""
@@ -88,6 +96,7 @@ class Recorder:
         unfinished = False
         for number, (command, speeds) in enumerate(zip(commands, wheels, strict=True)):
             self.replans[number] = command.replans
+            self.unreachable[number] = command.unreachable
             moves = max(abs(speeds[0]), abs(speeds[1])) > MOVES
             if moves:
                 self._moving += 1

@@ -52,6 +52,8 @@ def report(
                 "waiting": record.waiting[number],
                 "replans": record.replans[number],
                 "contacts": record.contact_counts[number].total(),
+                "struck": record.struck[number],
+                "unreachable": record.unreachable[number],
             }
             for number in robots
         },

@@ -2,13 +2,24 @@
 
 from collections.abc import Sequence
 from math import radians
+from typing import NamedTuple
 
 import numpy as np
 
 from swarm.geometry import Pose, bearing, wrap
 from swarm.maps.occupancy import Point
+from swarm.robot.sectors import sectors
 from swarm.scenario.schema import SensorSettings
-from world.physics import Physics, fan
+from world.physics import Physics
+
+
+class Distances(NamedTuple):
+    """Free distances [m] from the robot's edge, 0..range."""
+
+    left: float
+    front: float
+    right: float
+    rays: list[float]  # of left, front, right in turn
 
 
 class Sensing:
@@ -16,22 +27,18 @@ class Sensing:
 
     def __init__(self, settings: SensorSettings, robots: int, seed: int) -> None:
         self._settings = settings
-        side, half = radians(settings.side_deg), radians(settings.side_half_width_deg)
-        self._sectors = (
-            fan(side, half, settings.rays),
-            fan(0.0, radians(settings.front_half_width_deg), settings.rays),
-            fan(-side, half, settings.rays),
-        )
+        self._sectors = sectors(settings)
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
 
-    def distances(self, physics: Physics, robot: int) -> tuple[float, float, float]:
-        """Read left, front, right [m]: 0..range, the nearest hit of each sector's rays, other robots included."""
-        reach = self._settings.range
-        left, front, right = (physics.nearest(robot, sector, reach) for sector in self._sectors)
-        if self._settings.noise:
-            drawn = self._noise[robot].normal(0.0, self._settings.noise, 3).tolist()
-            left, front, right = (min(reach, max(0.0, d + e)) for d, e in zip((left, front, right), drawn, strict=True))
-        return left, front, right
+    def distances(self, physics: Physics, robot: int) -> Distances:
+        """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
+        settings = self._settings
+        rays = physics.cast(robot, (angle for sector in self._sectors for angle in sector), settings.range)
+        if settings.noise:
+            drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
+            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
+        n = settings.rays
+        return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
     def bearings(self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point]) -> list[float | None]:
         """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""

@@ -7,8 +7,9 @@ from typing import Any
 
 from swarm.geometry import Pose
 from swarm.messages import Broadcast
-from swarm.robot.brain import Inputs, Robot, planning_grid
+from swarm.robot.brain import Inputs, Robot
 from swarm.robot.fuzzy import Controller
+from swarm.robot.ground import planning_grid
 from swarm.scenario import Scenario
 from swarm.scenario.starts import starts
 from world.report import missing, report

@@ -6,28 +6,34 @@ own.
 
 from collections.abc import Mapping
 
+from shapely import Point as ShapelyPoint
+from shapely import Polygon
+
+from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import Point
-from swarm.messages import COMMAND, Activity, Body, Command, Event, Sense, Steering, Truth
+from swarm.maps.occupancy import FREE, Point
+from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Mover, Sense, Steering, Truth
+from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.scenario import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
+from world.movers import Patrol
 from world.physics import Physics
 from world.recorder import Recorder
-from world.sensing import Sensing
+from world.sensing import Distances, Sensing
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
 REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, steering=Steering.REST, activity=Activity.READY,
-    reached=[], sent=False, replans=0,
+    reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
 
 
 class World:
     """One run of one scenario: bodies at their starts, the clock at 0."""
 
-    def __init__(self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0) -> None:
+    def __init__(self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0, edits: int = 0) -> None:
         settings = scenario.settings
         robot = settings.robot
         self.robots = names(len(starts))
@@ -39,7 +45,13 @@ class World:
         self._settings = settings
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
         self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
+        self.floor = scenario.map
         self._physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)
+        self._patrols = [Patrol(mover) for mover in settings.movers]
+        for mover, patrol in zip(settings.movers, self._patrols, strict=True):
+            self._physics.add_mover(patrol.at(0.0), mover.radius, mover.size)
+        self.edits = edits  # how many there have been, in all runs
+        self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self._sensing = Sensing(settings.sensors, len(starts), seed)
         self._ether = Ether(settings.radio, seed, self._physics.sees)
         self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
@@ -47,8 +59,7 @@ class World:
         self._wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
         self._commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
-        self._distances = [(0.0, 0.0, 0.0)] * len(starts)
-        self._sensed_at = -1
+        self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
         self.recorder = Recorder(scenario, starts, self._stops, self.dt)
         self.recorder.poses(starts)
 
@@ -70,15 +81,19 @@ class World:
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Sense for every robot at this tick."""
         sensing, physics = self._sensing, self._physics
+        self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
+        edits = [edit for _, edit in self._recent]
+        rays_needed = not self._settings.map.known
         found = {}
         for number, name in enumerate(self.robots):
             pose = physics.pose(number)
             twist = self._drive.twist(*self._wheels[number])
-            left, front, right = self._distances[number] = sensing.distances(physics, number)
+            left, front, right, rays = self._distances[number] = sensing.distances(physics, number)
             found[name] = Sense(
                 run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
                 bearings=sensing.bearings(physics, number, pose, self._stops[number]), hears=self._heard[number],
+                rays=rays if rays_needed else [], edits_before=self.edits - len(edits), edits=edits,
             )  # fmt: skip
         return found
 
@@ -92,7 +107,8 @@ class World:
             left, right = (max(-self._top_speed, min(self._top_speed, speed)) for speed in wanted)
             now = self._wheels[number]
             self._wheels[number] = (ramp(now[0], left, most), ramp(now[1], right, most))
-        contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels])
+        movers = [patrol.at(self.time + dt) for patrol in self._patrols]
+        contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels], movers)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
         heard = self._ether.hears(poses, senders)
@@ -101,7 +117,7 @@ class World:
         for contact in contacts:
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
-        self.recorder.contacts(contacts)
+        self.recorder.contacts(contacts, self._wheels)
         self.recorder.poses(poses)
         self.recorder.moving(self._commands, self._wheels)
         return events
@@ -124,6 +140,27 @@ class World:
                     events.append(self.event("false_claim", text, name))
         return events
 
+    def edit(self, edit: Edit) -> None:
+        """Add or remove walls; robots sense it at this tick.
+
+        Raises:
+            ConfigError: it lies outside the map, or a robot stands there.
+        """
+        kind = KINDS[edit.kind]
+        floor, low, high = self.floor.edited(kind, edit.low, edit.high)
+        if low[0] >= high[0] or low[1] >= high[1]:
+            raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
+        if kind != FREE:
+            block = Polygon(floor.corners(low, high))
+            for name, pose in zip(self.robots, self.poses(), strict=True):
+                if block.distance(ShapelyPoint(pose.x, pose.y)) <= self._settings.robot.radius:
+                    raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
+        self.floor = floor
+        self._physics.set_floor(floor)
+        self.recorder.set_floor(floor)
+        self._recent.append((self.tick, edit))
+        self.edits += 1
+
     def poses(self) -> list[Pose]:
         """Where every robot stands."""
         return [self._physics.pose(number) for number in range(len(self.robots))]
@@ -136,7 +173,7 @@ class World:
         """Everything that can be seen from outside, for those who watch."""
         bodies = []
         for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
-            pose, (left, front, right) = self._physics.pose(number), self._distances[number]
+            pose, (left, front, right, _) = self._physics.pose(number), self._distances[number]
             left_v, right_v = self._wheels[number]
             bodies.append(
                 Body(
@@ -154,7 +191,11 @@ class World:
                     activity=command.activity,
                 )
             )
-        return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies)
+        movers = [
+            Mover(x=pose.x, y=pose.y, yaw=pose.yaw, radius=mover.radius or 0.0, size=mover.size or (0.0, 0.0))
+            for mover, pose in zip(self._settings.movers, (p.at(self.time) for p in self._patrols), strict=True)
+        ]
+        return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies, movers=movers)
 
     def event(self, kind: str, text: str, robot: str | None = None) -> Event:
         """Make an event of this moment."""

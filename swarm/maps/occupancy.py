@@ -1,8 +1,8 @@
 """The map every loader makes and everything else reads."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from math import floor
+from dataclasses import dataclass, replace
+from math import ceil, floor
 from typing import Final
 
 import numpy as np
@@ -57,6 +57,21 @@ class OccupancyMap:
         """Tell what stands at a point; everything outside the map is WALL."""
         cell = self.cell_of(x, y)
         return int(self.cells[cell]) if self.inside(cell) else WALL
+
+    def edited(self, kind: int, a: Point, b: Point) -> "tuple[OccupancyMap, Cell, Cell]":
+        """Put ``kind`` on all cells that a rectangle with opposite corners a and b [m] touches.
+
+        Returns the new map, and the block of cells from ``low`` up to and without ``high`` that may differ; an empty
+        block where the rectangle lies outside.
+        """
+        ring = [to_frame(self.origin, x, y) for x in (a[0], b[0]) for y in (a[1], b[1])]
+        along, up = zip(*((x / self.resolution, y / self.resolution) for x, y in ring), strict=True)
+        rows, columns = self.shape
+        low = max(0, floor(min(up) + 1e-9)), max(0, floor(min(along) + 1e-9))
+        high = min(rows, ceil(max(up) - 1e-9)), min(columns, ceil(max(along) - 1e-9))
+        cells = self.cells.copy()
+        cells[low[0] : max(low[0], high[0]), low[1] : max(low[1], high[1])] = kind
+        return replace(self, cells=cells), low, (max(low[0], high[0]), max(low[1], high[1]))
 
     def corners(self, low: Cell, high: Cell) -> list[Point]:
         """Give the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""

@@ -5,17 +5,18 @@ from math import degrees
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
 from swarm.robot.fuzzy import Controller
+from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
+from swarm.robot.surprise import Surprise
 from swarm.scenario import Scenario
 from swarm.traffic import give_way
 
-RESOLUTION: Final = 0.1  # m, of the planning grid, at most
-EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there
 RETRY: Final = 1.0  # s between two plans for the same reason
 STUCK: Final = 4.0  # s without getting anywhere: plan anew
 
@@ -36,12 +37,6 @@ class Outputs(NamedTuple):
     plan: Plan | None
 
 
-def planning_grid(scenario: Scenario) -> Grid:
-    """The grid a robot of this scenario plans on."""
-    robot = scenario.settings.robot
-    return Grid.grown(scenario.map, robot.radius, margin=EASE * robot.distance_scale, resolution=RESOLUTION)
-
-
 class Robot:
     """One robot of a fleet; ``number`` counts from 0 and gives it its slot on the radio."""
 
@@ -53,25 +48,31 @@ class Robot:
         start: Pose,
         grid: Grid | None = None,
         controller: Controller | None = None,
+        edits: int = 0,
     ) -> None:
         self.name = name
         self._number = number
         self._scenario = scenario
         self._settings = scenario.settings
         self._start = start
-        self._grid = grid or planning_grid(scenario)
+        self._ground = Ground(scenario, grid, edits)
         self._controller = controller or Controller(scenario.profile)
-        self._supervisor = Supervisor(scenario.settings)
         self._begin(run=0)
 
     def _begin(self, run: int) -> None:
+        settings = self._settings
+        if run and not settings.map.known:
+            self._ground = Ground(self._scenario)
         self.run = run
-        self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), self._settings.return_home)
-        self._navigator = Navigator(self._grid, self._settings.robot.radius)
+        self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), settings.return_home)
+        self._navigator = Navigator(self._ground.grid, settings.robot.radius)
+        self._supervisor = Supervisor(settings)
+        self._surprise = Surprise(settings)
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
         self._progress_at = (self._start[:2], 0.0)  # where it last got on, and when
+        self._forgot_for = -1  # the stop for which it began its map anew
         self._told: tuple[object, ...] = ()
         self._told_at = float("-inf")
         self._plan_told: object = None
@@ -81,6 +82,15 @@ class Robot:
         self._begin(state.run)
         if state.activity is not Activity.READY:
             self.mission.resume(state.reached, state.unreachable)
+
+    def missed(self, sense: Sense) -> bool:
+        """Tell whether edits of the floor have passed unheard: then it needs the map anew."""
+        return self._ground.missed(sense.edits_before)
+
+    def take_map(self, scenario: Scenario, edits: int) -> None:
+        """Take the map anew, with so many edits in it."""
+        self._ground = Ground(scenario, None, edits)
+        self._navigator.take_ground(self._ground.grid)
 
     def step(self, inputs: Inputs) -> Outputs:
         """Decide for one tick."""
@@ -92,10 +102,11 @@ class Robot:
         self._hear(inputs)
         pose = Pose(sense.x, sense.y, sense.yaw)
         self._tick_off_stops(pose)
+        self._learn(inputs)
         speeds, heading = self._drive(sense, pose)
         return self._outputs(sense, speeds, heading)
 
-    # --- what it knows of others ---
+    # --- what it knows of others and of the floor ---
 
     def _hear(self, inputs: Inputs) -> None:
         now = inputs.sense.tick
@@ -107,6 +118,21 @@ class Robot:
         stale = RADIO.timeout * self._settings.rate
         self._others = {name: b for name, b in self._others.items() if now - b.tick <= stale}
 
+    def _learn(self, inputs: Inputs) -> None:
+        ground, sense = self._ground, inputs.sense
+        changed = ground.take_edits(sense.edits_before, sense.edits)
+        if changed:
+            self._navigator.clear()  # a wall that went may have opened a shorter way
+        changed |= ground.look(sense, self._bodies())
+        if self._settings.map.shared:
+            for broadcast in inputs.heard:
+                changed |= ground.hear(broadcast.walls)
+        if changed:
+            self._navigator.take_ground(ground.grid)
+
+    def _bodies(self) -> list[Point]:
+        return [(other.x, other.y) for other in self._others.values()]
+
     # --- where it goes ---
 
     def _tick_off_stops(self, pose: Pose) -> None:
@@ -114,13 +140,17 @@ class Robot:
             self.mission.finish_stop(reached=True)
             self._navigator.clear()
 
-    def _find_path(self, sense: Sense, pose: Pose, standing: Sequence[tuple[float, float]]) -> None:
+    def _find_path(self, sense: Sense, pose: Pose, standing: Sequence[Point]) -> None:
         """Have a path to the goal, around those who stand where there is a way around; give up what no path reaches."""
         navigator = self._navigator
         here = (pose.x, pose.y)
         while (goal := self.mission.goal) is not None and navigator.path is None:
             if navigator.head_for(here, goal, standing) or navigator.head_for(here, goal):
                 self._planned_at = sense.time
+            elif not self._settings.map.known and self._forgot_for != self.mission.target:
+                self._forgot_for = self.mission.target
+                self._ground.forget()
+                navigator.take_ground(self._ground.grid)
             else:
                 self.mission.finish_stop(reached=False)
         if (goal := self.mission.goal) is None:
@@ -132,14 +162,14 @@ class Robot:
         stuck = sense.time - self._progress_at[1] > STUCK
         if (not on_path or standing or stuck) and sense.time - self._planned_at > RETRY:
             self._planned_at = sense.time
-            near = [(b.x, b.y) for b in self._others.values()] if stuck else standing
-            if navigator.head_for(here, goal, near):
+            if navigator.head_for(here, goal, self._bodies() if stuck else standing):
                 self._progress_at = (here, sense.time)
                 navigator.advance(pose)
 
     # --- how it drives ---
 
     def _drive(self, sense: Sense, pose: Pose) -> tuple[WheelSpeeds, float]:
+        halt = self._surprise.watch(sense, self._ground.grid, self._bodies())
         self._find_path(sense, pose, ())
         goal = self.mission.goal
         if goal is None:
@@ -153,8 +183,9 @@ class Robot:
             self._settings.robot.radius,
             waiting=self._activity is Activity.GIVE_WAY,
         )
-        if verdict.standing:
-            self._find_path(sense, pose, verdict.standing)
+        standing = (*verdict.standing, *self._surprise.obstacles)
+        if standing:
+            self._find_path(sense, pose, standing)
         heading = navigator.heading_error(pose, sense.bearings[self.mission.target], goal)
         if verdict.yield_to:
             self._activity = Activity.GIVE_WAY
@@ -167,9 +198,9 @@ class Robot:
             sense.right / robot.distance_scale,
             -degrees(heading),  # the paper's sign: positive is to the right
         )
-        others = [(other.x, other.y) for other in self._others.values()]
+        bodies = (*self._bodies(), *self._surprise.obstacles)
         scale = robot.speed_scale
-        return self._supervisor.check(sense, navigator.grid, others, left * scale, right * scale), heading
+        return self._supervisor.check(sense, navigator.grid, bodies, halt, left * scale, right * scale), heading
 
     # --- what it says ---
 
@@ -179,7 +210,8 @@ class Robot:
         sends = (sense.tick + self._number) % self._settings.radio.every == 0
         command = Command(
             run=self.run, tick=sense.tick, left=speeds.left, right=speeds.right, heading=heading,
-            steering=speeds.steering, activity=self._activity, reached=list(mission.reached), sent=sends,
+            steering=speeds.steering, activity=self._activity, reached=list(mission.reached),
+            unreachable=list(mission.unreachable), sent=sends,
             replans=replans,
         )  # fmt: skip
         broadcast = state = plan = None

@@ -1,6 +1,8 @@
 """A robot's own path to its goal, and the waypoint ahead on it."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 from swarm.geometry import Pose, bearing, distance
@@ -29,6 +31,15 @@ class Navigator:
     def clear(self) -> None:
         """Forget the path."""
         self.path = None
+
+    def take_ground(self, grid: Grid) -> None:
+        """Take in that the floor is another; a path that leads through something solid now is forgotten."""
+        self.grid = grid
+        self._way = grid
+        if self.path is not None:
+            rest = [self.path.point_at(self._along), *self.path.points[bisect_right(self.path.stations, self._along) :]]
+            if not all(line_is_free(grid, a, b) for a, b in pairwise(rest)):
+                self.path = None
 
     def head_for(self, here: Point, goal: Point, standing: Sequence[Point] = ()) -> bool:
         """Plan to a goal, around robots that stand; False where no path is, and the one at hand stays."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.geometry import Pose
-from swarm.messages import COMMAND, JOIN, PLAN, RADIO, SENSE, STATE, Join, Sense, Welcome
+from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Sense, Welcome
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.radio import Radio
 from swarm.scenario import Scenario
@@ -48,7 +48,7 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
     """Be that robot while that world lives; False when told to stop."""
     scenario = Scenario.from_wire(welcome.scenario, welcome.packed)
     name, start = welcome.robot, Pose(*welcome.start)
-    robot = Robot(name, number_of(name), scenario, start)
+    robot = Robot(name, number_of(name), scenario, start, edits=welcome.edits)
     if welcome.state is not None:
         robot.resume(welcome.state)
     radio = Radio(bus, scenario.settings.radio.range)
@@ -99,10 +99,13 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
         heard = radio.exactly(sense.hears, sense.tick)
     else:
         heard = radio.what_came(sense.hears, sense.tick)
+    if robot.missed(sense):
+        for floor in bus.fetch(MAP):
+            robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
     zx, zy = radio.tune(sense.x, sense.y)
     outputs = robot.step(Inputs(sense, heard))
     if outputs.broadcast is not None:
-        bus.send(RADIO, outputs.broadcast, zx=zx, zy=zy, robot=robot.name)
+        bus.send(RADIO, outputs.broadcast, sure=sense.lockstep, zx=zx, zy=zy, robot=robot.name)
     bus.send(COMMAND, outputs.command, robot=robot.name)
     if outputs.state is not None:
         bus.send(STATE, outputs.state, robot=robot.name)

@@ -57,8 +57,13 @@ class Supervisor:
         self._held = 0  # ticks in a row without a way ahead
         self._escape = 0.0  # rad/s, the turn on the spot it is in the middle of
 
-    def check(self, sense: Sense, grid: Grid, others: Sequence[Point], left: float, right: float) -> WheelSpeeds:
-        """Let the tables' speeds pass, or take the mildest remedy that keeps clear of walls and ``others``."""
+    def check(
+        self, sense: Sense, grid: Grid, others: Sequence[Point], halt: bool, left: float, right: float
+    ) -> WheelSpeeds:
+        """Let the tables' speeds pass, or take the mildest remedy that keeps clear of walls and ``others``.
+
+        ``halt``: something unexplained is near; there is no driving on, only turning.
+        """
         pose = Pose(sense.x, sense.y, sense.yaw)
         wanted = self._drive.twist(left, right)
         now = self._drive.rim_speeds(Twist(sense.linear, sense.angular))
@@ -71,11 +76,13 @@ class Supervisor:
             self._escape = 0.0
         for forward, turn in REMEDIES:
             linear = wanted.linear * forward
+            if halt and linear > 0.0:
+                continue
             if linear > self._fastest(sense.front):
                 continue
             speeds = self._drive.rim_speeds(Twist(linear, wanted.angular * turn))
             if self._room(grid, pose, now, speeds, bodies) >= need:
-                self._held = self._held + 1 if forward == 0.0 else 0
+                self._held = self._held + 1 if forward == 0.0 and not halt else 0
                 if self._held > self._patience:
                     self._held, self._escape = 0, ESCAPE if sense.left >= sense.right else -ESCAPE
                 return WheelSpeeds(*speeds, Steering.FUZZY if forward == turn else Steering.SUPERVISOR)

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Hashable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -85,6 +86,11 @@ def checked(raw: object, where: str) -> Settings:
         raise ConfigError(f"{where}: {_explain(str(fault), raw)}") from None
     if bool(settings.targets) == bool(settings.own_targets):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
+    for number, mover in enumerate(settings.movers):
+        if (mover.radius is None) == (mover.size is None) or (mover.size is not None and min(mover.size) <= 0):
+            raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
+        if any(a == b for a, b in pairwise(mover.waypoints)):
+            raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
     if (settings.start.area is None) == (settings.start.poses is None):
         raise ConfigError(f"{where}: start: expected either `area` or `poses`; give one of them")
     return settings

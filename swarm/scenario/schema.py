@@ -25,6 +25,8 @@ class MapSettings(Section, frozen=True, kw_only=True):
     text: Annotated[str, Meta(description="one character a cell, the first line is the top")] | None = None
     file: Annotated[str, Meta(description="beside or below the scenario's own folder")] | None = None
     cell: Annotated[float, _metres(0, 10, "side of a character of `text` or of a MovingAI cell")] = 0.5
+    known: Annotated[bool, Meta(description="robots are given it; otherwise they learn it from their rays")] = True
+    shared: Annotated[bool, Meta(description="robots that learn the map tell each other over the radio")] = True
 
 
 class StartSettings(Section, frozen=True, kw_only=True):
@@ -72,6 +74,16 @@ class RadioSettings(Section, frozen=True, kw_only=True):
     every: Annotated[int, Meta(ge=1, le=100, description="a robot broadcasts each that many ticks")] = 4
 
 
+class MoverSettings(Section, frozen=True, kw_only=True):
+    """A moving obstacle, a disc (`radius`) or a box (`size`): on no map, seen only by the sensors."""
+
+    waypoints: Annotated[list[Coordinates], Meta(min_length=2, max_length=1000, description="m")]
+    speed: Annotated[float, Meta(gt=0, le=5, description="m/s")]
+    radius: Annotated[float, _metres(0, 10, "of a disc")] | None = None
+    size: Annotated[tuple[float, float], Meta(description="m; along its way and across, of a box")] | None = None
+    loop: Annotated[bool, Meta(description="from the last waypoint to the first; otherwise there and back")] = False
+
+
 class Settings(Section, frozen=True, kw_only=True):
     """The file's top level."""
 
@@ -95,3 +107,4 @@ class Settings(Section, frozen=True, kw_only=True):
     robot: RobotSettings = RobotSettings()
     sensors: SensorSettings = SensorSettings()
     radio: RadioSettings = RadioSettings()
+    movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []

@@ -1,0 +1,140 @@
+"""What one robot believes about the floor: given and edited while it runs, or learned from its rays and the radio."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import ceil
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.geometry import Pose, distance, from_frame
+from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
+from swarm.messages import Edit, Kind, Sense
+from swarm.planning.grid import Grid
+from swarm.planning.rays import note
+from swarm.robot.sectors import sectors
+from swarm.scenario import Scenario
+
+RESOLUTION: Final = 0.1  # m, of the planning grid, at most
+EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there
+KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
+
+GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
+BODY: Final = 0.25  # m, a hit so near to another robot's footprint is that robot
+TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
+
+
+def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:
+    """Grow the scenario's map to the grid its robots plan on; or a ``learned`` one, where the unknown may be free."""
+    robot, floor = scenario.settings.robot, scenario.map if learned is None else learned
+    margin = EASE * robot.distance_scale
+    return Grid.grown(floor, robot.radius, margin, RESOLUTION, unknown_free=learned is not None)
+
+
+class Ground:
+    """The floor as one robot knows it."""
+
+    def __init__(self, scenario: Scenario, grid: Grid | None = None, edits: int = 0) -> None:
+        settings = scenario.settings
+        self._known = settings.map.known
+        self._range, self._radius = settings.sensors.range, settings.robot.radius
+        self._angles = [angle for sector in sectors(settings.sensors) for angle in sector]
+        self.map = scenario.map if self._known else _blank(scenario.map)
+        if not self._known:
+            grid = planning_grid(scenario, self.map)
+        self.grid = grid or planning_grid(scenario)
+        self.edits = edits  # how many it knows of
+        self._odds: NDArray[np.int8] = np.zeros(self.map.shape, np.int8)
+        self._to_tell: list[int] = []
+        self._told_up_to = 0
+
+    def take_edits(self, before: int, edits: Sequence[Edit]) -> bool:
+        """Apply edits that are new; True where the floor changed. ``before`` is how many there were before the first.
+
+        What a robot missed for good (``before`` is more than it knows of) it has to ask for: see ``missed``.
+        """
+        if not self._known or before > self.edits:
+            return False
+        fresh = edits[self.edits - before :]
+        for edit in fresh:
+            self.map, low, high = self.map.edited(KINDS[edit.kind], edit.low, edit.high)
+            self.grid = self.grid.changed(self.map, low, high)
+        self.edits = max(self.edits, before + len(edits))
+        return bool(fresh)
+
+    def missed(self, before: int) -> bool:
+        """Tell whether edits have passed unheard."""
+        return self._known and before > self.edits
+
+    def look(self, sense: Sense, others: Iterable[Point]) -> bool:
+        """Learn from every ray of an unknown floor; True where what is solid changed."""
+        if self._known or not sense.rays:
+            return False
+        pose, bodies = Pose(sense.x, sense.y, sense.yaw), list(others)
+        x, y = self.grid.to_cells(pose.x, pose.y)
+        side, yaw = self.map.resolution, pose.yaw - self.map.origin.yaw
+        for angle, read in zip(self._angles, sense.rays, strict=True):
+            reach = self._radius + read
+            end = from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach, 0.0)
+            hit = read < self._range - 0.01 and all(distance(end, body) > self._radius + BODY for body in bodies)
+            note(self._odds, x, y, yaw + angle, reach / side, hit, GAIN, LOSS, MOST)
+        return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
+
+    def hear(self, cells: Iterable[int]) -> bool:
+        """Believe what others have learned to be solid; True where that is new."""
+        rows, columns = self.map.shape
+        changed = False
+        for cell in cells:
+            row, column = divmod(cell, columns)
+            if row < rows and self._odds[row, column] == 0:
+                self._odds[row, column] = SOLID
+                changed |= self._settle(row, column, 0)
+        return changed
+
+    def tell(self) -> list[int]:
+        """Give cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
+        if self._known:
+            return []
+        news, self._to_tell = self._to_tell[:TELL], self._to_tell[TELL:]
+        solid = np.flatnonzero(self.map.cells == WALL)
+        room = min(TELL - len(news), solid.size)
+        if room:
+            turn = (self._told_up_to + np.arange(room)) % solid.size
+            self._told_up_to = int(turn[-1]) + 1
+            news += solid[turn].tolist()
+        return news
+
+    def forget(self) -> None:
+        """Begin anew with an empty floor: what was learned leaves no way."""
+        self._odds[:] = 0
+        self.map = replace(self.map, cells=np.full(self.map.shape, UNKNOWN, np.uint8))
+        self.grid = self.grid.changed(self.map, (0, 0), self.map.shape)
+
+    def _settle(self, row: int, column: int, reach: int) -> bool:
+        """Bring the map up to the counts about a cell; True where what is solid changed."""
+        low = max(0, row - reach), max(0, column - reach)
+        high = min(self.map.shape[0], row + reach + 1), min(self.map.shape[1], column + reach + 1)
+        block = np.s_[low[0] : high[0], low[1] : high[1]]
+        odds, was = self._odds[block], self.map.cells[block] == WALL
+        solid = np.where(was, odds > 0, odds >= SOLID)
+        changed = np.argwhere(solid != was)
+        if not changed.size:
+            return False
+        cells = self.map.cells.copy()
+        cells[block] = np.where(solid, WALL, np.where(odds < 0, FREE, UNKNOWN))
+        self.map = replace(self.map, cells=cells)
+        first, last = changed.min(axis=0), changed.max(axis=0) + 1
+        from_ = (low[0] + int(first[0]), low[1] + int(first[1]))
+        self.grid = self.grid.changed(self.map, from_, (low[0] + int(last[0]), low[1] + int(last[1])))
+        columns = self.map.shape[1]
+        self._to_tell += [(low[0] + r) * columns + low[1] + c for r, c in changed.tolist() if solid[r, c]]
+        return True
+
+
+def _blank(floor: OccupancyMap) -> OccupancyMap:
+    """Make an unknown floor of the same extent, in cells fine enough to learn it."""
+    factor = max(1, ceil(floor.resolution / RESOLUTION - 1e-9))
+    rows, columns = floor.shape
+    cells = np.full((rows * factor, columns * factor), UNKNOWN, np.uint8)
+    return OccupancyMap(cells, floor.resolution / factor, floor.origin)

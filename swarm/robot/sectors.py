@@ -1,0 +1,38 @@
+"""The three proximity sectors: the body angles of their rays, for whoever casts them and whoever reads them."""
+
+from math import radians
+from typing import NamedTuple
+
+from swarm.geometry import wrap
+from swarm.scenario.schema import SensorSettings
+
+Angles = tuple[float, ...]  # rad, in base_link
+
+
+class Sectors(NamedTuple):
+    """Body angles of the rays of each sector."""
+
+    left: Angles
+    front: Angles
+    right: Angles
+
+
+def sectors(settings: SensorSettings) -> Sectors:
+    """Spread the rays as a scenario says."""
+    side, half = radians(settings.side_deg), radians(settings.side_half_width_deg)
+    return Sectors(
+        fan(side, half, settings.rays),
+        fan(0.0, radians(settings.front_half_width_deg), settings.rays),
+        fan(-side, half, settings.rays),
+    )
+
+
+def fan(middle: float, half_width: float, rays: int) -> Angles:
+    """Spread rays evenly over a sector: body angles [rad], right to left.
+
+    >>> [round(a, 2) for a in fan(0.0, 0.5, 3)]
+    [-0.5, 0.0, 0.5]
+    """
+    if rays == 1:
+        return (middle,)
+    return tuple(wrap(middle - half_width + 2 * half_width * k / (rays - 1)) for k in range(rays))

@@ -1,0 +1,26 @@
+"""Moving obstacles: where each is at a time. They look at nothing and stop for nobody."""
+
+from itertools import accumulate, pairwise
+from math import atan2
+
+from swarm.geometry import Pose, distance
+from swarm.scenario.schema import MoverSettings
+
+
+class Patrol:
+    """A way from waypoint to waypoint at constant speed, round and round or there and back."""
+
+    def __init__(self, settings: MoverSettings) -> None:
+        points = list(settings.waypoints)
+        points += [points[0]] if settings.loop else points[-2::-1]
+        self._points = points
+        self._stations = list(accumulate((distance(a, b) for a, b in pairwise(points)), initial=0.0))
+        self._speed = settings.speed
+
+    def at(self, time: float) -> Pose:
+        """Give the pose at a time [s] since the run began; the yaw is the way's direction."""
+        along = self._speed * time % self._stations[-1]
+        leg = max(k for k in range(len(self._points) - 1) if self._stations[k] <= along)
+        (ax, ay), (bx, by) = self._points[leg], self._points[leg + 1]
+        share = (along - self._stations[leg]) / (self._stations[leg + 1] - self._stations[leg])
+        return Pose(ax + share * (bx - ax), ay + share * (by - ay), atan2(by - ay, bx - ax))
