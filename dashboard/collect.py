@@ -8,7 +8,7 @@ from typing import Final
 
 from dashboard import naming
 from dashboard.progress import Heard, Progress
-from swarm.messages import Activity, Event, Message, Plan, Point, Truth
+from swarm.messages import Activity, Clock, Event, Message, Phase, Plan, Point, Truth
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
 ROWS: Final = 40  # robots in the summary
@@ -43,7 +43,7 @@ class Collector:
     def __init__(self, progress: Progress, home: bool) -> None:
         self._home = home
         self._order = progress.order
-        self._second = -1
+        self._mark: tuple[int, Phase] | None = None
         self._batch = Batch()
         self._lane: dict[str, str] = {}
         for name in progress.order:
@@ -58,9 +58,9 @@ class Collector:
             case Truth():
                 self._batch.frames.append(message)
                 self._batch.distances.append([progress.robot(name).distance for name in self._order])
-                if int(message.time) != self._second:
-                    self._second = int(message.time)
-                    self._batch.summaries.append((message.time, summary(progress, self._home)))
+                self._sum_up(progress)
+            case Clock():
+                self._sum_up(progress)
             case Event():
                 self._batch.events.append(message)
             case Plan():
@@ -73,6 +73,13 @@ class Collector:
         """Hand over what has gathered and begin anew."""
         batch, self._batch = self._batch, Batch()
         return batch.thinned()
+
+    def _sum_up(self, progress: Progress) -> None:
+        """Write the summary once a second and at each change of phase."""
+        mark = (int(progress.time), progress.phase)
+        if mark != self._mark:
+            self._mark = mark
+            self._batch.summaries.append((progress.time, summary(progress, self._home)))
 
     def _lanes(self, progress: Progress, name: str, time: float) -> None:
         word = naming.lane(progress.robot(name), self._home)

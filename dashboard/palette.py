@@ -19,6 +19,7 @@ VIRIDIS: Final[tuple[Colour, ...]] = ((72, 40, 120), (49, 104, 142), (33, 145, 1
 FLOOR: Final[Colour] = (27, 31, 37)
 WALL: Final[Colour] = (139, 148, 158)
 OBSTACLE: Final[Colour] = (110, 92, 78)
+MOVER: Final[Colour] = (190, 160, 135)
 UNKNOWN: Final[Colour] = (60, 64, 70)
 TARGET: Final[Colour] = (235, 235, 235)
 HEADING: Final[Colour] = (255, 255, 255)

@@ -12,14 +12,15 @@ from typing import Any, Final
 from dashboard.mode import Mode
 from dashboard.progress import presence
 from dashboard.show import Show
-from dashboard.stopping import told_to_stop
 from dashboard.view import Recorder, serve_page
-from swarm.bus import Arrival, Bus, Endpoint, Presence
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
 from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
+from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
-ASK_EVERY: Final = 1.0  # s, wall time between two questions for a map that is not there yet
+ASK_EVERY: Final = 0.2  # s, wall time between two questions for a map that is not there yet
+LAST_WORDS: Final = 0.3  # s, wall time for what is still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
 CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP)
 
@@ -60,34 +61,44 @@ def run(
 
 
 def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
-    """Take in all that arrives and draw it, until the run is over."""
-    bus.announce("dashboard", "dashboard")
+    """Take in all that arrives and draw it, until the run is over; be announced once there is something to draw on."""
     for topic in LISTEN:
         bus.listen(topic)
     bus.watch_presence()
     _catch_up(bus, show)
     asked = drawn = monotonic()
+    announced = False
     while not stopped() and show.progress.phase is not Phase.OVER:
+        if show.ready and not announced:
+            bus.announce("dashboard", "dashboard")
+            announced = True
         now = monotonic()
         if now - drawn >= DRAW_EVERY:
             show.draw()
             drawn = now = monotonic()
-        arrived = bus.receive(timeout=max(0.0, drawn + DRAW_EVERY - now))
-        match arrived:
-            case Arrival(message=message):
-                before = show.progress.run
-                show.take(message)
-                if show.progress.run != before >= 0:
-                    _catch_up(bus, show)
-            case Presence(role="robot"):
-                show.progress = presence(show.progress, arrived.id, arrived.session, arrived.alive)
-        if show.scene is None and now - asked >= ASK_EVERY:
+        if not show.ready and now - asked >= ASK_EVERY:
             _catch_up(bus, show)
-            asked = now
+            asked = now = monotonic()
+        due = drawn + DRAW_EVERY if show.ready else min(drawn + DRAW_EVERY, asked + ASK_EVERY)
+        _take(bus, show, bus.receive(timeout=max(0.0, due - now)))
+    end = monotonic() + LAST_WORDS
+    while not stopped() and (now := monotonic()) < end:
+        _take(bus, show, bus.receive(timeout=end - now))
+
+
+def _take(bus: Bus, show: Show, arrived: Arrival | Presence | Link | Request | None) -> None:
+    match arrived:
+        case Arrival(message=message):
+            before = show.progress.run
+            show.take(message)
+            if show.progress.run != before >= 0:
+                _catch_up(bus, show)  # a robot's first words of the new run may have come before the world's
+        case Presence(role="robot"):
+            show.progress = presence(show.progress, arrived.id, arrived.session, arrived.alive)
 
 
 def _catch_up(bus: Bus, show: Show) -> None:
-    """Ask the world for the last of everything: we may have come late, and a message may have come too early."""
+    """Ask the world for the last of everything."""
     for topic in CATCH_UP:
         if topic is not MAP or show.scene is None:
             for message in bus.fetch(topic, timeout=1.0):

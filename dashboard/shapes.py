@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dashboard import palette
-from swarm.geometry import Pose
+from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
-from swarm.messages import Body, Truth
+from swarm.messages import Body, Mover, Truth
 from swarm.scenario.schema import SensorSettings
 
 Floats = NDArray[np.float32]
@@ -104,6 +104,20 @@ def frame_matrix(origin: Pose, scale: float) -> list[list[float]]:
     """Turn and scale a map's own frame into ``map``: a 3 x 3 matrix."""
     c, s = cos(origin.yaw) * scale, sin(origin.yaw) * scale
     return [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+
+
+def outlines(movers: list[Mover]) -> list[Floats]:
+    """Draw moving obstacles: a circle for a disc, a turned box for a box."""
+    found = []
+    for mover in movers:
+        if mover.radius:
+            found.append(rings([(mover.x, mover.y)], mover.radius)[0])
+            continue
+        along, across = mover.size[0] / 2, mover.size[1] / 2
+        corners = ((along, across), (-along, across), (-along, -across), (along, -across), (along, across))
+        pose = Pose(mover.x, mover.y, mover.yaw)
+        found.append(np.array([from_frame(pose, x, y) for x, y in corners], dtype=np.float32))
+    return found
 
 
 class Trails:

@@ -33,6 +33,11 @@ class Show:
         self._view: View | None = None
         self._collector: Collector | None = None
 
+    @property
+    def ready(self) -> bool:
+        """Whether map and fleet are known, so that nothing of what comes is lost."""
+        return self._view is not None
+
     def take(self, message: Message) -> None:
         """Fold a message, and gather what it brings."""
         if isinstance(message, Floor):

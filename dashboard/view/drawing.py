@@ -54,6 +54,8 @@ class View:
         self._log("world/trails", rr.LineStrips2D.from_fields(colors=faded, radii=radius * 0.2, draw_order=5.0))
         self._log("world/paths", rr.LineStrips2D.from_fields(colors=colours, radii=_pixels(1.0), draw_order=6.0))
         self._log("world/sensors", rr.LineStrips2D.from_fields(radii=_pixels(0.7), draw_order=4.0))
+        moved = rr.LineStrips2D.from_fields(colors=palette.MOVER, radii=_pixels(1.5), draw_order=7.0)
+        self._log("world/movers", moved)
         self._log("distance", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
         for side in ("left", "right"):
             self._log(f"wheels/{side}", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
@@ -143,6 +145,7 @@ class View:
         for side, column in (("left", 6), ("right", 7)):
             speeds = rr.Scalars.columns(scalars=values[..., column].ravel())
             self._columns(f"wheels/{side}", times, speeds.partition(each))
+        self._draw_movers(frames, times)
         trails, shown = [], []
         for time, spots in zip(times, values[..., :2], strict=True):
             self._trails.add(spots)
@@ -153,6 +156,13 @@ class View:
         if shown:
             strips = rr.LineStrips2D.columns(strips=trails).partition([robots] * len(shown))
             self._columns("world/trails", shown, strips)
+
+    def _draw_movers(self, frames: list[Truth], times: list[float]) -> None:
+        shapes_of = [shapes.outlines(frame.movers) for frame in frames]
+        counts = [len(strips) for strips in shapes_of]
+        if any(counts):
+            columns = rr.LineStrips2D.columns(strips=[strip for strips in shapes_of for strip in strips])
+            self._columns("world/movers", times, columns.partition(counts))
 
     def _draw_event(self, event: Event) -> None:
         who = f"{event.robot} " if event.robot else ""

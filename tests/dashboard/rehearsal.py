@@ -150,7 +150,7 @@ class Rehearsal:
         left = max(0.0, length(legs[target]) - driven)
         return At(*here, yaw, activity, target, left, reached, activity is Activity.DRIVE)
 
-    def messages(self, tick: int) -> Iterator[tuple[Topic[Any], Message, dict[str, str | int]]]:
+    def messages(self, tick: int) -> Iterator[tuple[Topic[Any], Message, dict[str, Any]]]:
         """Give everything that is sent at a tick."""
         time = tick / RATE
         all_at = [self.at(number, tick) for number in range(len(self.names))]

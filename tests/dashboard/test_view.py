@@ -12,12 +12,12 @@ from dashboard.scene import scene_of
 from dashboard.show import Show
 from dashboard.view import Recorder
 from swarm.errors import ConfigError
-from swarm.messages import Event, Floor, Message, Truth
+from swarm.messages import Event, Floor, Message, Mover, Truth
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import TARGETS, Rehearsal
 
 pytestmark = pytest.mark.usefixtures("strict")
-MOVING = ("robots", "heading", "sensors", "trails", "paths")
+MOVING = ("robots", "heading", "sensors", "trails", "paths", "movers")
 
 
 @pytest.fixture
@@ -204,6 +204,23 @@ def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     rows = Recording(tmp_path / "run.rrd").rows("/world/robots", "Points2D:positions")
     assert np.isnan(rows[0][1][1]).all()
     assert np.isnan(rows[1][1]).all()
+
+
+def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
+    rehearsal, recorder = Rehearsal(1), Recorder(serve=None, record=tmp_path / "run.rrd")
+    show = Show(recorder, "test")
+    show.take(floor(rehearsal))
+    show.take(rehearsal.clock(0))
+    disc = Mover(x=2.0, y=3.0, yaw=0.0, radius=0.5, size=(0.0, 0.0))
+    box = Mover(x=5.0, y=5.0, yaw=np.pi / 2, radius=0.0, size=(2.0, 1.0))
+    for tick, movers in enumerate(([disc, box], [], [box])):
+        show.take(Truth(run=0, tick=tick, time=tick / 20, bodies=[], movers=movers))
+    show.draw()
+    recorder.close()
+    rows = [strips for time, strips in Recording(tmp_path / "run.rrd").rows("/world/movers", "LineStrips2D:strips")]
+    assert [len(strips) for strips in rows] == [2, 0, 1]
+    np.testing.assert_allclose(np.hypot(*(np.array(rows[0][0]) - (2.0, 3.0)).T), 0.5, atol=1e-5)
+    np.testing.assert_allclose(np.ptp(rows[2][0], axis=0), (1.0, 2.0), atol=1e-5)
 
 
 def test_the_layers_for_later_can_be_filled(tmp_path: Path) -> None:
