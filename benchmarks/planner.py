@@ -24,7 +24,7 @@ from benchmarks.measure import interleave, machine, table
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap
 from swarm.planning.astar import Lattice, shortest
 from swarm.planning.grid import Grid
-from swarm.planning.path import line_is_free, plan
+from swarm.planning.path import line_is_free, path_is_free, plan
 
 ROOT = Path(__file__).parents[1]
 YARDSTICK = ROOT.parent / "shared" / "yardsticks" / "astar.c"
@@ -248,6 +248,7 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
         "changed": lambda: grown.changed(edited, low, high),
         "replan": lambda: plan(grown.changed(edited, low, high), start, goal),
         "discs": lambda: plan(grown.with_discs([path.point_at(path.length / 2)], radius), start, goal),
+        "check": lambda: path_is_free(grown, path),
         "line": lambda: [line_is_free(grown, start, ahead) for _ in range(100)],
     }
     seconds = interleave(cases, rounds)
@@ -256,7 +257,7 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
     round_discs = median(a / b for a, b in zip(seconds["discs"], seconds["plan"], strict=True))
     return [f"{metres} m, {grid.shape[0]} x {grid.shape[1]}", f"{ms['grow']:.2f}", f"{ms['again']:.2f}",
             f"{ms['plan']:.2f}", f"{ms['changed']:.2f}", f"{ms['replan']:.2f}", f"{share:.2f}", f"{round_discs:.2f}",
-            f"{ms['line'] * 10:.1f}"]  # fmt: skip
+            f"{ms['check'] * 1e3:.0f}", f"{ms['line'] * 10:.1f}"]  # fmt: skip
 
 
 def main(count: int = 15) -> int:
@@ -270,7 +271,7 @@ def main(count: int = 15) -> int:
             fast &= compare(f"random {side}", random_map(side, side), count, c_on, peers)
             fast &= compare(f"maze {side}", maze_map(side, side), count, c_on, peers)
     head = ["robot's grid, ms", "grow", "plan", "grow + plan", "change", "change + plan", "share of the first",
-            "round a disc, share", "line_is_free, us"]  # fmt: skip
+            "round a disc, share", "path_is_free, us", "line_is_free, us"]  # fmt: skip
     print(table([head, *(robot_grid(metres, 9) for metres in (10, 20, 50))]))
     return 0 if fast else 1
 

@@ -10,6 +10,7 @@ from swarm.planning.search import STAMPS, search, search_costs, trace
 from swarm.planning.steps import legal_moves
 
 SQRT2 = sqrt(2.0)
+NO_COSTS = np.empty(0, np.int64)
 
 
 class Lattice:
@@ -47,7 +48,7 @@ class Lattice:
         first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
         stamp = self._next_stamp()
         args = (self._state, stamp, self._entries, self._counts)
-        return self._traced(search(self._flat, rows, columns, first, last, *args), first, last)
+        return self._traced(search(self._flat, NO_COSTS, 1, rows, columns, first, last, *args), first, last)
 
     def cheapest(self, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
         """Find the way that is cheapest where each cell counts ``costs`` (rows, columns), from ``unit`` to 7 of them.

@@ -86,6 +86,12 @@ def line_is_free(grid: Grid, a: Point, b: Point) -> bool:
     return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), grid.radius / grid.resolution))
 
 
+def path_is_free(grid: Grid, path: Path, from_s: float = 0.0) -> bool:
+    """Tell whether the rest of a path, from arc length ``from_s`` [m], is still free; far cheaper than a new plan."""
+    rest = [path.point_at(from_s), *(p for p, s in zip(path.points, path.stations, strict=True) if s > from_s)]
+    return all(line_is_free(grid, a, b) for a, b in pairwise(rest))
+
+
 def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     """Find a short way with room beside it, from start to goal [m, map]; None where there is none.
 

@@ -12,11 +12,13 @@ and even then errs by less than 3e-10 of the length.
 A cell's search state is one number: query stamp (15 bits), cost so far (40), closed (1), direction it was entered (4).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import int64, njit, uint8
 from numpy.typing import NDArray
 
-from swarm.planning.steps import COLUMN_STEP, FORWARD, LOWEST, NATURAL, NONE, ROW_STEP, Bits
+from swarm.planning.steps import COLUMN_STEP, LOWEST, NATURAL, NONE, ONWARD, ROW_STEP, Bits
 
 STRAIGHT, DIAGONAL = 33461, 47321
 COARSE_STRAIGHT, COARSE_DIAGONAL = 985, 1393  # the same, where cells have costs
@@ -27,6 +29,7 @@ COARSE_SHIFT = 15  # for UNIT 64: again a quarter of a cell
 NOWHERE = np.int64(1 << 60)
 
 Integers = NDArray[np.int64]
+Search = Callable[..., int]
 
 
 @njit(int64(int64, int64, int64, int64), cache=True, error_model="numpy", inline="always")
@@ -35,209 +38,123 @@ def _octile(down: int, across: int, straight: int, diagonal: int) -> int:
     return straight * (max(down, across) - min(down, across)) + diagonal * min(down, across)
 
 
-@njit(
-    int64(uint8[::1], int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
-    cache=True,
-    error_model="numpy",
-)
-def search(
-    moves: Bits,
-    rows: int,
-    columns: int,
-    start: int,
-    goal: int,
-    state: Integers,
-    stamp: int,
-    entries: Integers,
-    counts: Integers,
-) -> int:
-    """Find the least cost from start to goal on cells that cost the same, or -1; the way stands in ``state``.
+def _compiled(weighted: bool) -> Search:
+    """Compile the search for cells that cost the same, or for cells with costs of their own."""
+    table = ONWARD if weighted else NATURAL
+    shift = COARSE_SHIFT if weighted else SHIFT
+    per_straight, per_diagonal = (COARSE_STRAIGHT, COARSE_DIAGONAL) if weighted else (STRAIGHT, DIAGONAL)
 
-    ``entries`` (n, 2) is room for the queue; ``counts`` gets the cells expanded and the entries the queue needed.
-    """
-    step = np.empty(8, np.int64)
-    price = np.empty(8, np.int64)
-    for k in range(8):
-        step[k] = ROW_STEP[k] * columns + COLUMN_STEP[k]
-        price[k] = DIAGONAL if k & 1 else STRAIGHT
-    head = np.full(RING, -1, np.int64)
-    room = entries.shape[0]
-    spare, used, waiting, expanded = -1, 0, 0, 0
-    goal_row, goal_column = goal // columns, goal % columns
-    lowest_f = _octile(start // columns - goal_row, start % columns - goal_column, STRAIGHT, DIAGONAL)
-    best = NOWHERE
-    mask40 = (1 << 40) - 1
+    @njit(
+        int64(uint8[::1], int64[::1], int64, int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
+        cache=True,
+        error_model="numpy",
+    )
+    def search(
+        moves: Bits,
+        costs: Integers,
+        unit: int,
+        rows: int,
+        columns: int,
+        start: int,
+        goal: int,
+        state: Integers,
+        stamp: int,
+        entries: Integers,
+        counts: Integers,
+    ) -> int:
+        """Find the least cost from start to goal, or -1; the way stands in ``state``.
 
-    state[start] = stamp << 48 | NONE
-    entries[0, 0] = start
-    entries[0, 1] = -1
-    head[0] = 0
-    used = waiting = 1
-    bucket = 0
-    while waiting:
-        slot = head[bucket & (RING - 1)]
-        if slot < 0:
-            bucket += 1
-            if lowest_f + (bucket << SHIFT) >= best:
-                break
-            continue
-        u = entries[slot, 0]
-        head[bucket & (RING - 1)] = entries[slot, 1]
-        entries[slot, 1] = spare
-        spare = slot
-        waiting -= 1
-        here = state[u]
-        if here & 16:
-            continue
-        state[u] = here | 16
-        cost = here >> 8 & mask40
-        row = u // columns
-        column = u - row * columns
-        down, across = row - goal_row, column - goal_column
-        if cost + _octile(down, across, STRAIGHT, DIAGONAL) >= best:
-            continue
-        expanded += 1
-        left = np.int64(NATURAL[(here & 15) << 8 | moves[u]])
-        while left:
-            k = LOWEST[left & -left]
-            left &= left - 1
-            v = u + step[k]
-            onward = cost + price[k]
-            there = state[v]
-            if there >> 48 == stamp and there >> 8 & mask40 <= onward:
+        With costs, a step counts for the mean of its two cells' costs, each at least ``unit`` (and at most 7 of them,
+        for a step may raise f by ``RING`` buckets at most). ``entries`` (n, 2) is room for the queue; ``counts`` gets
+        the cells expanded and the entries the queue needed.
+        """
+        scale = 2 * unit if weighted else 1
+        straight, diagonal = scale * per_straight, scale * per_diagonal
+        step = np.empty(8, np.int64)
+        price = np.empty(8, np.int64)
+        for k in range(8):
+            step[k] = ROW_STEP[k] * columns + COLUMN_STEP[k]
+            price[k] = per_diagonal if k & 1 else per_straight
+        head = np.full(RING, -1, np.int64)
+        room = entries.shape[0]
+        spare, used, waiting, expanded = -1, 0, 0, 0
+        goal_row, goal_column = goal // columns, goal % columns
+        lowest_f = _octile(start // columns - goal_row, start % columns - goal_column, straight, diagonal)
+        best = NOWHERE
+        mask40 = (1 << 40) - 1
+
+        state[start] = stamp << 48 | NONE
+        entries[0, 0] = start
+        entries[0, 1] = -1
+        head[0] = 0
+        used = waiting = 1
+        bucket = 0
+        while waiting:
+            slot = head[bucket & (RING - 1)]
+            if slot < 0:
+                bucket += 1
+                if lowest_f + (bucket << shift) >= best:
+                    break
                 continue
-            f = onward + _octile(down + ROW_STEP[k], across + COLUMN_STEP[k], STRAIGHT, DIAGONAL)
-            if f >= best:
+            u = entries[slot, 0]
+            head[bucket & (RING - 1)] = entries[slot, 1]
+            entries[slot, 1] = spare
+            spare = slot
+            waiting -= 1
+            here = state[u]
+            if here & 16:
                 continue
-            state[v] = stamp << 48 | onward << 8 | k
-            if v == goal:
-                best = onward
+            state[u] = here | 16
+            cost = here >> 8 & mask40
+            row = u // columns
+            column = u - row * columns
+            down, across = row - goal_row, column - goal_column
+            if cost + _octile(down, across, straight, diagonal) >= best:
                 continue
-            if spare >= 0:
-                slot = spare
-                spare = entries[slot, 1]
-            else:
-                if used == room:
-                    wider = np.empty((2 * room, 2), np.int64)
-                    wider[:room] = entries
-                    entries = wider
-                    room *= 2
-                slot = used
-                used += 1
-            ring = (f - lowest_f >> SHIFT) & (RING - 1)
-            entries[slot, 0] = v
-            entries[slot, 1] = head[ring]
-            head[ring] = slot
-            waiting += 1
-    counts[0] = expanded
-    counts[1] = used
-    if start == goal:
-        return 0
-    return int(best) if best < NOWHERE else -1
+            expanded += 1
+            left = np.int64(table[(here & 15) << 8 | moves[u]])
+            while left:
+                k = LOWEST[left & -left]
+                left &= left - 1
+                v = u + step[k]
+                onward = cost + (price[k] * (costs[u] + costs[v]) if weighted else price[k])
+                there = state[v]
+                if there >> 48 == stamp and there >> 8 & mask40 <= onward:
+                    continue
+                f = onward + _octile(down + ROW_STEP[k], across + COLUMN_STEP[k], straight, diagonal)
+                if f >= best:
+                    continue
+                state[v] = stamp << 48 | onward << 8 | k
+                if v == goal:
+                    best = onward
+                    continue
+                if spare >= 0:
+                    slot = spare
+                    spare = entries[slot, 1]
+                else:
+                    if used == room:
+                        wider = np.empty((2 * room, 2), np.int64)
+                        wider[:room] = entries
+                        entries = wider
+                        room *= 2
+                    slot = used
+                    used += 1
+                ring = (f - lowest_f >> shift) & (RING - 1)
+                entries[slot, 0] = v
+                entries[slot, 1] = head[ring]
+                head[ring] = slot
+                waiting += 1
+        counts[0] = expanded
+        counts[1] = used
+        if start == goal:
+            return 0
+        return int(best) if best < NOWHERE else -1
+
+    return search
 
 
-@njit(
-    int64(uint8[::1], int64[::1], int64, int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
-    cache=True,
-    error_model="numpy",
-)
-def search_costs(
-    moves: Bits,
-    costs: Integers,
-    unit: int,
-    rows: int,
-    columns: int,
-    start: int,
-    goal: int,
-    state: Integers,
-    stamp: int,
-    entries: Integers,
-    counts: Integers,
-) -> int:
-    """Find the least cost where a step counts for the mean of its two cells' costs (each at least ``unit``), or -1.
-
-    As ``search`` otherwise. A step may raise f by at most ``RING`` buckets, which bounds costs to 7 units.
-    """
-    step = np.empty(8, np.int64)
-    price = np.empty(8, np.int64)
-    for k in range(8):
-        step[k] = ROW_STEP[k] * columns + COLUMN_STEP[k]
-        price[k] = COARSE_DIAGONAL if k & 1 else COARSE_STRAIGHT
-    straight, diagonal = 2 * unit * COARSE_STRAIGHT, 2 * unit * COARSE_DIAGONAL
-    head = np.full(RING, -1, np.int64)
-    room = entries.shape[0]
-    spare, used, waiting, expanded = -1, 0, 0, 0
-    goal_row, goal_column = goal // columns, goal % columns
-    lowest_f = _octile(start // columns - goal_row, start % columns - goal_column, straight, diagonal)
-    best = NOWHERE
-    mask40 = (1 << 40) - 1
-
-    state[start] = stamp << 48 | NONE
-    entries[0, 0] = start
-    entries[0, 1] = -1
-    head[0] = 0
-    used = waiting = 1
-    bucket = 0
-    while waiting:
-        slot = head[bucket & (RING - 1)]
-        if slot < 0:
-            bucket += 1
-            if lowest_f + (bucket << COARSE_SHIFT) >= best:
-                break
-            continue
-        u = entries[slot, 0]
-        head[bucket & (RING - 1)] = entries[slot, 1]
-        entries[slot, 1] = spare
-        spare = slot
-        waiting -= 1
-        here = state[u]
-        if here & 16:
-            continue
-        state[u] = here | 16
-        cost = here >> 8 & mask40
-        row = u // columns
-        column = u - row * columns
-        down, across = row - goal_row, column - goal_column
-        if cost + _octile(down, across, straight, diagonal) >= best:
-            continue
-        expanded += 1
-        left = np.int64(moves[u] & FORWARD[here & 15])
-        while left:
-            k = LOWEST[left & -left]
-            left &= left - 1
-            v = u + step[k]
-            onward = cost + price[k] * (costs[u] + costs[v])
-            there = state[v]
-            if there >> 48 == stamp and there >> 8 & mask40 <= onward:
-                continue
-            f = onward + _octile(down + ROW_STEP[k], across + COLUMN_STEP[k], straight, diagonal)
-            if f >= best:
-                continue
-            state[v] = stamp << 48 | onward << 8 | k
-            if v == goal:
-                best = onward
-                continue
-            if spare >= 0:
-                slot = spare
-                spare = entries[slot, 1]
-            else:
-                if used == room:
-                    wider = np.empty((2 * room, 2), np.int64)
-                    wider[:room] = entries
-                    entries = wider
-                    room *= 2
-                slot = used
-                used += 1
-            ring = (f - lowest_f >> COARSE_SHIFT) & (RING - 1)
-            entries[slot, 0] = v
-            entries[slot, 1] = head[ring]
-            head[ring] = slot
-            waiting += 1
-    counts[0] = expanded
-    counts[1] = used
-    if start == goal:
-        return 0
-    return int(best) if best < NOWHERE else -1
+search = _compiled(weighted=False)
+search_costs = _compiled(weighted=True)
 
 
 @njit(int64(int64, int64, int64, int64[::1], int64[::1]), cache=True, error_model="numpy")

@@ -34,6 +34,14 @@ def _natural() -> Bits:
     return table.reshape(-1)
 
 
+def _onward() -> Bits:
+    """Tabulate the same where cells differ: all legal moves but the one straight back."""
+    table = np.tile(np.arange(256, dtype=np.uint8), (9, 1))
+    for entered in range(8):
+        table[entered] &= 255 & ~(1 << (entered + 4) % 8)
+    return table.reshape(-1)
+
+
 def _lowest() -> NDArray[np.int64]:
     """Tabulate which bit a power of two below 256 is."""
     table = np.zeros(256, np.int64)
@@ -44,9 +52,7 @@ def _lowest() -> NDArray[np.int64]:
 
 NATURAL = _natural()
 LOWEST = _lowest()
-FORWARD = np.array(
-    [255 & ~(1 << (k + 3) % 8 | 1 << (k + 4) % 8 | 1 << (k + 5) % 8) for k in range(8)] + [255], np.uint8
-)
+ONWARD = _onward()
 
 
 @njit(void(uint8[:, ::1], uint8[:, ::1]), cache=True, error_model="numpy")

@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.planning.grid import UNIT, Grid
-from swarm.planning.path import Path, line_is_free, plan
+from swarm.planning.path import Path, line_is_free, path_is_free, plan
 from swarm.planning.path_check import Judge
 from tests.planning.shared import DATA, needs_data
 
@@ -194,6 +194,23 @@ def test_planned_paths_keep_off_discs(seed: int, discs: list[Point]) -> None:
         line = shapely.LineString(path.points)
         assert min(line.distance(shapely.Point(disc)) for disc in discs) >= 0.5 - 1e-9
         assert not Judge(drawn, 0.2).faults(start, goal, path.points, path.length)
+
+
+def test_a_path_is_checked_onward_from_where_the_robot_is() -> None:
+    grid = Grid.grown(ROOMS, 0.2, 0.1, 0.1)
+    path = plan(grid, (1.0, 1.0), (8.6, 0.8))
+    assert path is not None
+    assert path_is_free(grid, path)
+    x, y = path.point_at(2.0)
+    walled = ROOMS.with_block(*ROOMS.block_between((x - 0.2, y - 0.2), (x + 0.2, y + 0.2)), WALL)
+    edited = grid.changed(walled, *ROOMS.block_between((x - 0.2, y - 0.2), (x + 0.2, y + 0.2)))
+    assert not path_is_free(edited, path)
+    assert path_is_free(edited, path, from_s=4.0)
+    assert path_is_free(edited, path, from_s=path.length)
+    around = plan(edited, (1.0, 1.0), (8.6, 0.8))
+    assert around is not None
+    assert path_is_free(edited, around)
+    assert around.length > path.length
 
 
 def test_the_same_place_twice_is_a_path_of_no_length() -> None:
