@@ -145,3 +145,8 @@ def test_room_is_the_distance_to_whatever_is_nearest(free: NDArray[np.bool_], x:
 def test_lengths_that_are_none_are_refused(radius: float, margin: float, resolution: float | None) -> None:
     with pytest.raises(ConfigError, match="expected"):
         Grid.grown(from_text("..", 0.5), radius, margin, resolution)
+
+
+def test_a_grid_too_large_is_refused_before_it_is_built() -> None:
+    with pytest.raises(ConfigError, match="planning grid of cells of 0.0001 m: expected"):
+        Grid.grown(from_text("....\n....", 1.0), 0.1, resolution=0.0001)
