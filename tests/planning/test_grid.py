@@ -148,5 +148,5 @@ def test_lengths_that_are_none_are_refused(radius: float, margin: float, resolut
 
 
 def test_a_grid_too_large_is_refused_before_it_is_built() -> None:
-    with pytest.raises(ConfigError, match="planning grid of cells of 0.0001 m: expected"):
+    with pytest.raises(ConfigError, match=r"planning grid of cells of 0\.0001 m: expected"):
         Grid.grown(from_text("....\n....", 1.0), 0.1, resolution=0.0001)
