@@ -220,6 +220,7 @@ class Robot:
                 robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
                 activity=self._activity, target=mission.target, distance=navigator.remaining,
                 reached=list(mission.reached), ahead=navigator.ahead(give_way.HORIZON, give_way.STEP),
+                walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
         news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)
         if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:

@@ -21,6 +21,8 @@ EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_s
 KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
 
 GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
+SURE: Final = 8  # count from which a solid cell is told to others
+LISTEN: Final = 1.0  # s at the start in which nothing is learned: who is near has not been heard yet
 BODY: Final = 0.25  # m, a hit so near to another robot's footprint is that robot
 TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
 
@@ -69,7 +71,7 @@ class Ground:
 
     def look(self, sense: Sense, others: Iterable[Point]) -> bool:
         """Learn from every ray of an unknown floor; True where what is solid changed."""
-        if self._known or not sense.rays:
+        if self._known or not sense.rays or sense.time < LISTEN:
             return False
         pose, bodies = Pose(sense.x, sense.y, sense.yaw), list(others)
         x, y = self.grid.to_cells(pose.x, pose.y)
@@ -96,8 +98,10 @@ class Ground:
         """Give cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
         if self._known:
             return []
-        news, self._to_tell = self._to_tell[:TELL], self._to_tell[TELL:]
-        solid = np.flatnonzero(self.map.cells == WALL)
+        sure = (self.map.cells == WALL) & (self._odds >= SURE)
+        fresh = [cell for cell in self._to_tell if sure.flat[cell]]
+        news, self._to_tell = fresh[:TELL], [cell for cell in self._to_tell if cell not in fresh[:TELL]][-4 * TELL :]
+        solid = np.flatnonzero(sure)
         room = min(TELL - len(news), solid.size)
         if room:
             turn = (self._told_up_to + np.arange(room)) % solid.size
@@ -107,7 +111,7 @@ class Ground:
 
     def forget(self) -> None:
         """Begin anew with an empty floor: what was learned leaves no way."""
-        self._odds[:] = 0
+        np.minimum(self._odds, 0, out=self._odds)
         self.map = replace(self.map, cells=np.full(self.map.shape, UNKNOWN, np.uint8))
         self.grid = self.grid.changed(self.map, (0, 0), self.map.shape)
 
