@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from importlib.util import find_spec
+from socket import gethostname
 from typing import Final, Literal, cast
 
 from swarm.errors import ConfigError
 
 Mode = Literal["viewer", "web", "off-screen"]
 ASKED: Final = ("auto", "viewer", "web", "off")
+LOOPBACK: Final = "127.0.0.1"
+ANY: Final = "0.0.0.0"  # all addresses of this machine
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
@@ -38,3 +41,10 @@ def missing() -> str | None:
     if find_spec("rerun") is None:
         return "the dashboard needs Rerun, which is not installed: pip install 'zenoh-swarm[dashboard]', or run without"
     return None
+
+
+def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
+    """Write the address at which a browser sees what a dashboard in mode ``web`` with these ports shows."""
+    host = gethostname() if bind == ANY else bind
+    source = f"rerun%2Bhttp://{host}:{grpc_port}/proxy"
+    return f"http://{host}:{web_port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"

@@ -9,7 +9,7 @@ from shutil import which
 from time import monotonic
 from typing import Any, Final
 
-from dashboard.mode import Mode
+from dashboard.mode import ANY, LOOPBACK, Mode, page_address
 from dashboard.progress import presence
 from dashboard.show import Show
 from dashboard.view import Recorder, serve_page
@@ -31,7 +31,7 @@ def run(
     mode: Mode,
     record: Path | None = None,
     *,
-    bind: str = "127.0.0.1",
+    bind: str = LOOPBACK,
     grpc_port: int = 0,
     web_port: int = 0,
     log: Callable[[str], None] = print,
@@ -45,13 +45,18 @@ def run(
         raise ConfigError(f"record: expected a folder {record.parent}, found none; make it or choose another file")
     if mode == "off-screen" and record is None:
         raise ConfigError("dashboard: expected a file to record to, as nothing is shown; give --record FILE.rrd")
-    serve = None if mode == "off-screen" else (bind, Endpoint(bind, grpc_port).claim().port)
-    page = Endpoint("0.0.0.0", web_port).claim().port if mode == "web" else 0
-    recorder = Recorder(serve=serve, record=record)
+    data = 0 if mode == "off-screen" else Endpoint(bind, grpc_port).claim().port
+    page = Endpoint(ANY, web_port).claim().port if mode == "web" else 0
+    recorder = Recorder(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
         closing.callback(recorder.close)
-        opened = ViewerWindow(log) if mode == "viewer" else lambda url: log(f"dashboard: {serve_page(page, url, bind)}")
+
+        def open_page(url: str) -> None:
+            serve_page(page, url)
+            log(f"dashboard: {page_address(page, data, bind)}")
+
+        opened = ViewerWindow(log) if mode == "viewer" else open_page
         show = Show(recorder, fleet, log, opened)
         follow(bus, show, stop.is_set)
         show.draw()

@@ -112,7 +112,9 @@ class Terminal:
         if progress.run < 0:
             return "waiting for the world"
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
-        return f"{progress.time:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
+        ticks = [robot.tick for robot in progress.robots.values()]  # robots may have spoken since the world did
+        now = max(progress.time, progress.seconds(max(ticks, default=0)))
+        return f"{now:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
         heard = self.progress.heard(name)

@@ -1,19 +1,17 @@
 """Where recordings go: a server that viewers connect to, and files."""
 
 from pathlib import Path
-from socket import gethostname
 from typing import Final
 
 import rerun as rr
 
+from dashboard.mode import ANY, LOOPBACK
 from dashboard.scene import Scene
 from dashboard.view.drawing import View
 from dashboard.view.layout import blueprint
 from swarm.errors import ConfigError
 
 APPLICATION: Final = "swarm_dashboard"
-LOOPBACK: Final = "127.0.0.1"
-ANY: Final = "0.0.0.0"
 FLUSH: Final = 0.3  # s
 MEMORY: Final = "256MiB"  # what the server keeps for viewers that come late
 
@@ -72,9 +70,6 @@ class Recorder:
         self._streams.clear()
 
 
-def serve_page(port: int, url: str, host: str) -> str:
-    """Serve the web viewer, and give the address that shows ``url``; the page listens on all addresses there are."""
-    host = gethostname() if host == ANY else host
+def serve_page(port: int, url: str) -> None:
+    """Serve the web viewer on all addresses there are; Rerun has no way to bind it to one."""
     rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=url)
-    source = url.replace("rerun+http", "rerun%2Bhttp").replace(LOOPBACK, host)
-    return f"http://{host}:{port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"

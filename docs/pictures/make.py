@@ -1,9 +1,11 @@
 """Takes a picture of a recording with Rerun's own viewer, without a screen.
 
     python -m docs.pictures.make paper.rrd 30 docs/pictures/paper.png
+    python -m docs.pictures.make paper.rrd 0 docs/pictures/paper.webp --until 90
 
-draws the simulated second 30. It needs a Vulkan driver in software (Debian: ``apt-get install mesa-vulkan-drivers``).
-What a view complains of is said, and makes the exit status 1.
+The first draws the simulated second 30, the other one is a moving picture of all the way to second 90. Both need a
+Vulkan driver in software (Debian: ``apt-get install mesa-vulkan-drivers``). What a view complains of is said, and makes
+the exit status 1.
 """
 
 import argparse
@@ -25,6 +27,9 @@ from swarm.bus import Endpoint
 PATIENCE: Final = 30.0  # s, wall time for the viewer to come up, and for the file to be loaded
 SETTLE: Final = 2.5  # s, wall time for the viewer to draw what it was told
 
+COLOURS: Final = 128  # of a still picture
+QUALITY: Final = 50  # per cent, of a moving one
+FRAME: Final = 150  # ms that a moving picture shows each of its frames
 BAR: Final = 36  # pixels; the window's own bar at the top is left out
 
 
@@ -71,18 +76,42 @@ def show(client: ViewerClient, recording: Path, time: float) -> list[str]:
     return [f"{view.name}: {report.summary}" for view in client.get_state().views for report in view.reports]
 
 
+def shot(client: ViewerClient) -> Image.Image:
+    """Take what the window shows, without its bar."""
+    picture = Image.open(BytesIO(client.take_screenshot())).convert("RGB")
+    return picture.crop((0, BAR, *picture.size))
+
+
+def film(client: ViewerClient, times: Iterator[float], width: int) -> list[Image.Image]:
+    """Take one picture at each time, ``width`` pixels wide."""
+    pictures = []
+    for time in times:
+        client.set_time("sim_time", duration=time, play_state="paused")
+        picture = shot(client)
+        size = (width, round(picture.height * width / picture.width))
+        pictures.append(picture.resize(size, Image.Resampling.LANCZOS))
+    return pictures
+
+
 def main() -> int:
-    """Take one picture."""
+    """Take one picture, or several as a moving one."""
     parser = argparse.ArgumentParser(description="A picture of a recording.")
     parser.add_argument("recording", type=Path)
     parser.add_argument("time", type=float, help="simulated second")
-    parser.add_argument("picture", type=Path, help="a .png")
+    parser.add_argument("picture", type=Path, help="a .png, or with --until a .webp")
+    parser.add_argument("--until", type=float, help="last simulated second of a moving picture")
+    parser.add_argument("--step", type=float, default=2.0, help="simulated seconds between two of its frames")
+    parser.add_argument("--width", type=int, default=860, help="of the moving picture")
     parser.add_argument("--size", default="1600x1000", help="of the window")
     given = parser.parse_args()
     with viewer(given.size) as client:
         complaints = show(client, given.recording, given.time)
-        shot = Image.open(BytesIO(client.take_screenshot()))
-    shot.crop((0, BAR, *shot.size)).quantize(256).save(given.picture, optimize=True)
+        if given.until is None:
+            shot(client).quantize(COLOURS, dither=Image.Dither.NONE).save(given.picture, optimize=True)
+        else:
+            count = int((given.until - given.time) / given.step) + 1
+            first, *others = film(client, (given.time + k * given.step for k in range(count)), given.width)
+            first.save(given.picture, save_all=True, append_images=others, duration=FRAME, loop=0, quality=QUALITY)
     for complaint in complaints:
         print(complaint, file=sys.stderr)
     return 1 if complaints else 0
