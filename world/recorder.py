@@ -79,7 +79,7 @@ class Recorder:
         """Take the contacts that began in a tick, and how the wheels turned in it."""
         for contact in contacts:
             self.contact_counts[contact.robot][contact.kind] += 1
-            if max(map(abs, wheels[contact.robot])) <= MOVES:
+            if abs(sum(wheels[contact.robot])) / 2 <= MOVES:  # its round body was not going anywhere
                 self.struck[contact.robot] += 1
 
     def is_reached(self, robot: int, stop: int) -> bool:
