@@ -11,6 +11,7 @@ from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
+    from swarm.scenario import Settings
 
 
 def run(options: argparse.Namespace) -> int:
@@ -19,17 +20,16 @@ def run(options: argparse.Namespace) -> int:
     from swarm.scenario import load
 
     scenario = load(options.scenario)
-    settings = scenario.settings
-    robots = settings.robots if options.robots is None else options.robots
-    if not 1 <= robots <= 1000:
-        raise ConfigError(f"--robots: expected 1 to 1000, got {robots}")
+    robots, seed, limit = _numbers(options, scenario.settings)
+    if not 0 <= options.port <= 65535:
+        raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
     return launch.run(
         launch.Options(
             scenario=scenario,
             robots=robots,
-            seed=settings.seed if options.seed is None else options.seed,
+            seed=seed,
             pace=pace(options.pace),
-            limit=settings.limit if options.limit is None else options.limit,
+            limit=limit,
             wait=options.wait,
             dashboard=options.dashboard,
             record=options.record,
@@ -52,14 +52,12 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Be the world."""
-    from swarm.robot.brain import planning_grid
+    from swarm.robot.ground import planning_grid
     from swarm.scenario import load
     from swarm.scenario.check import check
 
     scenario = load(options.scenario)
-    settings = scenario.settings
-    robots = settings.robots if options.robots is None else options.robots
-    seed = settings.seed if options.seed is None else options.seed
+    robots, seed, limit = _numbers(options, scenario.settings)
     check(scenario, planning_grid(scenario), robots, seed)
     status: int = _by_name("world.process:run")(
         _endpoint(options),
@@ -68,7 +66,7 @@ def world(options: argparse.Namespace) -> int:
         robots,
         seed,
         pace(options.pace),
-        settings.limit if options.limit is None else options.limit,
+        limit,
         wait=options.wait,
         report_to=options.report,
     )
@@ -80,6 +78,20 @@ def robot(options: argparse.Namespace) -> int:
     from swarm.robot.process import run as be_robot
 
     return be_robot(_endpoint(options), options.fleet, options.id)
+
+
+def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, int, float]:
+    """Robots, seed and limit [s]: the command's where it gives them, else the scenario's."""
+    robots = settings.robots if options.robots is None else options.robots
+    seed = settings.seed if options.seed is None else options.seed
+    limit = settings.limit if options.limit is None else options.limit
+    if not 1 <= robots <= 1000:
+        raise ConfigError(f"--robots: expected 1 to 1000, got {robots}")
+    if not 0 <= seed <= 2**53:
+        raise ConfigError(f"--seed: expected 0 to 2**53, got {seed}")
+    if not 0 < limit <= 1e6:
+        raise ConfigError(f"--limit: expected seconds above 0, at most 1e6, got {limit:g}")
+    return robots, seed, limit
 
 
 def add(commands: "Commands[Parser]") -> None:

@@ -18,7 +18,7 @@ from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.running import registered
 from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, RADIO, STATE
-from swarm.robot.brain import planning_grid
+from swarm.robot.ground import planning_grid
 from swarm.scenario import Scenario
 from swarm.scenario.check import check
 from swarm.scenario.starts import names
@@ -55,6 +55,8 @@ def run(options: Options) -> int:
     """
     check(options.scenario, planning_grid(options.scenario), options.robots, options.seed)
     for flag, path in (("--report", options.report), ("--record", options.record)):
+        if path is not None and path.is_dir():
+            raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
         if path is not None and not os.access(path.parent, os.W_OK):
             raise ConfigError(
                 f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
@@ -73,7 +75,7 @@ def run(options: Options) -> int:
         with Fleet(home, say) as fleet:
             summary_file = home / "report.json"
             _start(fleet, options, endpoint, name, mode, summary_file)
-            trouble = _watch(fleet, endpoint, name, stop, console)
+            trouble = _watch(fleet, endpoint, name, stop, console, summary_file)
             if stop.is_set() and not summary_file.exists():
                 fleet.stop()
             elif mode is not None and not stop.is_set():
@@ -114,7 +116,7 @@ def _start(fleet: Fleet, options: Options, endpoint: Endpoint, name: str, mode: 
         fleet.start(ROBOT, robot, common | {"robot": robot})
 
 
-def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Console) -> str:
+def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Console, summary_file: Path) -> str:
     """Show progress until the world ends, or we are told to stop; give what went wrong, if anything did."""
     module, _, kind = TERMINAL.partition(":")
     with Bus(endpoint, name) as bus, getattr(importlib.import_module(module), kind)(console) as terminal:
@@ -128,7 +130,7 @@ def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Con
             terminal.refresh()
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then is not EarlyEnd.FINISH:
-                    trouble = _tell(ended, console.print)
+                    trouble = _tell(ended, console.print, reported=summary_file.exists())
                 if ended.then is EarlyEnd.FINISH:
                     while (arrived := bus.receive(0.0)) is not None:
                         terminal.fold(arrived)
@@ -136,11 +138,11 @@ def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Con
     return "interrupted"
 
 
-def _tell(ended: Ended, say: Callable[[str], None]) -> str:
+def _tell(ended: Ended, say: Callable[[str], None], reported: bool) -> str:
     how = f"was ended by signal {-ended.status}" if ended.status < 0 else f"ended with status {ended.status}"
     next_ = {EarlyEnd.FINISH: "the run ends", EarlyEnd.RESTART: "started again", EarlyEnd.REPORT: "the run goes on"}
     trouble = f"{ended.name} {how}; {next_[ended.then]}"
-    if ended.name == "world" and ended.status == 1:
+    if ended.name == "world" and ended.status == 1 and reported:
         return ""  # not complete: the report says why
     say(trouble)
     if ended.last_lines:

@@ -1,6 +1,8 @@
 """Which fleets run on this machine and where their routers listen, so that `swarm go` finds the one that is meant."""
 
+import fcntl
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +16,7 @@ from swarm.bus import Endpoint
 from swarm.errors import ConfigError, nearest
 
 CARD: Final = "fleet.json"
+NAME: Final = r"[A-Za-z0-9_.:-]{1,60}\Z"
 
 
 class Card(msgspec.Struct, frozen=True):
@@ -32,24 +35,33 @@ def folder() -> Path:
 
 @contextmanager
 def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
-    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it, until the block ends."""
+    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it, until the block ends.
+
+    Raises:
+        ConfigError: the name is none, or no name like it is free.
+    """
+    if not re.match(NAME, wanted) or wanted in {".", ".."}:  # it becomes a folder, which is emptied
+        raise ConfigError(f"--fleet: expected letters, digits and _ . : - (at most 60), got {wanted!r}")
+    folder().mkdir(mode=0o700, exist_ok=True)
+    with (folder() / "lock").open("w") as lock:  # two launchers at once do not take the same name
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        name = _free(wanted)
+        home = folder() / name
+        rmtree(home, ignore_errors=True)
+        home.mkdir(mode=0o700)
+        (home / CARD).write_bytes(msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+    try:
+        yield name, home
+    finally:
+        rmtree(home, ignore_errors=True)
+
+
+def _free(wanted: str) -> str:
     for number in range(1, 1000):
         name = wanted if number == 1 else f"{wanted}-{number}"
-        home = folder() / name
-        if (card := _read(home)) is not None and _alive(card.pid):
-            continue
-        rmtree(home, ignore_errors=True)
-        home.parent.mkdir(mode=0o700, exist_ok=True)
-        try:
-            home.mkdir(mode=0o700)
-        except FileExistsError:
-            continue
-        (home / CARD).write_bytes(msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
-        try:
-            yield name, home
-        finally:
-            rmtree(home, ignore_errors=True)
-        return
+        card = _read(folder() / name)
+        if card is None or not _alive(card.pid):
+            return name
     raise ConfigError(f"fleet: expected a free name like {wanted!r}, found none; give another one with --fleet")
 
 

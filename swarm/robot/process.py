@@ -64,9 +64,8 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
             sense = _newer(sense, _sort(arrived, radio))
         elif sense is not None:
             if sense.run != robot.run:
-                radio.clear()
-            _step(bus, robot, radio, sense, log)
-            sense = None
+                radio.begin(sense.run)
+            sense = _step(bus, robot, radio, sense, log)
     return False
 
 
@@ -87,7 +86,9 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
     return max(known, other, key=lambda sense: (sense.run, sense.tick))
 
 
-def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str], None]) -> None:
+def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str], None]) -> Sense | None:
+    """Answer a sense; give a newer one back, should it come while this one waits for its broadcasts."""
+    newer: Sense | None = None
     if sense.lockstep:
         deadline = monotonic() + OVERDUE
         while radio.lacks(sense.hears):
@@ -95,7 +96,7 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
             if arrived is None:
                 log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
                 break
-            _sort(arrived, radio)
+            newer = _newer(newer, _sort(arrived, radio))
         heard = radio.exactly(sense.hears, sense.tick)
     else:
         heard = radio.what_came(sense.hears, sense.tick)
@@ -111,3 +112,4 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
         bus.send(STATE, outputs.state, robot=robot.name)
     if outputs.plan is not None:
         bus.send(PLAN, outputs.plan, robot=robot.name)
+    return newer

@@ -29,6 +29,7 @@ class Radio:
         self._zones: set[tuple[int, int]] = set()
         self._arrived: dict[Pair, Broadcast] = {}
         self._granted: set[Pair] = set()
+        self._run = 0
 
     def tune(self, x: float, y: float) -> tuple[int, int]:
         """Listen around a point, and give its zone."""
@@ -42,8 +43,9 @@ class Radio:
         return here
 
     def take(self, broadcast: Broadcast) -> None:
-        """Keep what arrived."""
-        self._arrived[broadcast.robot, broadcast.tick] = broadcast
+        """Keep what arrived, unless it is of a run that is over."""
+        if broadcast.run >= self._run:
+            self._arrived[broadcast.robot, broadcast.tick] = broadcast
 
     def lacks(self, hears: Iterable[Pair]) -> bool:
         """Tell whether something that was heard has not arrived yet."""
@@ -64,9 +66,10 @@ class Radio:
         self._forget(now)
         return heard
 
-    def clear(self) -> None:
-        """Forget everything: another run has begun."""
-        self._arrived.clear()
+    def begin(self, run: int) -> None:
+        """Forget all runs before this one; others may have spoken in it already."""
+        self._run = run
+        self._arrived = {pair: b for pair, b in self._arrived.items() if b.run >= run}
         self._granted.clear()
 
     def _forget(self, now: int) -> None:

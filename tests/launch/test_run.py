@@ -1,0 +1,213 @@
+"""`swarm run` with real processes: the whole way from the command to the report, undisturbed and ended early."""
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarm.cli import main
+from swarm.messages import EVENT, Phase
+from swarm.scenario import Scenario, load
+from tests.launch.actors import SMALL, Fleet, await_clock, await_event, await_phase
+from tests.shared import PAPER
+from world.simulate import Simulation
+
+pytestmark = pytest.mark.processes
+
+
+@pytest.fixture
+def small(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+def in_process(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
+    return Simulation.of(scenario, robots, seed).run()
+
+
+MEASURED_IN_WALL_TIME = {"wall_time", "real_time_factor"}
+
+
+def assert_the_same_run(report: dict[str, Any], expected: dict[str, Any]) -> None:
+    for name in expected.keys() - MEASURED_IN_WALL_TIME:
+        assert report[name] == expected[name], name
+    assert report.keys() == expected.keys()
+
+
+def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_drive(
+    paper: Scenario, tmp_runtime: Path
+) -> None:
+    with Fleet(PAPER, "--pace", "max", "--seed", "3", runtime=tmp_runtime) as fleet:
+        assert fleet.end() == 0, fleet.text
+        assert_the_same_run(fleet.report(), in_process(paper, 2, 3))
+        assert "complete" in fleet.text.splitlines()
+    assert not list(tmp_runtime.glob("zenoh-swarm-*/*/")), "the fleet's folder is left"
+
+
+def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path) -> None:
+    with Fleet(PAPER, "--pace", "20", "--seed", "3", runtime=tmp_runtime) as fleet:
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert report["complete"]
+    assert report["pace"] == "20"
+    assert report["late_commands"] >= 0
+    assert report["contacts"]["wall"] == 0
+
+
+def test_two_fleets_at_once_do_not_meet(small: Path, tmp_runtime: Path) -> None:
+    expected = in_process(load(small), 2, 1)
+    with (
+        Fleet(small, "--pace", "max", runtime=tmp_runtime, report="a.json") as one,
+        Fleet(small, "--pace", "max", runtime=tmp_runtime, report="b.json") as other,
+    ):
+        assert (one.end(), other.end()) == (0, 0), one.text + other.text
+        assert {one.name, other.name} == {"small", "small-2"}
+        assert one.endpoint != other.endpoint
+        for fleet in (one, other):
+            assert_the_same_run(fleet.report(), expected)
+
+
+def test_the_buttons_work_on_a_running_fleet(small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture) -> None:  # type: ignore[type-arg]
+    with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        assert main(["resume"]) == 2
+        assert "the run is waiting: expected one of (go, restart, stop), got resume" in capsys.readouterr().err
+        assert main(["go"]) == 0
+        await_phase(bus, Phase.RUNNING)
+        assert main(["pause"]) == 0
+        stands = await_phase(bus, Phase.PAUSED)
+        assert stands.tick > 0 or stands.run == 0
+        assert await_phase(bus, Phase.PAUSED).tick == stands.tick, "the clock goes on while paused"
+        assert main(["pause"]) == 2
+        assert main(["resume"]) == 0
+        await_clock(bus, lambda clock: clock.phase is Phase.RUNNING and clock.tick > stands.tick)
+        assert main(["restart"]) == 0
+        assert await_clock(bus, lambda clock: clock.run == 1).phase is Phase.RUNNING
+        assert main(["stop"]) == 0
+        assert fleet.end() == 1, fleet.text
+        assert fleet.report()["reason"] == "stopped by command"
+        fleet.assert_nobody_is_left()
+
+
+@pytest.mark.parametrize("robots", [2, 3])
+def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Path, robots: int) -> None:
+    """Nothing of the run before is left over in any robot, nor lost of the new one's first words."""
+    expected = in_process(paper, robots, 3)
+    arguments = ("--pace", "max", "--seed", "3")
+    with Fleet(PAPER, *arguments, robots=robots, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_clock(bus, lambda clock: clock.tick > 100)
+        assert main(["restart"]) == 0
+        assert await_clock(bus, lambda clock: clock.run == 1)
+        assert fleet.end() == 0, fleet.text
+        assert_the_same_run(fleet.report(), expected)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_everything_and_the_report_says_interrupted(
+    small: Path, tmp_runtime: Path, number: signal.Signals
+) -> None:
+    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_clock(bus, lambda clock: clock.tick > 0)
+        fleet.process.send_signal(number)
+        assert fleet.end() == 1, fleet.text
+        report = fleet.report()
+        assert report["reason"] == "interrupted"
+        assert report["complete"] is False
+        assert report["ticks"] > 0
+        assert "Traceback" not in fleet.text
+        fleet.assert_nobody_is_left()
+    assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
+
+
+def test_a_signal_before_anybody_is_there_ends_everything_too(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet:
+        fleet.process.send_signal(signal.SIGTERM)
+        assert fleet.end() == 1, fleet.text
+        assert fleet.report()["reason"] == "interrupted"
+        assert "Traceback" not in fleet.text
+        assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
+
+
+def test_ctrl_c_in_a_terminal_reaches_the_whole_group_and_still_ends_in_order(small: Path, tmp_runtime: Path) -> None:
+    import os
+
+    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_clock(bus, lambda clock: clock.tick > 0)
+        os.killpg(fleet.process.pid, signal.SIGINT)  # the group that this test made, with start_new_session
+        assert fleet.end() == 1, fleet.text
+        assert fleet.report()["reason"] == "interrupted"
+        assert "Traceback" not in fleet.text
+        fleet.assert_nobody_is_left()
+
+
+def test_a_killed_robot_is_named_and_started_again_and_the_mission_completes(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_event(bus, lambda event: event.kind == "reached")
+        fleet.member("r1").kill()
+        assert await_event(bus, lambda event: event.kind == "gone").robot == "r1"
+        assert fleet.end() == 0, fleet.text
+        assert "r1 was ended by signal 9; started again" in fleet.text
+        report = fleet.report()
+        assert report["complete"]
+        assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+        fleet.assert_nobody_is_left()
+
+
+def test_a_robot_that_is_killed_again_and_again_ends_the_run_with_its_name(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        for kill in range(4):
+            fleet.member("r2").kill()
+            if kill < 3:
+                fleet.await_line("r2 was ended by signal 9; started again")
+                fleet.lines.clear()
+                while True:
+                    arrived = bus.receive(60.0)
+                    assert arrived is not None
+                    if getattr(arrived, "id", "") == "r2" and getattr(arrived, "alive", False):
+                        break
+        assert fleet.end() == 1, fleet.text
+        assert "r2 was ended by signal 9; the run ends" in fleet.text
+        assert "r2" in fleet.report()["reason"]
+        fleet.assert_nobody_is_left()
+
+
+def test_a_killed_world_ends_the_run(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        fleet.member("world").kill()
+        assert fleet.end() == 1, fleet.text
+        assert "world was ended by signal 9; the run ends" in fleet.text
+        assert fleet.report()["reason"] == "world was ended by signal 9; the run ends"
+        fleet.assert_nobody_is_left()
+
+
+def test_a_killed_router_is_started_again_and_the_mission_completes(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "5", runtime=tmp_runtime) as fleet:
+        with fleet.bus() as bus:
+            bus.listen(EVENT)
+            fleet.await_all(bus)
+            await_event(bus, lambda event: event.kind == "reached")
+            fleet.member("router").kill()
+        assert fleet.end() == 0, fleet.text
+        assert "router was ended by signal 9; started again" in fleet.text
+        assert fleet.report()["complete"]
+        fleet.assert_nobody_is_left()
+
+
+def test_nobody_outlives_a_killed_launcher(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        fleet.process.kill()
+        fleet.process.wait()
+        fleet.assert_nobody_is_left()
+    with Fleet(small, "--pace", "max", runtime=tmp_runtime) as next_one:
+        assert next_one.name == "small", "the name of a dead fleet is free again"
+        assert next_one.end() == 0, next_one.text
