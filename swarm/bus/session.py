@@ -5,7 +5,7 @@ put what came into the inbox; everything is decoded and decided in the thread th
 """
 
 import re
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
@@ -82,6 +82,7 @@ class Bus:
         self._endpoint = endpoint
         self._log = log
         self._inbox: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
+        self._quiet: deque[tuple[Any, ...]] = deque()  # what waits for the next look without waking anybody
         self._declared: dict[str, Any] = {}
         self._listeners: list[Any] = []
         self._refused_since_log: Counter[str] = Counter()
@@ -162,20 +163,24 @@ class Bus:
 
     # --- in ---
 
-    def listen(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Let a topic's messages into the inbox; parts of the key left out match all. Twice is once."""
+    def listen(self, topic: Topic[Any], *, quiet: bool = False, **ids: str | int) -> None:
+        """Let a topic's messages into the inbox; parts of the key left out match all. Twice is once.
+
+        With ``quiet`` they do not wake a ``receive`` that waits: the next one finds them, before all else.
+        """
         key = self._key(topic, ids)
         if key in self._declared:
             return
-        inbox, limit = self._inbox, topic.limit
+        limit = topic.limit
+        waiting, put = (self._quiet.__len__, self._quiet.append) if quiet else (self._inbox.qsize, self._inbox.put)
 
         def on_sample(sample: zenoh.Sample) -> None:
-            if inbox.qsize() >= INBOX_LIMIT:
+            if waiting() >= INBOX_LIMIT:
                 self.overflowed += 1
             else:
                 payload = sample.payload
                 size = len(payload)
-                inbox.put(("sample", topic, str(sample.key_expr), payload.to_bytes() if size <= limit else size))
+                put(("sample", topic, str(sample.key_expr), payload.to_bytes() if size <= limit else size))
 
         self._declared[key] = self._session.declare_subscriber(key, zenoh.handlers.Callback(on_sample, indirect=False))
 
@@ -227,8 +232,11 @@ class Bus:
         deadline = None if timeout is None else monotonic() + timeout
         while True:
             try:
-                wait = None if deadline is None else max(0.0, deadline - monotonic())
-                item = self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()
+                if self._quiet:
+                    item = self._quiet.popleft()
+                else:
+                    wait = None if deadline is None else max(0.0, deadline - monotonic())
+                    item = self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()
             except Empty:
                 self._flush_refusals()
                 return None

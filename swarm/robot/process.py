@@ -15,6 +15,7 @@ from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.25  # s between two looks whether we are told to stop
+PEEK: Final = 0.001  # s between two looks for a broadcast that is still missing: these wake nobody
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast the world says was heard
 WELCOME: Final = 10.0  # s to wait for the world's answer
 
@@ -92,8 +93,8 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
     if sense.lockstep:
         deadline = monotonic() + OVERDUE
         while radio.lacks(sense.hears):
-            arrived = bus.receive(max(0.0, deadline - monotonic()))
-            if arrived is None:
+            arrived = bus.receive(PEEK)
+            if arrived is None and monotonic() > deadline:
                 log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
                 break
             newer = _newer(newer, _sort(arrived, radio))

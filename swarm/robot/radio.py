@@ -36,7 +36,7 @@ class Radio:
         here = zone(x, y, self._side)
         wanted = {(here[0] + dx, here[1] + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
         for zx, zy in sorted(wanted - self._zones):
-            self._bus.listen(RADIO, zx=zx, zy=zy)
+            self._bus.listen(RADIO, quiet=True, zx=zx, zy=zy)
         for zx, zy in sorted(self._zones - wanted):
             self._bus.unlisten(RADIO, zx=zx, zy=zy)
         self._zones = wanted
