@@ -81,6 +81,8 @@ def run(options: Options) -> int:
             elif mode is not None and not stop.is_set():
                 _let_finish(fleet, stop)
         summary = _summary(summary_file, options, trouble)
+        if trouble and summary["reason"] == "interrupted":  # by us, for that reason
+            summary["reason"] = trouble
     if options.report is not None:
         options.report.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     for line in closing_lines(summary, options.record if mode is not None else None):
