@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from math import hypot
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
@@ -38,6 +40,7 @@ class Hearsay:
         self._known: dict[str, Known] = {}
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each itself
         self._told: dict[tuple[str, str], int] = {}
+        self._woke = -1
         self._cells = cells
         self._settings = settings
 
@@ -46,8 +49,19 @@ class Hearsay:
         refused = [event for broadcast in broadcasts for event in self._hear_one(tick, broadcast)]
         if len(self.others) != len(self._known):
             self._known = dict(sorted(self._known.items()))
-        self.others = {robot: known.record for robot, known in self._known.items()}
+        self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
         return refused
+
+    def wake(self, tick: int) -> None:
+        """Note that nothing was heard for a while before now."""
+        self._woke = tick
+
+    def _as_known(self, record: Record, tick: int) -> Record:
+        """Add to a silent robot's holds what it may have taken while I heard nothing: the next cells of its way."""
+        if record.stamp >= self._woke or tick - record.stamp <= self._settings.fresh:
+            return record
+        further = record.ahead[: self._settings.horizon]
+        return replace(record, held=(*further, *record.held)) if record.held else record
 
     def silent(self, robot: str, tick: int) -> bool:
         """Tell whether a robot has said nothing, as far as known, for so long that it cannot be asked."""

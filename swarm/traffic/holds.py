@@ -108,9 +108,9 @@ GRANT: Final[dict[str, Rule]] = {  # I acknowledge another's claim, unless
     "I hold the cell":                      _i_do_not_hold,
     "I have an older claim":                _i_have_no_older_claim,
 }
-ASK: Final[dict[str, Rule]] = {    # I claim a cell, unless
-    "somebody holds it":                    _nobody_holds,
+ASK: Final[dict[str, Rule]] = {    # I claim a cell, unless (safe without: they only save claims made in vain)
     "somebody claims it":                   _nobody_claims,
+    "somebody holds it":                    _nobody_holds,
 }
 TAKE: Final[dict[str, Rule]] = {   # my claim becomes a hold, unless
     "it is too young":                      _is_ripe,

@@ -86,8 +86,8 @@ class JointPlanning:
         entry = self._entries.get(step) if self.epoch is not None else None
         if entry is None:
             return None
-        record = situation.fresh.get(entry.robot)
-        if record is None:
+        record = situation.others.get(entry.robot)
+        if record is None or situation.tick - record.stamp > self._settings.absent:
             return None  # silent or out of reach: the holds alone decide
         if record.epoch == self.epoch:
             return None if record.left > entry.place else entry.robot
@@ -95,6 +95,12 @@ class JointPlanning:
             return None
         settled = record.stamp > self.adopted + SETTLE and record.frozen != self.epoch
         return None if settled else entry.robot
+
+    def next_after(self, step: int, situation: Situation) -> bool:
+        """Tell whether the robot waited for is in that very visit now, so that nobody else comes in between."""
+        entry = self._entries[step]
+        record = situation.fresh.get(entry.robot)
+        return record is not None and record.epoch == self.epoch and record.left <= entry.place <= record.entered
 
     def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
         """Name the member, still following, whose way ends in a cell: it has the first turn there."""
@@ -113,8 +119,7 @@ class JointPlanning:
         self._entries = {}
 
     def reset(self, tick: int) -> None:
-        """Forget every part in any plan: the robot was away."""
-        self.leave()
+        """Stand for nobody's plan any more: the robot was away."""
         self._thaw()
         self.need = None
         self._lead_from = tick + self._settings.listen
@@ -255,7 +260,6 @@ class JointPlanning:
         blocked = frozenset(in_the_way)
         starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)
         settings = self._settings
-        few = len(members) <= settings.small
         self._search = JointSearch(
             [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
             if blocked
@@ -263,7 +267,7 @@ class JointPlanning:
             [self._cells.distances(goal, blocked) for goal in ends],
             starts,
             ends,
-            budget=Budget(settings.starts_small if few else settings.starts, settings.expansions),
+            budget=Budget(settings.starts, settings.expansions, settings.enough // len(members)),
             random=Random(f"{epoch.tick} {epoch.leader}"),
         )
         exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)

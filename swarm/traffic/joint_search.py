@@ -15,9 +15,10 @@ from random import Random
 
 from swarm.traffic.dependencies import Order, duration, order_of
 from swarm.traffic.lacam import Search, State, Steps, without_detours
-from swarm.traffic.pibt import Joined, Spots, Tables
+from swarm.traffic.pibt import Joined, Spots, Tables, Ties
 
 PATIENCE = 4  # once there is a plan, a restart may cost so many times its openings: what takes longer is rarely better
+TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of one start after the other
 SPARE = 30  # openings any start may cost, beyond its share
 LATE = 4  # starts without a plan, after which each pair is tried alone
 PAIR = 2_000  # openings for one pair at most
@@ -37,6 +38,7 @@ class Budget:
 
     starts: int = 4  # searches from scratch, of which the quickest plan is kept
     expansions: int = 20_000  # in all
+    enough: int = 20_000  # once there is a plan, no further start after so many
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ class JointSearch:
             (tables[i], tables[j]),
             (starts[i], starts[j]),
             (goals[i], goals[j]),
-            straight=False,
+            ties=Ties.RANDOM,
             random=Random(0),
         )
         if search.advance(PAIR) is State.UNSOLVABLE:
@@ -122,13 +124,17 @@ class JointSearch:
 
     def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
-        if self._spent >= self._budget.expansions or (self._best is not None and self._begun >= self._budget.starts):
+        if self._spent >= self._budget.expansions or (self._best is not None and self._satisfied):
             self._finish(Outcome.NOT_FOUND if self._best is None else Outcome.SOLVED)
             return None
-        straight = self._begun % 2 == 0
-        self._search = Search(neighbours, tables, starts, goals, straight=straight, random=self._random)
+        ties = TURNS[self._begun % len(TURNS)]
+        self._search = Search(neighbours, tables, starts, goals, ties=ties, random=self._random)
         self._begun += 1
         return self._search
+
+    @property
+    def _satisfied(self) -> bool:
+        return self._begun >= self._budget.starts or self._spent >= self._budget.enough
 
     def _keep(self, search: Search) -> None:
         steps = without_detours(search.steps)
@@ -138,7 +144,7 @@ class JointSearch:
         if self._best is None or judged < self._best[0]:
             self._best = (judged, steps, order)
         self._search = None
-        if self._begun >= self._budget.starts:
+        if self._satisfied:
             self._finish(Outcome.SOLVED)
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:

@@ -13,7 +13,7 @@ from enum import Enum
 from random import Random
 from typing import Final
 
-from swarm.traffic.pibt import Joined, Spots, StepGenerator, Tables
+from swarm.traffic.pibt import Joined, Spots, StepGenerator, Tables, Ties
 
 Orders = tuple[tuple[int, int], ...]
 Steps = list[Spots]  # joint positions, one a time step
@@ -44,7 +44,7 @@ class Search:
     """One search from ``starts`` to ``goals``; ``tables[i]`` holds robot i's steps to its goal from every cell."""
 
     def __init__(
-        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, straight: bool, random: Random
+        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, ties: Ties, random: Random
     ) -> None:
         self.state = State.RUNNING
         self.expansions = 0
@@ -52,7 +52,7 @@ class Search:
         self._goals: Final = goals
         self._neighbours: Final = neighbours
         self._random: Final = random
-        self._generator: Final = StepGenerator(neighbours, tables, goals, straight=straight, random=random)
+        self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random)
         farthest = 1 + max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
         root = _Node(starts, None, [table[start] / farthest for table, start in zip(tables, starts, strict=True)])
         self._open: list[_Node] = [root]

@@ -9,6 +9,7 @@ Robots are numbered 0..N-1 here, cells are numbers of a CellMap.
 
 from collections.abc import Sequence
 from random import Random
+from enum import Enum
 from typing import Final
 
 Joined = Sequence[Sequence[int]]  # [cell] -> joined cells
@@ -20,14 +21,23 @@ UNDECIDED: Final = -1
 TURN_COST: Final = 0.5  # of a tie: between straight on (0) and nothing known; less than a step
 
 
+class Ties(Enum):
+    """Which of two cells equally near the goal is taken."""
+
+    RANDOM = "random"
+    STRAIGHT = "straight on"
+    LANES = "with the lane"  # rows lead east and west, columns north and south, in turn: opposite streams keep apart
+
+
 class StepGenerator:
     """Makes the next positions of all robots from the present ones, under priorities and some orders given."""
 
-    def __init__(self, neighbours: Joined, tables: Tables, goals: Spots, *, straight: bool, random: Random) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, goals: Spots, *, ties: Ties, random: Random) -> None:
         self.neighbours = neighbours
         self.tables = tables
         self.goals = goals
-        self.straight = straight
+        self.ties = ties
+        self.lanes = lanes(neighbours) if ties is Ties.LANES else ()
         self.random = random
         self._now: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who stands there
         self._next: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who will
@@ -111,12 +121,17 @@ class StepGenerator:
         return False
 
     def _wishes(self, robot: int) -> list[int]:
-        """Sort the cells it can go to: nearer the goal first; ties by chance, or straight on before a turn."""
+        """Sort the cells it can go to: nearer the goal first; ties as ``ties`` says, then by chance."""
         home = self._at[robot]
         table, chance = self.tables[robot], self.random.random
-        ahead = 2 * home - self._before[robot] if self.straight and self._before[robot] != home else -1
+        if self.ties is Ties.LANES:
+            favoured: tuple[int, ...] = self.lanes[home]
+        elif self.ties is Ties.STRAIGHT and self._before[robot] != home:
+            favoured = (2 * home - self._before[robot],)
+        else:
+            favoured = ()
         cost = {
-            cell: table[cell] + (0.4 * chance() if cell == ahead else TURN_COST + 0.4 * chance())
+            cell: table[cell] + (0.4 * chance() if cell in favoured else TURN_COST + 0.4 * chance())
             for cell in self.neighbours[home]
         }
         cost[home] = float(table[home])
@@ -185,3 +200,15 @@ class StepGenerator:
             if puller_at == puller_from:
                 return False
         return False
+
+
+def lanes(neighbours: Joined) -> tuple[tuple[int, int], ...]:
+    """Give the two ways each cell leads: even rows towards +1, odd ones back; odd columns up, even ones down."""
+    columns = max((abs(other - cell) for cell, near in enumerate(neighbours) for other in near), default=1)
+    return tuple(
+        (
+            cell + (1 if cell // columns % 2 == 0 else -1),
+            cell + (columns if cell % columns % 2 == 1 else -columns),
+        )
+        for cell in range(len(neighbours))
+    )

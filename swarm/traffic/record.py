@@ -74,6 +74,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     moved: Tick = 0  # when it last left a cell or got a new one
     epoch: Epoch | None = None  # the joint plan it follows
     left: Index = 0  # cells of that plan's way it has left
+    entered: Index = 0  # the number, within that way, of its head
     frozen: Epoch | None = None  # stands still for this plan to come
     need: Id | None = None  # asks this robot to make a joint plan
     collect: Collect | None = None

@@ -20,6 +20,7 @@ class TrafficSettings:
     ripe: int = 8  # ticks before a claim can become a hold: two broadcasts of everybody
     listen: int = 30  # ticks without any claim after the start and after waking: those near are heard first
     fresh: int = 40  # ticks; a record older than this is of a silent robot
+    absent: int = 140  # ticks of silence for which a member of a plan keeps its turns in it
     gap: int = 20  # ticks between two steps of the same robot that mean it was suspended
     surmise: int = 200  # ticks of silence before a look decides about the cells of a silent robot
     obstacle: int = 400  # ticks for which a body found in a cell keeps it out of paths
@@ -42,11 +43,10 @@ class TrafficSettings:
     unanswered: int = 4  # checks after which a leader asked in vain is passed over
     pass_over: int = 100  # ticks for which it is
     backoff: int = 200  # ticks before the same cluster is planned again after no plan was found
-    small: int = 6  # members; so small a cluster is planned from many starts
-    starts_small: int = 30
-    starts: int = 4
-    expansions: int = 20_000  # openings of a joint position for one joint plan
-    robot_openings: int = 3_000  # openings times members in one step: a few milliseconds
+    starts: int = 30  # searches for one joint plan at most, the quickest plan is kept
+    enough: int = 25_000  # openings times members, after which no further start is made once there is a plan
+    expansions: int = 20_000  # openings for one joint plan before it is given up
+    robot_openings: int = 4_000  # openings times members in one step: about ten milliseconds
 
     @property
     def claim_radius(self) -> float:

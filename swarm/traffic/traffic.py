@@ -154,6 +154,10 @@ class Traffic:
         self._listen_until = tick + self.settings.listen
         self._moved = tick
         self._joint.reset(tick)
+        self._hearsay.wake(tick)
+        if walk is not None and touched <= set(walk.ledger.held):
+            return walk.awoken(touched)
+        self._joint.leave()
         self._route_for = None
         number = walk.ledger.number if walk is not None else tick * 64 + 1
         head = body if body in touched and self.cells.stands[body] else self._nearest(touched, pose)
@@ -259,7 +263,7 @@ class Traffic:
                 break
             claim = walk.ledger.claims[0]
             case = self._case(claim, walk, situation, near)
-            against = obstacle(TAKE, case)
+            against = obstacle(TAKE, case) if step_free else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
                 break
@@ -273,8 +277,9 @@ class Traffic:
         place = walk.place(self.cells.cell_of(pose.x, pose.y))
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
-            first = self._joint.waits_for(walk.next_step + ahead, situation) if walk.following else None
-            if first is not None:
+            step = walk.next_step + ahead
+            first = self._joint.waits_for(step, situation) if walk.following else None
+            if first is not None and not (ahead == 0 and self._joint.next_after(step, situation)):
                 return walk, (first,) if ahead == 0 else ()
             if ahead < len(walk.ledger.claims):
                 continue
@@ -283,10 +288,16 @@ class Traffic:
             if _distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 return walk, ()
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
-            if obstacle(ASK, case) is not None:
+            against = obstacle(ASK, case)
+            if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
                 return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
             walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
         return walk, ()
+
+    def _queues(self, against: str, case: Case, situation: Situation) -> bool:
+        """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""
+        held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
+        return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
 
     def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
         age = situation.tick - claim.stamp
@@ -362,6 +373,7 @@ class Traffic:
             moved=self._moved,
             epoch=joint.epoch,
             left=walk.left if joint.epoch is not None else 0,
+            entered=max(0, walk.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
             need=joint.need,
             collect=joint.collect,

@@ -67,6 +67,13 @@ class Walk(NamedTuple):
         ledger = self.ledger.keep(tuple(held[index] for index in keep))
         return self._replace(ledger=ledger, steps=tuple(self.steps[index] for index in keep))
 
+    def awoken(self, touched: Collection[int]) -> "Walk":
+        """Give up the claims and what is held ahead of the body, to be asked for again; the way stays the same."""
+        held = self.ledger.held
+        end = 1 + max(index for index, cell in enumerate(held) if cell in touched)
+        ledger = Ledger(held[:end], (), self.ledger.number)
+        return self._replace(ledger=ledger, steps=self.steps[:end], route=(*held[end:], *self.route))
+
     def given_back(self, touched: Collection[int]) -> "Walk":
         """Give up the plan, the claims, and what is held ahead of the braking path; then turn round where that helps.
 
