@@ -30,6 +30,7 @@ SETTLE: Final = 2.5  # s, wall time for the viewer to draw what it was told
 COLOURS: Final = 128  # of a still picture
 QUALITY: Final = 50  # per cent, of a moving one
 FRAME: Final = 150  # ms that a moving picture shows each of its frames
+TRIES: Final = 4  # of 15 s
 BAR: Final = 36  # pixels; the window's own bar at the top is left out
 
 
@@ -77,8 +78,15 @@ def show(client: ViewerClient, recording: Path, time: float) -> list[str]:
 
 
 def shot(client: ViewerClient) -> Image.Image:
-    """Take what the window shows, without its bar."""
-    picture = Image.open(BytesIO(client.take_screenshot())).convert("RGB")
+    """Take what the window shows, without its bar; a busy machine may need another try."""
+    for tries_left in reversed(range(TRIES)):
+        try:
+            taken = client.take_screenshot()
+            break
+        except TimeoutError:
+            if not tries_left:
+                raise
+    picture = Image.open(BytesIO(taken)).convert("RGB")
     return picture.crop((0, BAR, *picture.size))
 
 

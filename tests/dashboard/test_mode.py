@@ -32,6 +32,11 @@ def test_a_display_without_the_viewer_program_gets_the_web_viewer(monkeypatch: p
     assert mode.choose("auto", {"DISPLAY": ":0"}) == "web"
 
 
+def test_the_page_is_on_loopback_unless_asked_otherwise() -> None:
+    assert mode.page_address(9090, 9876).startswith("http://127.0.0.1:9090/?url=rerun%2Bhttp://127.0.0.1:9876/proxy&")
+    assert "127.0.0.1" not in mode.page_address(9090, 9876, mode.ANY)
+
+
 def test_an_unknown_word_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected one of auto, viewer, web, off, got 'of'"):
         mode.choose("of", {})

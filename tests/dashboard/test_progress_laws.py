@@ -70,12 +70,12 @@ def essence(progress: Progress) -> object:
     }
 
 
-@given(st.data(), st.lists(words(), max_size=30))
+@given(st.data(), st.lists(words(), max_size=20))
 def test_the_order_of_arrival_does_not_matter(data: st.DataObject, messages: list[Message]) -> None:
     assert essence(run(messages)) == essence(run(data.draw(st.permutations(messages))))
 
 
-@given(st.lists(words(), max_size=30))
+@given(st.lists(words(), max_size=20))
 def test_robots_do_not_touch_each_other(messages: list[Broadcast | State]) -> None:
     whole = run(list(messages))
     for name in ("a", "b", "c"):
@@ -83,7 +83,7 @@ def test_robots_do_not_touch_each_other(messages: list[Broadcast | State]) -> No
         assert alone.robot(name) == whole.robot(name)
 
 
-@given(st.lists(anything(), max_size=40))
+@given(st.lists(anything(), max_size=20))
 def test_progress_only_grows_within_a_run(messages: list[Message]) -> None:
     progress = START
     for name in ("a", "b", "c"):
@@ -102,20 +102,20 @@ def test_progress_only_grows_within_a_run(messages: list[Message]) -> None:
         progress = after
 
 
-@given(st.lists(anything(), max_size=20), anything())
+@given(st.lists(anything(), max_size=8), anything())
 def test_hearing_it_twice_changes_nothing(messages: list[Message], message: Message) -> None:
     once = fold(run(messages), message)
     if not isinstance(message, Event):
         assert fold(once, message) == once
 
 
-@given(st.lists(anything(), max_size=20), anything())
+@given(st.lists(anything(), max_size=8), anything())
 def test_the_former_run_cannot_disturb_the_new_one(messages: list[Message], late: Message) -> None:
     fresh = fold(run(messages), clock(0, run=2, robots=("a", "b", "c")))
     assert fresh.robots == {}
     assert fold(fresh, late) is fresh
 
 
-@given(st.lists(anything(), max_size=40))
+@given(st.lists(anything(), max_size=20))
 def test_a_share_is_a_share(messages: list[Message]) -> None:
     assert 0.0 <= run(messages).share <= 1.0

@@ -50,7 +50,7 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
 def test_in_a_terminal_there_is_one_row_a_robot() -> None:
     out, wall = StringIO(), Wall()
     console = Console(file=out, force_terminal=True, width=100)
-    played(Terminal(console, clock=wall), wall, Rehearsal(3), factor=1.0)
+    played(Terminal(console, clock=wall), wall, Rehearsal(3), factor=20.0)
     with console.capture() as capture:
         terminal = Terminal(console, clock=wall)
         terminal.fold(arrival(clock(40)))

@@ -135,7 +135,7 @@ def test_all_text_is_ascii(whole: tuple[Rehearsal, Recording]) -> None:
 def test_few_drawings_leave_no_change_out(tmp_path: Path) -> None:
     """A dashboard that is slow draws rarely: the lanes, the events and the frames are all there."""
     rehearsal = Rehearsal(2)
-    often, rarely = (played(tmp_path / f"{every}.rrd", rehearsal, every=every) for every in (2, 400))
+    often, rarely = (played(tmp_path / f"{every}.rrd", rehearsal, ticks=360, every=every) for every in (2, 360))
     for entity, component in (
         ("/progress/r2", "StateChange:state"),
         ("/events", "TextLog:text"),
