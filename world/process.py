@@ -224,8 +224,8 @@ class Host:
             self._await_all(stop)
         else:
             self._await_time(stop)
-        if self.phase is not Phase.RUNNING or self._world is not world:
-            return  # paused, restarted or stopped meanwhile; commands of that tick are still valid after a pause
+        if self.phase is Phase.OVER or self._world is not world or not self._linked:
+            return  # stopped or restarted meanwhile; a pause begins after the tick
         for event in world.step(self._commands):
             self._tell(event)
         self._commands = {}
@@ -235,9 +235,13 @@ class Host:
             self._end(f"time limit of {self._limit:g} s; {missing(world)}")
 
     def _await_all(self, stop: Flag) -> None:
-        deadline = monotonic() + SILENT
-        while self.phase is Phase.RUNNING and self._linked and not stop.is_set():
-            lacking = [n for n, s in self._sessions.items() if s and n not in self._commands and n not in self._deaf]
+        world, deadline = self._world, monotonic() + SILENT
+        while self.phase is not Phase.OVER and self._world is world and self._linked and not stop.is_set():
+            awaited = [name for name, sessions in self._sessions.items() if sessions and name not in self._deaf]
+            lacking = [name for name in awaited if name not in self._commands]
+            if not awaited:
+                self._take(self._bus.receive(LOOK))  # nobody answers: time for somebody to come back
+                return
             if not lacking:
                 return
             if monotonic() > deadline:
@@ -249,7 +253,7 @@ class Host:
 
     def _await_time(self, stop: Flag) -> None:
         self._timetable.tick()
-        while self.phase is Phase.RUNNING and not stop.is_set():
+        while self.phase is not Phase.OVER and not stop.is_set():
             left = self._timetable.left
             arrived = self._bus.receive(left)
             if arrived is None and left == 0.0:

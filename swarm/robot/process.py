@@ -88,8 +88,7 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
 
 
 def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str], None]) -> Sense | None:
-    """Answer a sense; give a newer one back, should it come while this one waits for its broadcasts."""
-    newer: Sense | None = None
+    """Answer a sense; give a newer one back instead, should it come while this one waits for its broadcasts."""
     if sense.lockstep:
         deadline = monotonic() + OVERDUE
         while radio.lacks(sense.hears):
@@ -97,7 +96,8 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
             if arrived is None and monotonic() > deadline:
                 log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
                 break
-            newer = _newer(newer, _sort(arrived, radio))
+            if (newer := _sort(arrived, radio)) is not None:
+                return newer
         heard = radio.exactly(sense.hears, sense.tick)
     else:
         heard = radio.what_came(sense.hears, sense.tick)
@@ -113,4 +113,4 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
         bus.send(STATE, outputs.state, robot=robot.name)
     if outputs.plan is not None:
         bus.send(PLAN, outputs.plan, robot=robot.name)
-    return newer
+    return None
