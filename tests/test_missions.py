@@ -144,7 +144,7 @@ REPORT = {  # docs: the report of `swarm run --report`
 }
 PER_ROBOT = {
     "targets": int, "reached": list, "path_length": float, "shortest_length": float, "waiting": float,
-    "replans": int, "contacts": int,
+    "replans": int, "contacts": int, "struck": int, "unreachable": list,
 }
 # fmt: on
 
