@@ -47,8 +47,8 @@ class CellMap:
         self.side = side
         self.radius = radius
         self.offset = offset
-        self.rows = max(0, floor((height - offset[1]) / side + 1e-6))
-        self.columns = max(0, floor((width - offset[0]) / side + 1e-6))
+        self.rows = max(0, ceil((height - offset[1]) / side - 0.5))
+        self.columns = max(0, ceil((width - offset[0]) / side - 0.5))
         self._solid = np.pad(occupancy.cells != FREE, 1, constant_values=True)
         if unknown_is_free:
             self._solid[1:-1, 1:-1] &= occupancy.cells != UNKNOWN
@@ -179,16 +179,24 @@ class CellMap:
 
 
 def best_offset(occupancy: OccupancyMap, *, side: float, radius: float) -> Point:
-    """Choose the lattice offset [m] under which most neighbours are joined; nought wins ties.
+    """Choose the lattice offset [m] that leaves the floor most in one piece, then with most joined cells.
 
-    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors.
+    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors. Nought wins ties.
     """
-    offsets = [(i * side / PHASES, j * side / PHASES) for j in range(PHASES) for i in range(PHASES)]
 
-    def joined(offset: Point) -> int:
-        return sum(map(len, CellMap(occupancy, side=side, radius=radius, offset=offset).neighbours))
+    def worth(offset: Point) -> tuple[float, int]:
+        cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
+        pieces: list[int] = []
+        seen: set[int] = set()
+        for cell, stands in enumerate(cells.stands):
+            if stands and cell not in seen:
+                piece = [other for other, steps in enumerate(breadth_first(cells.neighbours, (cell,))) if steps < FAR]
+                seen.update(piece)
+                pieces.append(len(piece))
+        together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
+        return round(together, 2), sum(map(len, cells.neighbours))
 
-    return max(offsets, key=joined)
+    return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
 
 
 def breadth_first(

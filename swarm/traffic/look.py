@@ -25,7 +25,7 @@ def unexplained(
 ) -> int | None:
     """Find a body near by that nobody told of: give the cell it seems to be in, else None.
 
-    ``theirs`` are the cells held by robots that are heard and not by me. A body in one of those is where it belongs;
+    ``theirs`` are the cells in which bodies are known, none of them mine. A body in one of those is where it belongs;
     anything else so near, be it a robot that was never heard or a box, is a reason not to drive.
     """
     for measured, expected, bearing, half_width in readings:

@@ -8,8 +8,8 @@ Robots are numbered 0..N-1 here, cells are numbers of a CellMap.
 """
 
 from collections.abc import Sequence
-from random import Random
 from enum import Enum
+from random import Random
 from typing import Final
 
 Joined = Sequence[Sequence[int]]  # [cell] -> joined cells

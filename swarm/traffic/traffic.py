@@ -111,7 +111,7 @@ class Traffic:
         self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
         walk = self._release(walk, touched, body, tick)
         self._set_goal(inputs.goal, walk, pose)
-        walk, stopped = self._halt(walk, inputs, touched, fresh, events)
+        walk, stopped = self._halt(walk, inputs, touched, events)
 
         situation = Situation(tick, walk.head, self._goal, frozenset(self._obstacles), self._hearsay.others, fresh)
         events += self._joint.step(situation)
@@ -195,9 +195,11 @@ class Traffic:
     # ---- layer 0: what nobody told of
 
     def _halt(
-        self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], fresh: dict[str, Record], events: list[Event]
+        self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
-        theirs = {cell for record in fresh.values() for cell in record.held} - set(walk.ledger.held)
+        """Stop before a body that is not where the others, the silent ones too, said they are."""
+        told = {cell for record in self._hearsay.others.values() for cell in record.held}
+        theirs = (told | set(self._obstacles)) - set(walk.ledger.held)
         cell = unexplained(inputs.readings, inputs.pose, self.cells, theirs, self.settings)
         if cell is None:
             self._halted_since = None

@@ -1,0 +1,76 @@
+"""Small maps drawn in the tests, and public ones where they are at hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.traffic.cells import CellMap
+
+SIDE = 1.2  # m
+PUBLIC = Path(__file__).resolve().parents[3] / "shared" / "data" / "mapf"
+
+Place = tuple[int, int]  # (row from the top, column) of a drawn map
+
+
+class Drawn:
+    """A map of one character a cell: # is wall, a letter or digit names a free cell."""
+
+    def __init__(self, *rows: str, side: float = SIDE) -> None:
+        solid = np.array([[character == "#" for character in row] for row in rows], dtype=np.uint8)
+        self.occupancy = OccupancyMap(solid[::-1].copy(), side, Pose(0.0, 0.0, 0.0))
+        self.cells = CellMap(self.occupancy, side=side, radius=0.23)
+        self.names = {
+            character: (row, column)
+            for row, line in enumerate(rows)
+            for column, character in enumerate(line)
+            if character not in "#."
+        }
+
+    def cell(self, place: Place) -> int:
+        """Give the number of a cell counted from the top."""
+        return (self.cells.rows - 1 - place[0]) * self.cells.columns + place[1]
+
+    def at(self, names: str) -> tuple[int, ...]:
+        """Give the cells of several names."""
+        return tuple(self.cell(self.names[name]) for name in names)
+
+    def points(self, names: str) -> list[Point]:
+        """Give the centres of several names [m]."""
+        return [self.cells.centre(cell) for cell in self.at(names)]
+
+
+def public(name: str, agents: int | None = None) -> tuple[Drawn, tuple[int, ...], tuple[int, ...]]:
+    """Read a public multi-agent instance: the map, starts and goals; skip where it is absent."""
+    path = PUBLIC / f"{name}.map"
+    if not path.exists():
+        pytest.skip(f"the public benchmark {path.name} is not beside the project (../shared/data)")
+    lines = path.read_text().splitlines()
+    rows = [line.strip() for line in lines[lines.index("map") + 1 :] if line.strip()]
+    drawn = Drawn(*["".join("." if character == "." else "#" for character in row) for row in rows])
+    scenario = path.with_suffix(".scen") if "/" in name else path.with_name(f"{name}-random-1.scen")
+    fields = [line.split() for line in scenario.read_text().splitlines()]
+    places = [tuple(map(int, row[4:8])) for row in fields if len(row) == 9][:agents]
+    assert agents is None or len(places) == agents
+    starts = tuple(drawn.cell((y, x)) for x, y, _, _ in places)
+    goals = tuple(drawn.cell((y, x)) for _, _, x, y in places)
+    return drawn, starts, goals
+
+
+HARD = {"hard/tree": (3, 5), "hard/corners": (4, 28), "hard/tunnel": (4, 9), "hard/string": (5, 18)}  # robots, bound
+
+BAY = Drawn("########", "a......b", "###c####")
+CORRIDOR = Drawn("########", "a......b", "########")
+DOOR = Drawn(
+    "......#......",
+    "a.....#.....b",
+    "c.....#.....d",
+    ".............",
+    "e.....#.....f",
+    "g.....#.....h",
+    "......#......",
+)
+TREE = Drawn("##a##", "##.##", "b...c", "##d##")
+RING = Drawn("abc", "h#d", "gfe")

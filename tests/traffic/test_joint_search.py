@@ -1,0 +1,136 @@
+"""Joint plans: found where there are some, judged by a checker of its own, and refused where there are none."""
+
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.dependencies import duration, order_of
+from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
+from swarm.traffic.lacam import Search, State, without_detours
+from swarm.traffic.pibt import Ties
+from swarm.traffic.plan_check import faults
+from tests.traffic.maps import BAY, HARD, RING, TREE, Drawn, public
+
+
+def joined(cells: CellMap) -> dict[int, tuple[int, ...]]:
+    return {cell: cells.neighbours[cell] for cell in range(len(cells)) if cells.stands[cell]}
+
+
+def search(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], budget: Budget, share: int = 100) -> Result:
+    """Search to the end, a share at a time; a plan that comes out is a good one."""
+    tables = [cells.distances(goal) for goal in goals]
+    searching = JointSearch(cells.neighbours, tables, starts, goals, budget=budget, random=Random(1))
+    result = None
+    while result is None:
+        result = searching.advance(share)
+    if result.outcome is Outcome.SOLVED:
+        assert faults(result.steps, starts=starts, goals=goals, joined=joined(cells)) == []
+        assert result.order is not None
+        duration(result.order)  # raises where the order runs in a circle
+    return result
+
+
+@pytest.mark.parametrize(
+    ("drawn", "starts", "goals"),
+    [(BAY, "ab", "ba"), (BAY, "abc", "bac"), (TREE, "abc", "bca"), (TREE, "abcd", "badc"), (RING, "aceg", "gace")],
+    ids=["bay", "bay with a rester", "tree", "tree, all swap", "ring"],
+)
+def test_small_maps_are_solved(drawn: Drawn, starts: str, goals: str) -> None:
+    assert search(drawn.cells, drawn.at(starts), drawn.at(goals), Budget()).outcome is Outcome.SOLVED
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_hard_maps_are_solved(name: str) -> None:
+    drawn, starts, goals = public(name)
+    robots, bound = HARD[name]
+    assert len(starts) == robots
+    tables = [drawn.cells.distances(goal) for goal in goals]
+    assert sum(table[start] for table, start in zip(tables, starts, strict=True)) >= bound
+    assert search(drawn.cells, starts, goals, Budget(starts=4)).outcome is Outcome.SOLVED
+
+
+@pytest.mark.parametrize("name", ["random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16"])
+def test_fifty_robots_are_solved_at_the_first_start(name: str) -> None:
+    drawn, starts, goals = public(name, 50)
+    result = search(drawn.cells, starts, goals, Budget(starts=1))
+    assert result.outcome is Outcome.SOLVED
+    assert result.expansions < 300
+
+
+def test_a_pair_that_cannot_pass_is_named() -> None:
+    """Two swap in a corridor without a bay; bystanders elsewhere would make an exhaustive search hopeless."""
+    drawn = Drawn("########", "a......b", "########", "c...d...", "e...f...", "........")
+    result = search(drawn.cells, drawn.at("cdefab"), drawn.at("dcfeba"), Budget())
+    assert result.outcome is Outcome.UNSOLVABLE
+    assert result.who == (4, 5)
+
+
+def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
+    """Three that reverse their order need two bays; each pair alone could do with the one there is."""
+    drawn = Drawn("#####", "abc..", "###.#")
+    result = search(drawn.cells, drawn.at("abc"), drawn.at("cba"), Budget(expansions=200_000))
+    assert result.outcome in {Outcome.SOLVED, Outcome.UNSOLVABLE}
+    full = Drawn("####", "abc.", "####")
+    result = search(full.cells, full.at("abc"), full.at("acb"), Budget())
+    assert result.outcome is Outcome.UNSOLVABLE
+
+
+def test_out_of_budget_is_not_called_unsolvable() -> None:
+    result = search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(expansions=3))
+    assert result.outcome is Outcome.NOT_FOUND
+
+
+def test_a_goal_that_no_way_leads_to() -> None:
+    drawn = Drawn("a#b")
+    assert drawn.cells.distances(drawn.at("b")[0])[drawn.at("a")[0]] == FAR
+    assert search(drawn.cells, drawn.at("a"), drawn.at("b"), Budget()).outcome is Outcome.UNSOLVABLE
+
+
+def test_two_robots_with_one_goal_are_refused() -> None:
+    tables = [BAY.cells.distances(BAY.at("b")[0])] * 2
+    with pytest.raises(ValueError, match="two robots in one cell"):
+        JointSearch(BAY.cells.neighbours, tables, BAY.at("ab"), BAY.at("bb"), budget=Budget(), random=Random(1))
+
+
+@given(share=st.integers(1, 400), ties=st.sampled_from(Ties))
+def test_the_share_of_a_step_does_not_change_the_plan(share: int, ties: Ties) -> None:
+    starts, goals = TREE.at("abc"), TREE.at("bca")
+    tables = [TREE.cells.distances(goal) for goal in goals]
+
+    def plan(portion: int) -> list[tuple[int, ...]]:
+        once = Search(TREE.cells.neighbours, tables, starts, goals, ties=ties, random=Random(3))
+        while once.advance(portion) is State.RUNNING:
+            pass
+        return once.steps
+
+    assert plan(share) == plan(10_000)
+
+
+@given(st.data())
+def test_random_crowds(data: st.DataObject) -> None:
+    """On a full floor of 4 x 4, whatever the places: the plan is a good one, or its absence is certain."""
+    drawn = Drawn("....", "....", "....", "....")
+    count = data.draw(st.integers(1, 12))
+    starts = tuple(data.draw(st.permutations(range(16)))[:count])
+    goals = tuple(data.draw(st.permutations(range(16)))[:count])
+    assert search(drawn.cells, starts, goals, Budget(starts=2)).outcome is Outcome.SOLVED
+
+
+def test_a_needless_detour_is_cut() -> None:
+    assert without_detours([(0, 9), (1, 9), (0, 9)]) == [(0, 9)]
+    passed = [(0, 5), (1, 0), (0, 3)]  # robot 1 is in cell 0 meanwhile
+    assert without_detours(passed) == passed
+
+
+def test_the_order_of_entries() -> None:
+    order = order_of([(0, 3), (1, 3), (2, 1), (2, 0)])
+    assert order.ways == ((0, 1, 2), (3, 1, 0))
+    assert order.after == ({}, {1: (0, 1), 2: (0, 0)})
+
+
+def test_a_ring_of_movers_is_a_circle_of_waits() -> None:
+    with pytest.raises(ValueError, match="circle"):
+        duration(order_of([(0, 1, 2, 3), (1, 2, 3, 0)]))
