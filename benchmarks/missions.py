@@ -1,0 +1,74 @@
+"""The paper's mission without any bus: ``python -m benchmarks.missions``.
+
+World and robots are stepped in one process; every line is one run of ``scenarios/paper.yaml``.
+"""
+
+from pathlib import Path
+from typing import Any, Final
+
+from benchmarks.measure import machine, table
+from swarm.scenario import Scenario, load
+from world.simulate import Simulation
+from world.world import PAPER_TOP_SPEED
+
+SCENARIO: Final = Path(__file__).parents[1] / "scenarios" / "paper.yaml"
+CRUISE: Final = 1.5  # m/s, the paper's tables straight ahead in the open, before speed_scale
+ALONE, FOUR, EIGHT = range(1, 21), range(1, 11), range(1, 6)  # seeds
+
+
+def run(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
+    """Run one mission to its end and give its report."""
+    return Simulation.of(scenario, robots, seed).run()
+
+
+def ideal(scenario: Scenario, report: dict[str, Any]) -> float:
+    """Time [s] of the slowest robot's shortest way at cruising speed."""
+    speed = min(CRUISE, PAPER_TOP_SPEED) * scenario.settings.robot.speed_scale
+    return float(max(row["shortest_length"] for row in report["per_robot"].values()) / speed)
+
+
+def line(scenario: Scenario, report: dict[str, Any]) -> tuple[str, ...]:
+    """Tell one run in a row of the table."""
+    gap, contacts = report["clearance_min"], report["contacts"]
+    return (
+        str(report["seed"]),
+        "yes" if report["complete"] else report["reason"],
+        " + ".join(str(contacts[kind]) for kind in ("robot", "wall", "obstacle")),
+        f"{gap:.3f}",
+        f"{report['sim_time']:.0f}",
+        f"{report['sim_time'] / ideal(scenario, report):.2f}",
+        f"{report['traffic']['longest_wait']:.0f}",
+        str(report["traffic"]["deadlocks"]),
+        f"{report['fuzzy_share']:.3f}",
+    )
+
+
+HEAD: Final = (
+    "seed", "complete", "contacts: robot + wall + obstacle", "smallest gap [m]", "time [s]",
+    "x shortest at cruise", "longest wait [s]", "deadlocks", "fuzzy share",
+)  # fmt: skip
+
+
+def summary(scenario: Scenario, reports: list[dict[str, Any]]) -> str:
+    """Say the worst of many runs in a sentence."""
+    contacts = sum(sum(report["contacts"].values()) for report in reports)
+    return (
+        f"{sum(report['complete'] for report in reports)} of {len(reports)} complete, {contacts} contacts, "
+        f"smallest gap {min(report['clearance_min'] for report in reports):.3f} m, "
+        f"at most {max(report['sim_time'] / ideal(scenario, report) for report in reports):.2f} x the shortest way "
+        f"at cruising speed, longest wait {max(report['traffic']['longest_wait'] for report in reports):.0f} s, "
+        f"fuzzy share at least {min(report['fuzzy_share'] for report in reports):.3f}"
+    )
+
+
+def main() -> None:
+    scenario = load(SCENARIO)
+    print(machine())
+    for robots, seeds in ((1, ALONE), (4, FOUR), (8, EIGHT)):
+        reports = [run(scenario, robots, seed) for seed in seeds]
+        print(f"\n{robots} robot{'s' * (robots > 1)}: {summary(scenario, reports)}\n")
+        print(table([HEAD, *(line(scenario, report) for report in reports)]))
+
+
+if __name__ == "__main__":
+    main()
