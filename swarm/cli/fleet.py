@@ -11,13 +11,17 @@ from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
-    from swarm.scenario import Settings
+    from swarm.scenario.schema import Settings
 
 
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine."""
+    from swarm.launch.fleet import warm_up
+
+    if options.scenario.is_file():
+        warm_up()
     from swarm.launch import run as launch
-    from swarm.scenario import load
+    from swarm.scenario.load import load
 
     scenario = load(options.scenario)
     robots, seed, limit = _numbers(options, scenario.settings)
@@ -53,8 +57,8 @@ def router(options: argparse.Namespace) -> int:
 def world(options: argparse.Namespace) -> int:
     """Be the world."""
     from swarm.robot.ground import planning_grid
-    from swarm.scenario import load
     from swarm.scenario.check import check
+    from swarm.scenario.load import load
 
     scenario = load(options.scenario)
     robots, seed, limit = _numbers(options, scenario.settings)

@@ -4,7 +4,7 @@ import multiprocessing
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from multiprocessing import connection
+from multiprocessing import connection, forkserver
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from time import monotonic
@@ -16,6 +16,13 @@ from swarm.launch.table import RESTARTS, STOP_ORDER, EarlyEnd, Role
 
 LAST_LINES: Final = 12
 GRACE: Final = 5.0  # s between being told to stop and being killed
+PRELOAD: Final = ("swarm.launch.preload",)
+
+
+def warm_up() -> None:
+    """Let the fork server import what its processes need, while the caller goes on reading and checking files."""
+    multiprocessing.set_forkserver_preload(list(PRELOAD))
+    forkserver.ensure_running()
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +42,7 @@ class Fleet:
         self._folder = folder  # one .log file a process
         self._log = log
         self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload(["swarm.launch.preload"])
+        self._context.set_forkserver_preload(list(PRELOAD))
         self._running: dict[str, tuple[Role, BaseProcess]] = {}
         self._arguments: dict[str, dict[str, Any]] = {}
         self._restarts: Counter[str] = Counter()
