@@ -12,7 +12,7 @@ from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
 from swarm.robot.ground import planning_grid
-from swarm.scenario import Scenario, load
+from swarm.scenario.load import Scenario, load
 from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.

@@ -8,8 +8,7 @@ import msgspec
 
 from swarm.maps.text import from_text
 from swarm.robot.fuzzy import Profile, load_profile
-from swarm.scenario import Scenario
-from swarm.scenario.load import checked
+from swarm.scenario.load import Scenario, checked
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
@@ -24,7 +23,7 @@ ROOM = """\
 """
 
 
-def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: Any) -> Scenario:
+def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: object) -> Scenario:
     """Make a scenario of a drawing with 1 m cells; ``fields`` are those of a scenario file."""
     raw: dict[str, Any] = {
         "name": "small",
@@ -37,7 +36,7 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: Any)
     return Scenario(settings, from_text(text, settings.map.cell), profile or load_profile("paper"))
 
 
-def with_settings(scenario: Scenario, **sections: dict[str, Any] | Any) -> Scenario:
+def with_settings(scenario: Scenario, **sections: object) -> Scenario:
     """Give the same scenario with some settings changed; a section's dict changes only the fields it names."""
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():

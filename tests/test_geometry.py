@@ -76,11 +76,17 @@ def test_a_turn_that_vanishes_has_the_straight_line_as_its_limit(pose: Pose, lin
     assert_same_pose(integrate(pose, Twist(linear, angular), 1.0), straight, within=2 * angular + 1e-12)
 
 
-# fmt: off
-@pytest.mark.parametrize("twist", [
-    Twist(1.0, 0.5), Twist(1.0, -0.5), Twist(-0.7, 2.0), Twist(0.0, 3.0), Twist(0.6, 0.0), Twist(1.2, 1e-6),
-])
-# fmt: on
+@pytest.mark.parametrize(
+    "twist",
+    [
+        Twist(1.0, 0.5),
+        Twist(1.0, -0.5),
+        Twist(-0.7, 2.0),
+        Twist(0.0, 3.0),
+        Twist(0.6, 0.0),
+        Twist(1.2, 1e-6),
+    ],
+)
 def test_integrate_agrees_with_small_steps(twist: Twist) -> None:
     pose = Pose(1.0, -2.0, 0.3)
     assert_same_pose(integrate(pose, twist, 2.0), in_small_steps(pose, twist, 2.0), within=1e-6)

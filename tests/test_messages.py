@@ -111,7 +111,12 @@ def test_noise_is_refused(noise: bytes, kind: type[Message]) -> None:
 
 
 plain = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=8) | st.binary(max_size=8),
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**64 - 1)
+    | st.floats()
+    | st.text(max_size=8)
+    | st.binary(max_size=8),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
     max_leaves=10,
 )
@@ -216,10 +221,8 @@ def test_deep_maps_in_a_field_that_takes_anything_are_no_crash() -> None:
     for _ in range(400):
         deep = [deep]
     payload = msgpack.packb({"v": 1, "packed": {"a": deep}, "scenario": {}})
-    try:
-        decode(payload, messages.Floor, LARGE)
-    except PeerError as fault:
-        assert "floor" in str(fault)
+    floor = decode(payload, messages.Floor, LARGE)
+    assert floor.packed["a"] == deep
 
 
 def test_a_payload_over_its_limit_is_refused_unread_and_one_at_it_is_not() -> None:

@@ -158,8 +158,14 @@ class Bus:
         return found
 
     def announce(self, role: str, name: str) -> None:
-        """Be seen as present under a name for as long as the session lives."""
-        self._listeners.append(self._session.liveliness().declare_token(f"{self._prefix}alive/{role}/{name}/{self.id}"))
+        """Be seen as present under a name until ``withdraw``, or for as long as the session lives."""
+        key = f"{self._prefix}alive/{role}/{name}/{self.id}"
+        if key not in self._declared:
+            self._declared[key] = self._session.liveliness().declare_token(key)
+
+    def withdraw(self, role: str, name: str) -> None:
+        """Be seen as gone."""
+        self._declared.pop(f"{self._prefix}alive/{role}/{name}/{self.id}").undeclare()
 
     # --- in ---
 

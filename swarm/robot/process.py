@@ -10,7 +10,7 @@ from swarm.geometry import Pose
 from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Sense, Welcome
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.radio import Radio
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
 
@@ -34,6 +34,7 @@ def run(endpoint: Endpoint, fleet: str, robot: str | None = None, log: Callable[
             robot = welcome.robot
             if not _serve(bus, welcome, world, stop, log):
                 break
+            bus.withdraw("robot", welcome.robot)  # the next world gives this place anew
     return 0
 
 

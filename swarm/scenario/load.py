@@ -1,6 +1,7 @@
 """A scenario file to checked values: whatever is wrong with it is said in one sentence."""
 
 import re
+import reprlib
 from collections.abc import Hashable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,6 +19,8 @@ from swarm.maps.wire import pack, unpack
 from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.schema import Section, Settings
 
+SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
+SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
 SIZE_LIMIT: Final = 4_000_000  # bytes
 
 
@@ -101,7 +104,9 @@ class _Loader(yaml.SafeLoader):
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen = set()
-        for key, _ in node.value:
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if not isinstance(key, yaml.ScalarNode):
+                raise yaml.constructor.ConstructorError(None, None, "a key that is no text", key.start_mark)
             if key.value in seen:
                 raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} is given twice", key.start_mark)
             seen.add(key.value)
@@ -126,6 +131,8 @@ def _read(path: Path) -> dict[str, Any]:
         raise ConfigError(f"{path}: {at}expected YAML, got {said}; mend that line") from None
     if not isinstance(raw, dict):
         raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {_shown(raw)}")
+    if odd := [key for key in raw if not isinstance(key, str)]:
+        raise ConfigError(f"{path}: expected names of fields, got {_shown(odd[0])}; see scenarios/paper.yaml")
     return raw
 
 
@@ -171,5 +178,5 @@ def _described(names: list[str]) -> tuple[type[Section], str]:
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
+    text = SHORT.repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -98,8 +98,7 @@ class Command:
 
     def end(self) -> int:
         """Wait for its end and give the exit status."""
-        status = self.process.wait(PATIENCE)
-        return status
+        return self.process.wait(PATIENCE)
 
     def assert_nobody_is_left(self) -> None:
         """Every process noted by ``remember_family`` has to be gone."""

@@ -8,7 +8,7 @@ import pytest
 
 from swarm.cli import main
 from swarm.messages import EVENT, Phase
-from swarm.scenario import Scenario, load
+from swarm.scenario.load import Scenario, load
 from tests.launch.actors import SMALL, Fleet, await_clock, await_event, await_phase
 from tests.shared import PAPER
 from world.simulate import Simulation

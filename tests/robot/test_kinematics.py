@@ -26,14 +26,15 @@ def test_twist_undoes_rim_speeds(drive: DifferentialDrive, linear: float, angula
     assert drive.twist(*drive.rim_speeds(Twist(linear, angular))) == pytest.approx((linear, angular), abs=1e-9)
 
 
-# fmt: off
-@pytest.mark.parametrize(("left", "right", "linear", "angular"), [
-    (1.0,  1.0,  1.0, 0.0),
-    (-0.5, 0.5,  0.0, 2.5),  # on the spot, to the left
-    (0.5, -0.5,  0.0, -2.5),
-    (0.0,  0.4,  0.2, 1.0),  # about the left wheel
-])
-# fmt: on
+@pytest.mark.parametrize(
+    ("left", "right", "linear", "angular"),
+    [
+        (1.0, 1.0, 1.0, 0.0),
+        (-0.5, 0.5, 0.0, 2.5),  # on the spot, to the left
+        (0.5, -0.5, 0.0, -2.5),
+        (0.0, 0.4, 0.2, 1.0),  # about the left wheel
+    ],
+)
 def test_the_equations_of_the_paper(left: float, right: float, linear: float, angular: float) -> None:
     assert PAPER.twist(left, right) == pytest.approx((linear, angular))
 

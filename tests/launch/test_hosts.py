@@ -1,0 +1,223 @@
+"""Processes started one by one, as on many hosts: who joins, is refused, leaves; and strangers on the wire."""
+
+import json
+import signal
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgpack
+import pytest
+import zenoh
+
+from swarm.bus import Endpoint
+from swarm.bus.codec import encode
+from swarm.bus.settings import client
+from swarm.cli import main
+from swarm.messages import CLOCK, Broadcast, Phase
+from swarm.scenario.load import load
+from tests.conftest import MakeBus
+from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_phase, await_presence
+from world.simulate import Simulation
+
+pytestmark = pytest.mark.processes
+
+
+@pytest.fixture
+def small(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture
+def world(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> Iterator[Command]:
+    """Run a world for two robots at a calm pace, on the router of this process."""
+    arguments = ("--robots", "2", "--pace", "1", "--connect", str(endpoint), "--fleet", "hosts")
+    with Command("world", str(small), *arguments, runtime=tmp_runtime) as command:
+        yield command
+
+
+def test_robots_join_late_one_by_one_and_a_third_finds_no_place(
+    world: Command, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "hosts")
+    bus = make_bus(fleet="hosts")
+    bus.watch_presence()
+    await_presence(bus, "world", alive=True)
+    with Command("robot", *wire, runtime=tmp_runtime), Command("robot", *wire, runtime=tmp_runtime) as second:
+        await_phase(bus, Phase.RUNNING)
+        with Command("robot", *wire, runtime=tmp_runtime) as third:
+            assert third.end() == 2
+            third.await_line("all 2 places are taken")
+        with Command("robot", "--id", "r1", *wire, runtime=tmp_runtime) as twin:
+            assert twin.end() == 2
+            assert twin.await_line("is here already") == (
+                "swarm: world/join: robot 'r1' is here already; stop that one first, or join without a name"
+            )
+        with Command("robot", "--id", "r9", *wire, runtime=tmp_runtime) as stranger:
+            assert stranger.end() == 2
+            stranger.await_line("expected one of r1, r2, got 'r9'")
+
+        assert main(["status", *wire]) == 0
+        status = json.loads(capsys.readouterr().out)
+        assert status["clock"]["phase"] == "running"
+        assert status["clock"]["present"] == ["r1", "r2"]
+        assert sorted(status["robots"]) == ["r1", "r2"]
+        assert len(status["robots"]["r2"]["reached"]) == 3
+
+        second.process.kill()
+        second.process.wait()
+        await_clock(bus, lambda clock: len(clock.present) == 1)
+        with Command("robot", *wire, runtime=tmp_runtime):
+            await_clock(bus, lambda clock: clock.present == ["r1", "r2"])
+
+
+def test_who_is_told_to_stop_leaves_no_token(
+    world: Command, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "hosts")
+    bus = make_bus(fleet="hosts")
+    bus.watch_presence()
+    await_presence(bus, "world", alive=True)
+    with Command("robot", "--id", "r2", *wire, runtime=tmp_runtime) as robot:
+        await_presence(bus, "r2", alive=True)
+        robot.process.send_signal(signal.SIGINT)
+        await_presence(bus, "r2", alive=False)
+        assert robot.end() == 0
+        assert "Traceback" not in robot.text
+    world.process.send_signal(signal.SIGTERM)
+    await_presence(bus, "world", alive=False)
+    assert world.end() == 1
+    assert "Traceback" not in world.text
+
+
+def test_a_robot_waits_for_its_world_and_finds_the_next_one(
+    small: Path, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "again")
+    bus = make_bus(fleet="again")
+    bus.watch_presence()
+    with Command("robot", *wire, runtime=tmp_runtime):
+        for _ in range(2):
+            with Command("world", str(small), "--robots", "1", "--pace", "max", *wire, runtime=tmp_runtime) as world:
+                assert world.end() == 0, world.text
+
+
+def test_status_of_no_fleet_is_a_sentence(
+    endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["status"]) == 2
+    assert "expected a fleet running on this machine, found none" in capsys.readouterr().err
+    assert main(["status", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert "expected a world in that fleet, found none" in capsys.readouterr().err
+    assert main(["go", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert "expected an answer, got none" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [["router", "--listen", "tcp/127.0.0.1:{}"], ["run", "{scenario}", "--port", "{}"]])
+def test_a_port_in_use_is_a_sentence(
+    command: list[str], small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        status = main([part.format(port, scenario=small) for part in command])
+    assert status == 2
+    said = capsys.readouterr().err
+    assert f"swarm: port {port} on 127.0.0.1: expected a free port, got" in said
+    assert len(said.splitlines()) == 1
+
+
+# --- strangers ---
+
+# fmt: off
+VALID_ELSEWHERE = encode(Broadcast(
+    robot="stranger", run=0, tick=1, x=2.5, y=2.0, yaw=0.0, activity="drive", target=0, distance=0.0,  # type: ignore[arg-type]
+    reached=[False], ahead=[(2.5, 2.0)],
+))
+RUBBISH = {
+    "noise":             b"\xff\x00\xc1rubbish",
+    "nothing":           b"",
+    "not a map":         msgpack.packb([1, 2, 3]),
+    "another version":   msgpack.packb({"v": 2, "run": 0, "tick": 1}),
+    "not a number":      msgpack.packb({
+        "v": 1, "run": 0, "tick": 10**6, "left": float("nan"), "right": 0.0, "heading": 0.0, "steering": "rest",
+        "activity": "drive", "reached": [], "unreachable": [], "sent": False, "replans": 0}),
+    "missing fields":    msgpack.packb({"v": 1}),
+    "deep":              b"\x91" * 2000 + b"\x90",
+    "oversized":         bytes(1_000_000),
+    "another's word":    VALID_ELSEWHERE,
+}
+KEYS = (
+    "robot/r1/sense", "robot/r1/cmd", "robot/r1/state", "robot/r1/plan", "robot/r7/cmd", "robot/r2/cmd",
+    "radio/0/0/r1", "radio/0/0/stranger", "radio/-1/0/r2", "world/clock", "world/event", "world/action", "world/join",
+    "alive/robot/r1/odd", "alive/robot/r1",
+)
+# fmt: on
+
+
+def test_rubbish_on_every_key_changes_nothing_of_a_lockstep_run(small: Path, tmp_runtime: Path) -> None:
+    expected = Simulation.of(load(small), 2, 1).run()
+    over = threading.Event()
+    sent = 0
+    with Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        with zenoh.open(client(fleet.endpoint)) as session:
+            token = session.liveliness().declare_token(f"swarm/v1/{fleet.name}/alive/robot/r1")
+
+            def flood() -> None:
+                nonlocal sent
+                while not over.is_set():
+                    for key in KEYS:
+                        for payload in RUBBISH.values():
+                            session.put(f"swarm/v1/{fleet.name}/{key}", payload)
+                            sent += 1
+                    over.wait(0.05)
+
+            for key in ("world/action", "world/join"):
+                for reply in session.get(f"swarm/v1/{fleet.name}/{key}", payload=b"\xff", timeout=5.0):
+                    assert reply.ok is None, "rubbish is answered with a refusal"
+            thread = threading.Thread(target=flood)
+            thread.start()
+            try:
+                assert main(["go"]) == 0
+                assert fleet.end() == 0, fleet.text
+            finally:
+                over.set()
+                thread.join()
+            token.undeclare()
+    assert sent >= len(KEYS) * len(RUBBISH)
+    report = fleet.report()
+    assert report["complete"]
+    assert report["digest"] == expected["digest"]
+
+
+def test_rubbish_is_logged_once_a_second_at_the_most(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
+    with Command(
+        "world", str(small), "--robots", "1", "--connect", str(endpoint), "--fleet", "loud", "--wait",
+        runtime=tmp_runtime,
+    ) as world, zenoh.open(client(endpoint)) as session:  # fmt: skip
+        _await_world(endpoint)
+        for _ in range(2000):
+            session.put("swarm/v1/loud/robot/r1/cmd", b"\xff")
+        told = [world.await_line("bad message")]
+        assert told[0].startswith("dropped 1 bad message; the last one: command: expected a MessagePack map")
+        while sum(int(line.split()[1]) for line in told) < 2000:
+            world.lines.clear()
+            told.append(world.await_line("bad message"))
+        assert sum(int(line.split()[1]) for line in told) == 2000
+        assert len(told) < 30
+        world.process.send_signal(signal.SIGTERM)
+        assert world.end() == 1
+
+
+def _await_world(endpoint: Endpoint) -> None:
+    from swarm.bus import Bus
+
+    with Bus(endpoint, "loud", lambda line: None) as bus:
+        bus.watch_presence("world")
+        await_presence(bus, "world", alive=True)
+        assert bus.fetch(CLOCK)

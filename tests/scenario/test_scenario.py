@@ -1,0 +1,92 @@
+"""Good scenarios: over the wire and back, starts drawn with the seed, and what paper.yaml promises."""
+
+from itertools import pairwise
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.errors import SwarmError
+from swarm.geometry import distance
+from swarm.planning.grid import Grid
+from swarm.planning.path import plan
+from swarm.scenario.check import check
+from swarm.scenario.load import Scenario, load
+from swarm.scenario.starts import names, number_of, starts
+from tests.shared import ROOT, scenario_of, with_settings
+
+ALL = sorted((ROOT / "scenarios").glob("*.yaml"))
+
+
+def test_a_scenario_comes_back_from_the_wire_as_it_went(paper: Scenario) -> None:
+    settings, packed = msgpack.unpackb(msgpack.packb(paper.to_wire()))
+    back = Scenario.from_wire(settings, packed)
+    assert back.settings == paper.settings
+    assert back.profile == paper.profile
+    assert np.array_equal(back.map.cells, paper.map.cells)
+    assert (back.map.resolution, back.map.origin) == (paper.map.resolution, paper.map.origin)
+
+
+@pytest.mark.parametrize("broken", [{}, {"settings": {}}, {"settings": None}, {"settings": 3, "profile": 3}])
+def test_a_broken_scenario_on_the_wire_is_refused(paper: Scenario, broken: dict[str, object]) -> None:
+    with pytest.raises(SwarmError):
+        Scenario.from_wire(broken, paper.to_wire()[1])
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_the_paper_scenario_passes_its_check_with_many_robots(paper: Scenario, paper_grid: Grid, seed: int) -> None:
+    assert len(check(paper, paper_grid, 8, seed)) == 8
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_the_shortest_way_of_the_paper_scenario_is_well_longer_than_the_straight_one(
+    paper: Scenario, paper_grid: Grid, seed: int
+) -> None:
+    (start,) = starts(paper, paper_grid, 1, seed)
+    legs = list(pairwise((start[:2], *paper.stops(0, start[:2]))))
+    ways = [plan(paper_grid, a, b) for a, b in legs]
+    assert sum(way.length for way in ways if way) >= 1.3 * sum(distance(a, b) for a, b in legs)
+    assert len(legs) == 4
+    assert legs[-1][1] == start[:2], "home"
+
+
+@given(st.integers(0, 2**53), st.integers(1, 6))
+def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(seed: int, robots: int) -> None:
+    scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]})
+    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
+    poses = starts(scenario, grid, robots, seed)
+    assert poses == starts(scenario, grid, robots, seed)
+    for pose in poses:
+        assert 1.1 <= pose.x <= 6.5
+        assert 1.1 <= pose.y <= 4.9
+        assert min(pose.x - 1, pose.y - 1, 5 - pose.y) >= 0.2 + 0.2 - 0.1, "walls are a radius and a gap away"
+    for one, other in pairwise(poses):
+        assert distance(one, other) >= 0.6
+
+
+def test_the_first_robots_start_where_they_did_when_more_join(paper: Scenario, paper_grid: Grid) -> None:
+    assert starts(paper, paper_grid, 8, 3)[:4] == starts(paper, paper_grid, 4, 3)
+
+
+@pytest.mark.parametrize("robots", [1, 9, 10, 100, 1000])
+def test_names_sort_by_number(robots: int) -> None:
+    given_names = names(robots)
+    assert sorted(given_names) == list(given_names)
+    assert [number_of(name) for name in given_names] == list(range(robots))
+
+
+def test_stops_end_at_home_only_where_the_mission_returns() -> None:
+    scenario = scenario_of(targets=[], own_targets=[[[7.5, 3.5]], [[3.5, 3.5], [4.5, 3.5]]])
+    assert scenario.stops(0, (2.5, 2.5)) == ((7.5, 3.5), (2.5, 2.5))
+    assert scenario.stops(1, (2.5, 4.5)) == ((3.5, 3.5), (4.5, 3.5), (2.5, 4.5))
+    assert with_settings(scenario, return_home=False).stops(0, (2.5, 2.5)) == ((7.5, 3.5),)
+
+
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+def test_every_scenario_that_comes_with_the_project_can_be_driven(path) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
+    from swarm.robot.ground import planning_grid
+
+    scenario = load(path)
+    assert check(scenario, planning_grid(scenario), scenario.settings.robots, scenario.settings.seed)
