@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from benchmarks.measure import machine, table
-from swarm.scenario import Scenario, load
+from swarm.scenario.load import Scenario, load
 from world.simulate import Simulation
 from world.world import PAPER_TOP_SPEED
 

@@ -37,7 +37,7 @@ from swarm.messages import (
     Welcome,
 )
 from swarm.robot.ground import planning_grid
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
 from swarm.stopping import told_to_stop
 from world.pace import Pace, Stopwatch, Timetable
@@ -151,7 +151,8 @@ class Host:
 
     def _floor(self) -> Floor:
         settings, packed = self._wire
-        return Floor(packed=packed, scenario=settings, edits=self._world.edits)
+        homes = dict(zip(self._world.robots, self._starts, strict=True))
+        return Floor(packed=packed, scenario=settings | {"starts": homes}, edits=self._world.edits)
 
     def _clock(self) -> Clock:
         world = self._world

@@ -11,7 +11,7 @@ import numpy as np
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, Steering
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from world.clearance import ClearanceJudge
 from world.physics import Contact
 

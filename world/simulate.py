@@ -10,7 +10,7 @@ from swarm.messages import Broadcast
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import planning_grid
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
 from world.report import missing, report
 from world.world import World

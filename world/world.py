@@ -15,7 +15,7 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Mover, Sense, Steering, Truth
 from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
 from world.movers import Patrol

@@ -39,7 +39,7 @@ def plan(options: argparse.Namespace) -> int:
 def _map(path: Path) -> OccupancyMap:
     """Load a map, or that of a scenario."""
     from swarm.maps.load import load_map
-    from swarm.scenario import load
+    from swarm.scenario.load import load
 
     if path.suffix in {".yaml", ".yml"} and path.is_file() and "targets:" in path.read_text(errors="replace"):
         return load(path).map

@@ -19,8 +19,8 @@ from swarm.launch.running import registered
 from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, RADIO, STATE
 from swarm.robot.ground import planning_grid
-from swarm.scenario import Scenario
 from swarm.scenario.check import check
+from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from swarm.stopping import told_to_stop
 
@@ -72,10 +72,15 @@ def run(options: Options) -> int:
     with told_to_stop() as stop, registered(options.fleet or options.scenario.settings.name, endpoint) as (name, home):
         say = console.print if console.is_terminal else _say
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
+        shown = {"mode": mode, "record": options.record}
+        if mode == "web":
+            ports = {"grpc_port": _free_port(), "web_port": _free_port()}
+            say(f"watch it: {modes.page_address(ports['web_port'], ports['grpc_port'])}")
+            shown |= ports
         with Fleet(home, say) as fleet:
             summary_file = home / "report.json"
-            _start(fleet, options, endpoint, name, mode, summary_file)
-            trouble = _watch(fleet, endpoint, name, stop, console, summary_file)
+            _start(fleet, options, endpoint, name, shown if mode is not None else None, summary_file)
+            trouble = _watch(fleet, endpoint, name, stop, console, summary_file, options.scenario)
             if stop.is_set() and not summary_file.exists():
                 fleet.stop()
             elif mode is not None and not stop.is_set():
@@ -94,7 +99,18 @@ def _say(line: str) -> None:
     print(line, flush=True)
 
 
-def _start(fleet: Fleet, options: Options, endpoint: Endpoint, name: str, mode: str | None, summary_file: Path) -> None:
+def _free_port() -> int:
+    return Endpoint("127.0.0.1", 0).claim().port
+
+
+def _start(
+    fleet: Fleet,
+    options: Options,
+    endpoint: Endpoint,
+    name: str,
+    shown: dict[str, Any] | None,
+    summary_file: Path,
+) -> None:
     common = {"endpoint": endpoint, "fleet": name}
     fleet.start(ROUTER, "router", {"endpoint": endpoint})
     fleet.start(
@@ -108,20 +124,29 @@ def _start(fleet: Fleet, options: Options, endpoint: Endpoint, name: str, mode: 
             "pace": options.pace,
             "limit": options.limit,
             "wait": options.wait,
-            "watchers": 1 if mode is not None else 0,
+            "watchers": 1 if shown is not None else 0,
             "report_to": summary_file,
         },
     )
-    if mode is not None:
-        fleet.start(DASHBOARD, "dashboard", common | {"mode": mode, "record": options.record})
+    if shown is not None:
+        fleet.start(DASHBOARD, "dashboard", common | shown)
     for robot in names(options.robots):
         fleet.start(ROBOT, robot, common | {"robot": robot})
 
 
-def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Console, summary_file: Path) -> str:
+def _watch(
+    fleet: Fleet,
+    endpoint: Endpoint,
+    name: str,
+    stop: Flag,
+    console: Console,
+    summary_file: Path,
+    scenario: Scenario,
+) -> str:
     """Show progress until the world ends, or we are told to stop; give what went wrong, if anything did."""
     module, _, kind = TERMINAL.partition(":")
-    with Bus(endpoint, name) as bus, getattr(importlib.import_module(module), kind)(console) as terminal:
+    terminal = getattr(importlib.import_module(module), kind)(console, home=scenario.settings.return_home)
+    with Bus(endpoint, name) as bus, terminal:
         bus.watch_presence()
         for topic in (CLOCK, STATE, EVENT, RADIO):
             bus.listen(topic)
@@ -131,7 +156,7 @@ def _watch(fleet: Fleet, endpoint: Endpoint, name: str, stop: Flag, console: Con
                 terminal.fold(arrived)
             terminal.refresh()
             for ended in fleet.watch(LOOK):
-                if ended.status or ended.then is not EarlyEnd.FINISH:
+                if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
                 if ended.then is EarlyEnd.FINISH:
                     while (arrived := bus.receive(0.0)) is not None:

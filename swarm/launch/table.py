@@ -10,6 +10,7 @@ class EarlyEnd(StrEnum):
     FINISH = "finish"  # the run is over
     RESTART = "restart"  # say so, and start another one
     REPORT = "report"  # say so, and go on without
+    LEAVE = "leave"  # it was done
 
 
 class Role(NamedTuple):
@@ -26,7 +27,7 @@ class Role(NamedTuple):
 ROUTER: Final    = Role("router",    "swarm.bus.router:serve",        EarlyEnd.RESTART,  EarlyEnd.RESTART)
 WORLD: Final     = Role("world",     "world.process:run",             EarlyEnd.FINISH,   EarlyEnd.FINISH)
 ROBOT: Final     = Role("robot",     "swarm.robot.process:run",       EarlyEnd.RESTART,  EarlyEnd.RESTART)
-DASHBOARD: Final = Role("dashboard", "dashboard.process:run",         EarlyEnd.REPORT,   EarlyEnd.REPORT)
+DASHBOARD: Final = Role("dashboard", "dashboard.process:run",         EarlyEnd.LEAVE,    EarlyEnd.REPORT)
 # fmt: on
 
 START_ORDER: Final = (ROUTER, WORLD, DASHBOARD, ROBOT)

@@ -14,7 +14,7 @@ from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 from swarm.traffic import give_way
 
 RETRY: Final = 1.0  # s between two plans for the same reason

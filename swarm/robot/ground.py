@@ -14,7 +14,7 @@ from swarm.messages import Edit, Kind, Sense
 from swarm.planning.grid import Grid
 from swarm.planning.rays import note
 from swarm.robot.sectors import sectors
-from swarm.scenario import Scenario
+from swarm.scenario.load import Scenario
 
 RESOLUTION: Final = 0.1  # m, of the planning grid, at most
 EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there

@@ -15,6 +15,8 @@ NEAR: Final = 0.6  # m, from the edge: nearer than that an unexplained thing sto
 UNEXPLAINED: Final = 0.15  # m, so much nearer than the map alone would read
 BODY: Final = 0.35  # m and rad: so far off may a robot known by radio be, and still be what is seen
 LASTING: Final = 0.1  # s that it has to be there: a single reading is no thing
+CLOSE: Final = 0.3  # m, from the edge: what came so near is still near when the sensors have turned away from it,
+LINGERS: Final = 1.0  # s for which that is believed
 STAYS: Final = 2.0  # s, then it is taken for an obstacle
 REMEMBERED: Final = 20.0  # s for which that obstacle is believed in
 
@@ -27,6 +29,7 @@ class Surprise:
         self._range, self._radius = settings.sensors.range, settings.robot.radius
         self._since: list[float | None] = [None, None, None]
         self._obstacles: list[tuple[Point, float]] = []
+        self._close_until = float("-inf")
 
     @property
     def obstacles(self) -> list[Point]:
@@ -38,7 +41,7 @@ class Surprise:
         now = sense.time
         self._obstacles = [(place, until) for place, until in self._obstacles if until > now]
         pose = Pose(sense.x, sense.y, sense.yaw)
-        halt = False
+        halt = now < self._close_until
         for number, (angles, read) in enumerate(
             zip(self._sectors, (sense.left, sense.front, sense.right), strict=True)
         ):
@@ -55,6 +58,8 @@ class Surprise:
                 self._obstacles.append((place, now + REMEMBERED))
             elif now - since >= LASTING:
                 halt = True
+                if read < CLOSE:
+                    self._close_until = now + LINGERS
         return halt
 
     def _explained(self, pose: Pose, angles: Angles, read: float, grid: Grid, others: Sequence[Point]) -> bool:

@@ -1,6 +1,4 @@
-"""A scenario: what a person writes in ``scenarios/*.yaml``, checked, with everything it refers to loaded."""
+"""A scenario: what a person writes in ``scenarios/*.yaml``, checked, with everything it refers to loaded.
 
-from swarm.scenario.load import Scenario, load
-from swarm.scenario.schema import Settings
-
-__all__ = ["Scenario", "Settings", "load"]
+``schema`` has the fields, ``load`` the way from a file, ``check`` what must hold before a run, ``starts`` the poses.
+"""
