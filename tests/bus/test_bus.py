@@ -1,0 +1,344 @@
+"""Real Zenoh sessions through a router in this process: what one bus sends, the other receives, checked."""
+
+import pytest
+import zenoh
+
+from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
+from swarm.bus import session as module
+from swarm.bus.session import Link
+from swarm.bus.settings import client
+from swarm.errors import ConfigError, PeerError
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EVENT,
+    JOIN,
+    PLAN,
+    RADIO,
+    SENSE,
+    STATE,
+    Accepted,
+    Action,
+    Activity,
+    Broadcast,
+    Clock,
+    Do,
+    Event,
+    Join,
+    Message,
+    Phase,
+    Plan,
+    State,
+)  # fmt: skip
+from tests.conftest import MakeBus
+
+pytestmark = pytest.mark.processes
+PATIENCE = 20.0  # s, before a test fails
+QUIET = 0.2  # s in which nothing may come
+
+
+def event(tick: int, text: str = "hello") -> Event:
+    return Event(run=0, tick=tick, time=0.0, robot=None, kind="test", text=text)
+
+
+def plan(robot: str, tick: int = 0) -> Plan:
+    return Plan(robot=robot, run=0, tick=tick, points=[(0.0, 1.0)])
+
+
+def broadcast(robot: str, tick: int = 0) -> Broadcast:
+    return Broadcast(
+        robot=robot, run=0, tick=tick, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
+        reached=[False], ahead=[],
+    )  # fmt: skip
+
+
+def clock(tick: int) -> Clock:
+    return Clock(run=0, tick=tick, time=0.0, phase=Phase.RUNNING, robots=["r1"], present=[])
+
+
+def state(robot: str) -> State:
+    return State(
+        robot=robot, run=0, tick=0, activity=Activity.DRIVE, target=0, reached=[False], unreachable=[], distance=1.0,
+        replans=0,
+    )  # fmt: skip
+
+
+def next_of(bus: Bus, kind: type) -> object:
+    """Take the next arrival of a kind; what else comes is passed over."""
+    while True:
+        arrived = bus.receive(PATIENCE)
+        assert arrived is not None, f"no {kind.__name__} came"
+        if isinstance(arrived, kind):
+            return arrived
+
+
+def next_message(bus: Bus) -> Message:
+    arrival = next_of(bus, Arrival)
+    assert isinstance(arrival, Arrival)
+    message: Message = arrival.message
+    return message
+
+
+def settle(bus: Bus, other: Bus) -> None:
+    """Send and receive once each way, so that everything declared before this is known to the router and beyond."""
+    for a, b in ((bus, other), (other, bus)):
+        b.listen(EVENT)
+        mark = event(0, f"settle {a.id} {b.id}")
+        for _ in range(200):
+            a.send(EVENT, mark)
+            arrived = b.receive(0.1)
+            if isinstance(arrived, Arrival) and arrived.message == mark:
+                break
+        else:
+            raise AssertionError("the two do not hear each other")
+        b.unlisten(EVENT)
+        while b.receive(QUIET) is not None:
+            pass
+
+
+def test_what_is_sent_arrives_in_order_with_the_ids_of_its_key(make_bus: MakeBus) -> None:
+    here, there = make_bus(), make_bus()
+    there.listen(PLAN, robot="r2")
+    settle(here, there)
+    for tick in range(50):
+        here.send(PLAN, plan("r2", tick), robot="r2")
+    for tick in range(50):
+        arrival = next_of(there, Arrival)
+        assert arrival == Arrival(PLAN, {"robot": "r2"}, plan("r2", tick))
+
+
+def test_a_part_of_the_key_left_out_matches_all_and_only_that(make_bus: MakeBus) -> None:
+    here, there = make_bus(), make_bus()
+    there.listen(RADIO, zx=1)
+    settle(here, there)
+    for zx, zy, robot in ((0, 0, "r1"), (1, 0, "r2"), (-1, 5, "r3"), (1, -7, "r4")):
+        here.send(RADIO, broadcast(robot), sure=True, zx=zx, zy=zy, robot=robot)
+    heard = [next_of(there, Arrival) for _ in range(2)]
+    assert [arrival.ids for arrival in heard] == [  # type: ignore[attr-defined]
+        {"zx": "1", "zy": "0", "robot": "r2"},
+        {"zx": "1", "zy": "-7", "robot": "r4"},
+    ]
+    assert there.receive(QUIET) is None
+
+
+def test_listening_twice_is_listening_once_and_unlistening_ends_it(make_bus: MakeBus) -> None:
+    here, there = make_bus(), make_bus()
+    there.listen(CLOCK)
+    there.listen(CLOCK)
+    settle(here, there)
+    here.send(CLOCK, clock(1))
+    here.send(CLOCK, clock(2))
+    assert [next_message(there), next_message(there)] == [clock(1), clock(2)]
+    there.unlisten(CLOCK)
+    settle(here, there)
+    here.send(CLOCK, clock(3))
+    assert there.receive(QUIET) is None
+    there.listen(CLOCK)
+    settle(here, there)
+    here.send(CLOCK, clock(4))
+    assert next_message(there) == clock(4)
+
+
+def test_a_fleet_does_not_hear_another_one(make_bus: MakeBus) -> None:
+    here, there, elsewhere = make_bus(), make_bus(), make_bus(fleet="elsewhere")
+    there.listen(CLOCK)
+    elsewhere.listen(CLOCK)
+    settle(here, there)
+    here.send(CLOCK, clock(1))
+    assert next_message(there) == clock(1)
+    assert elsewhere.receive(QUIET) is None
+
+
+def ask(bus: Bus, question: Action, answers: list[object]) -> None:
+    try:
+        answers.append(bus.ask(ACTION, question, PATIENCE))
+    except PeerError as fault:
+        answers.append(fault)
+
+
+def test_a_question_is_accepted_or_refused_with_the_reason(make_bus: MakeBus) -> None:
+    import threading
+
+    asker, answerer = make_bus(), make_bus()
+    answerer.serve(ACTION)
+    settle(asker, answerer)
+    answers: list[object] = []
+    for reply in ("accept", "refuse"):
+        thread = threading.Thread(target=ask, args=(asker, Action(do=Do.GO), answers))
+        thread.start()
+        request = next_of(answerer, Request)
+        assert isinstance(request, Request)
+        assert request.message == Action(do=Do.GO)
+        if reply == "accept":
+            request.accept(Accepted(text="so be it"))
+        else:
+            request.refuse("not today")
+        thread.join()
+    assert answers[0] == Accepted(text="so be it")
+    assert isinstance(answers[1], PeerError)
+    assert str(answers[1]) == "world/action: not today"
+
+
+def test_a_question_that_nobody_answers_says_so(make_bus: MakeBus) -> None:
+    with pytest.raises(PeerError, match="world/join: expected an answer, got none; is that process running"):
+        make_bus().ask(JOIN, Join(robot=None), timeout=2.0)
+
+
+def test_a_malformed_question_is_refused_and_never_seen(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    answerer = make_bus(fleet="asked")
+    answerer.serve(ACTION)
+    settle(make_bus(fleet="asked"), answerer)
+    with zenoh.open(client(endpoint)) as stranger:
+        for payload in (b"\xff", None):
+            replies = stranger.get("swarm/v1/asked/world/action", payload=payload, timeout=PATIENCE)
+            assert answerer.receive(QUIET) is None
+            assert answerer.receive(QUIET) is None
+            errors = [reply.err.payload.to_string() for reply in replies if reply.err is not None]
+            assert len(errors) == 1
+            assert "expected" in errors[0]
+    assert answerer.refused[ACTION.key] == 2
+
+
+def test_what_is_kept_is_fetched_all_or_one(make_bus: MakeBus) -> None:
+    keeper, other = make_bus(), make_bus()
+    kept = {STATE.key.format(robot=name): state(name) for name in ("r1", "r2", "r3")}
+    keeper.keep(STATE, lambda: kept)
+    settle(keeper, other)
+    assert sorted(message.robot for message in other.fetch(STATE)) == ["r1", "r2", "r3"]
+    assert other.fetch(STATE, robot="r2") == [state("r2")]
+    assert other.fetch(STATE, robot="r9") == []
+    assert other.fetch(CLOCK) == []
+
+
+def test_presence_comes_goes_is_told_to_latecomers_and_tells_twins_apart(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    watcher = make_bus(fleet="present")
+    watcher.watch_presence()
+    with Bus(endpoint, "present", print) as one, Bus(endpoint, "present", print) as twin:
+        one.announce("robot", "r1")
+        assert next_of(watcher, Presence) == Presence("robot", "r1", one.id, True)
+        twin.announce("robot", "r1")
+        assert next_of(watcher, Presence) == Presence("robot", "r1", twin.id, True)
+        late = make_bus(fleet="present")
+        late.watch_presence("robot")
+        seen = {next_of(late, Presence), next_of(late, Presence)}
+        assert seen == {Presence("robot", "r1", bus.id, True) for bus in (one, twin)}
+        twin.withdraw("robot", "r1")
+        assert next_of(watcher, Presence) == Presence("robot", "r1", twin.id, False)
+        twin.announce("world", "world")
+        assert next_of(watcher, Presence) == Presence("world", "world", twin.id, True)
+        first, second = one.id, twin.id
+    gone = {next_of(watcher, Presence), next_of(watcher, Presence)}
+    assert gone == {Presence("robot", "r1", first, False), Presence("world", "world", second, False)}
+
+
+# --- strangers ---
+
+# fmt: off
+BAD = {
+    "noise":              ("robot/r1/plan", b"\xff\x00"),
+    "nothing":            ("robot/r1/plan", b""),
+    "oversized":          ("robot/r1/plan", bytes(PLAN.limit + 1)),
+    "another's message":  ("robot/r2/plan", module.encode(plan("r1"))),
+    "an odd id":          ("robot/r 1/plan", module.encode(plan("r1"))),
+    "an id too long":     (f"robot/{'r' * 65}/plan", module.encode(plan("r1"))),
+    "another type":       ("robot/r1/plan", module.encode(clock(1))),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_rubbish_is_counted_and_skipped_and_the_next_message_comes(
+    name: str, make_bus: MakeBus, endpoint: Endpoint
+) -> None:
+    key, payload = BAD[name]
+    said: list[str] = []
+    fleet = f"rubbish-{name.replace(' ', '-')}".replace("'", "")
+    there, here = make_bus(said.append, fleet=fleet), make_bus(fleet=fleet)
+    there.listen(PLAN)
+    settle(here, there)
+    with zenoh.open(client(endpoint)) as stranger:
+        stranger.put(f"swarm/v1/{fleet}/{key}", payload, congestion_control=zenoh.CongestionControl.BLOCK)
+        stranger.put(
+            f"swarm/v1/{fleet}/robot/r1/plan",
+            module.encode(plan("r1", 7)),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+        )
+        assert next_message(there) == plan("r1", 7)
+    assert there.refused == {PLAN.key: 1}
+    assert len(said) == 1
+    assert said[0].startswith("dropped 1 bad message; the last one: ")
+
+
+def test_rubbish_is_logged_once_a_second_at_the_most_and_counted_in_full(
+    make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    there, here = make_bus(said.append), make_bus()
+    there.listen(PLAN)
+    settle(here, there)
+    now = 1000.0
+    monkeypatch.setattr(module, "monotonic", lambda: now)
+    for _ in range(100):
+        here.send(PLAN, plan("r1"), robot="r2")
+    here.send(PLAN, plan("r2"), robot="r2")
+    monkeypatch.setattr(module, "monotonic", lambda: now)
+    assert next_message(there) == plan("r2")
+    assert there.refused[PLAN.key] == 100
+    assert len(said) == 1, "one line, as no second has passed"
+    now += 1.5
+    assert there.receive(0.0) is None
+    assert len(said) == 2
+    assert said[1].startswith("dropped 99 bad messages; the last one: ")
+
+
+def test_an_inbox_nobody_empties_is_bounded(make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "INBOX_LIMIT", 10)
+    there, here = make_bus(), make_bus()
+    there.listen(CLOCK)
+    there.listen(EVENT)
+    settle(here, there)
+    there.listen(EVENT)
+    for tick in range(100):
+        here.send(CLOCK, clock(tick))
+    here.send(CLOCK, clock(100))
+    got = 0
+    while there.receive(QUIET) is not None:
+        got += 1
+    assert got + there.overflowed >= 101 - 1
+    assert got <= 100
+
+
+def test_a_bus_without_a_router_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    from swarm.bus import settings
+
+    monkeypatch.setitem(settings.CLIENT, "connect/timeout_ms", 300)
+    free = Endpoint("127.0.0.1", 0).claim()
+    with (
+        pytest.raises(ConfigError, match=r"expected a running router, got .*; start one with `swarm router`"),
+        Bus(free, "fleet"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("fleet", ["", "a/b", "*", "a b", "x" * 65, "line\n"])
+def test_a_fleet_name_that_is_no_chunk_of_a_key_is_refused(fleet: str) -> None:
+    with pytest.raises(ConfigError, match="fleet: expected letters, digits"):
+        Bus(Endpoint("127.0.0.1", 1), fleet)
+
+
+def test_the_link_is_told_when_the_router_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    import threading
+
+    from swarm.bus.router import run as route
+
+    place = Endpoint("127.0.0.1", 0).claim()
+    over = threading.Event()
+    thread = threading.Thread(target=route, args=(place, over.wait))
+    thread.start()
+    with Bus(place, "fleet", print) as bus:
+        bus.listen(SENSE)
+        bus.listen(COMMAND)
+        over.set()
+        thread.join()
+        assert next_of(bus, Link) == Link(up=False)
