@@ -1,0 +1,195 @@
+"""Driving inside held cells: the fuzzy controller's wheel speeds, changed as little as keeps the footprint in them.
+
+The cells that are not held are walls to this robot. Wheel speeds pass when the way they lead, for a while and then
+under the brake, stays clear of those; else the same arc slower; else a blend towards the aim, the least that does; else
+the brake. A robot that faces away from its aim turns on the spot first, since a round footprint sweeps nothing then.
+"""
+
+from collections.abc import Collection, Sequence
+from enum import Enum
+from math import copysign, cos, hypot, pi, sqrt
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.geometry import Pose, Twist, bearing, to_frame
+from swarm.maps.occupancy import Point
+from swarm.robot.kinematics import DifferentialDrive
+from swarm.traffic.cells import CellMap
+from swarm.traffic.sweep import braking_points, line_room, path_room
+
+TURN_FROM: Final = pi / 4  # rad, off the aim: turn on the spot
+TURN_UNTIL: Final = 0.07  # rad
+TURN_RATE: Final = 2.5  # rad/s at most on the spot
+LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
+AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
+SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
+PURSUIT: Final = 3.0  # 1/s, yaw rate per heading error of the blend
+NEAR: Final = 0.04  # m, so near its last point a robot stands
+
+# (share of the speed, blend towards the aim), mildest first; those with no blend keep the tables' own ratio
+CHANGES: Final = (
+    (1.0, 0.0), (0.7, 0.0), (0.45, 0.0), (1.0, 0.25), (0.6, 0.25), (1.0, 0.5), (0.6, 0.5), (0.3, 0.0),
+    (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0),
+)  # fmt: skip
+
+
+class Whose(Enum):
+    """Whose the ratio of the wheel speeds is."""
+
+    TABLES = "tables"
+    BLEND = "blend"
+    TURN = "turn"  # on the spot
+    REST = "rest"
+
+
+class Wheels(NamedTuple):
+    """Rim speeds [m/s]."""
+
+    left: float
+    right: float
+    whose: Whose
+
+
+class Body(NamedTuple):
+    """Where a robot is and how its wheels turn now."""
+
+    pose: Pose
+    left: float  # m/s, rim speed
+    right: float
+
+
+class Driver:
+    """Keeps one robot's footprint in the cells it holds. It remembers only whether it is turning on the spot."""
+
+    def __init__(
+        self,
+        cells: CellMap,
+        drive: DifferentialDrive,
+        *,
+        radius: float,
+        margin: float,
+        acceleration: float,
+        dt: float,
+        fastest: float,
+    ) -> None:
+        self._cells = cells
+        self._drive = drive
+        self._radius = radius
+        self._margin = margin  # m, between the footprint and what is not held
+        self._acceleration = acceleration  # m/s2, of a rim speed
+        self._dt = dt
+        self._ticks = max(1, round(LOOK / dt))
+        self._fastest = fastest  # m/s, of the blend
+        self._turning = False
+
+    def braking(self, body: Body) -> tuple[Point, ...]:
+        """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
+        path = braking_points(*body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt)
+        return tuple((x, y) for x, y in path.tolist())
+
+    def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
+        """Choose the farthest waypoint that the footprint reaches straight through held cells."""
+        shut = self._shut(held)
+        x, y, _ = self._local(pose)
+        for point in reversed(waypoints[1:]):
+            if line_room(shut, x, y, *self._flat(point)) >= self._radius + AIM_SPARE:
+                return point
+        return waypoints[0]
+
+    def wheels(
+        self,
+        body: Body,
+        held: Sequence[int],
+        aim: Point,
+        *,
+        stop_at: float,
+        tables: tuple[float, float],
+        may_drive: bool = True,
+    ) -> Wheels:
+        """Turn the tables' rim speeds [m/s] into ones that keep the footprint in the held cells.
+
+        ``stop_at`` [m] is how far ahead the robot has to stand at the latest; ``may_drive`` False lets it only turn.
+        """
+        error = bearing(body.pose, aim)
+        if stop_at <= NEAR:
+            return self._rest()
+        self._turning = abs(error) > (TURN_UNTIL if self._turning else TURN_FROM)
+        if self._turning or not may_drive:
+            return self._turn(body, error)
+        most = sqrt(2 * SLOW_BRAKE * self._acceleration * stop_at)
+        wanted = self._drive.twist(*tables)
+        pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
+        shut = self._shut(held)
+        need = min(self._radius + self._margin, self._room(shut, body, 0.0, 0.0, 0) - 1e-3)
+        for share, blend in CHANGES:
+            twist = Twist(
+                (1 - blend) * wanted.linear + blend * pursuit.linear,
+                (1 - blend) * wanted.angular + blend * pursuit.angular,
+            )
+            if twist.linear <= 0.0:
+                continue
+            factor = share * min(1.0, most / twist.linear)
+            left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
+            if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
+                return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
+        return self._turn(body, error) if abs(error) > TURN_UNTIL else self._rest()
+
+    def face(self, body: Body, point: Point) -> Wheels:
+        """Turn to a point without driving."""
+        return self._turn(body, bearing(body.pose, point))
+
+    def _rest(self) -> Wheels:
+        self._turning = False
+        return Wheels(0.0, 0.0, Whose.REST)
+
+    def _turn(self, body: Body, error: float) -> Wheels:
+        """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
+        if abs(body.left + body.right) > 0.04:
+            return Wheels(0.0, 0.0, Whose.TURN)
+        angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
+        rate = min(TURN_RATE, sqrt(angular_brake * max(0.0, abs(error) - TURN_UNTIL / 2)))
+        return Wheels(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))), Whose.TURN)
+
+    # ---- cells as boxes, in the lattice's own frame
+
+    def _flat(self, point: Point) -> Point:
+        return to_frame(self._cells.occupancy.origin, *point)
+
+    def _local(self, pose: Pose) -> Pose:
+        return Pose(*self._flat((pose.x, pose.y)), pose.yaw - self._cells.occupancy.origin.yaw)
+
+    def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
+        """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
+        cells = self._cells
+        side, columns, (x0, y0) = cells.side, cells.columns, cells.offset
+        mine = {divmod(cell, columns) for cell in held}
+        beside = sorted(
+            {
+                (row + i, column + j)
+                for row, column in mine
+                for i in (-1, 0, 1)
+                for j in (-1, 0, 1)
+                if (row + i, column + j) not in mine
+            }
+        )
+        corner = np.array([(x0 + column * side, y0 + row * side) for row, column in beside], np.float64)
+        return np.hstack([corner, corner + side])
+
+    def _room(self, shut: NDArray[np.float64], body: Body, left: float, right: float, ticks: int) -> float:
+        """Give the least distance [m] of the centre to a cell not held, driving so for some ticks and braking then."""
+        x, y, yaw = self._local(body.pose)
+        return path_room(
+            shut, x, y, yaw, body.left, body.right, left, right,
+            self._drive.track_width, self._acceleration * self._dt, self._dt, ticks,
+        )  # fmt: skip
+
+
+def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:
+    """Measure from a pose over the waypoints beyond the first to the last [m]."""
+    here, length = (pose.x, pose.y), 0.0
+    for point in waypoints[1:] or waypoints:
+        length += hypot(point[0] - here[0], point[1] - here[1])
+        here = point
+    return length
