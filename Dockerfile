@@ -1,0 +1,48 @@
+# One image a role: docker build --target robot | world | dashboard .   (compose.yaml does it)
+# Robots and world hold no Rerun; kernels are compiled while the image is built, so that no process waits for it.
+ARG PYTHON=3.11
+
+FROM python:${PYTHON}-slim AS build
+# generic: the image runs on another processor than the one that built it; numba looks for kernels where NUMBA_CACHE_DIR says
+ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
+WORKDIR /src
+RUN python -m venv /opt/swarm
+COPY pyproject.toml requirements.lock ./
+# the lock's versions, without what only the dashboard and the developers need: pip takes of it what pyproject asks for
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies']))" > needed.txt \
+    && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
+COPY swarm swarm
+COPY world world
+COPY dashboard dashboard
+COPY README.md ./
+RUN /opt/swarm/bin/pip install --no-deps . \
+    && /opt/swarm/bin/python -m swarm.compiled
+
+FROM build AS build-dashboard
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['dashboard']))" > needed-dashboard.txt \
+    && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed-dashboard.txt
+
+FROM python:${PYTHON}-slim AS base
+RUN useradd --create-home --uid 10001 swarm
+ENV PATH=/opt/swarm/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
+# numba uses a cache only where it could write as well
+COPY --from=build --chown=swarm:swarm /opt/numba /opt/numba
+WORKDIR /home/swarm
+USER 10001
+STOPSIGNAL SIGTERM
+
+FROM base AS robot
+COPY --from=build /opt/swarm /opt/swarm
+ENTRYPOINT ["swarm", "robot"]
+CMD ["--connect", "tcp/router:7447", "--fleet", "compose"]
+
+FROM base AS world
+COPY --from=build /opt/swarm /opt/swarm
+COPY scenarios scenarios
+ENTRYPOINT ["swarm", "world"]
+CMD ["scenarios/paper.yaml", "--connect", "tcp/router:7447", "--fleet", "compose"]
+
+FROM base AS dashboard
+COPY --from=build-dashboard /opt/swarm /opt/swarm
+ENTRYPOINT ["python", "-m", "dashboard"]
+CMD ["--connect", "tcp/router:7447", "--fleet", "compose", "--web", "--bind", "0.0.0.0", "--port", "9876", "--web-port", "9090"]
