@@ -1,0 +1,98 @@
+"""The mission's table: what leads where, and that nothing else does."""
+
+from itertools import product
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.robot.mission import TRANSITIONS, Mission, Occasion, Stage
+
+# fmt: off
+ALLOWED = {  # written down apart from the code's own table
+    (Stage.READY, Occasion.GO): Stage.OUTBOUND,
+    (Stage.READY, Occasion.RESTART): Stage.READY,
+    (Stage.OUTBOUND, Occasion.TARGET_LEFT): Stage.OUTBOUND,
+    (Stage.OUTBOUND, Occasion.TARGETS_DONE): Stage.RETURNING,
+    (Stage.OUTBOUND, Occasion.ALL_DONE): Stage.DONE,
+    (Stage.OUTBOUND, Occasion.RESTART): Stage.READY,
+    (Stage.RETURNING, Occasion.ALL_DONE): Stage.DONE,
+    (Stage.RETURNING, Occasion.RESTART): Stage.READY,
+    (Stage.DONE, Occasion.RESTART): Stage.READY,
+}
+# fmt: on
+STOPS = [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (0.0, 0.0)]
+
+
+def snapshot(mission: Mission) -> tuple[object, ...]:
+    return mission.stage, list(mission.reached), list(mission.unreachable), mission.target, mission.goal
+
+
+@pytest.mark.parametrize(("stage", "occasion"), list(product(Stage, Occasion)))
+def test_every_pair_leads_where_the_table_says_or_is_refused_and_changes_nothing(
+    stage: Stage, occasion: Occasion
+) -> None:
+    mission = Mission(STOPS, returns=True)
+    mission.stage = stage
+    before = snapshot(mission)
+    if (stage, occasion) in ALLOWED:
+        mission.take(occasion)
+        assert mission.stage is ALLOWED[stage, occasion]
+    else:
+        with pytest.raises(ValueError, match=f"in stage {stage}, got {occasion}"):
+            mission.take(occasion)
+        assert snapshot(mission) == before
+
+
+def test_every_stage_has_a_row() -> None:
+    assert set(TRANSITIONS) == set(Stage)
+
+
+def test_the_papers_mission_visits_all_targets_in_order_and_comes_home() -> None:
+    mission = Mission(STOPS, returns=True)
+    assert mission.goal is None
+    mission.take(Occasion.GO)
+    visited, stages = [], []
+    while (goal := mission.goal) is not None:
+        visited.append(goal)
+        stages.append(mission.stage)
+        mission.finish_stop(reached=True)
+    assert visited == STOPS
+    assert stages == [Stage.OUTBOUND] * 3 + [Stage.RETURNING]
+    assert mission.stage is Stage.DONE
+    assert mission.reached == [True] * 4
+
+
+@given(st.integers(1, 6), st.booleans(), st.lists(st.booleans(), min_size=6, max_size=6))
+def test_any_mission_ends_with_each_stop_either_reached_or_given_up(
+    stops: int, returns: bool, luck: list[bool]
+) -> None:
+    mission = Mission([(float(n), 0.0) for n in range(stops)], returns)
+    mission.take(Occasion.GO)
+    for stop in range(stops):
+        assert mission.target == stop
+        assert mission.goal == (float(stop), 0.0)
+        mission.finish_stop(luck[stop])
+    assert mission.stage is Stage.DONE
+    assert mission.reached == luck[:stops]
+    assert mission.unreachable == [stop for stop in range(stops) if not luck[stop]]
+
+
+@given(st.integers(1, 6), st.booleans(), st.lists(st.booleans(), min_size=6, max_size=6), st.integers(0, 6))
+def test_a_mission_is_taken_up_where_it_was_left(stops: int, returns: bool, luck: list[bool], done: int) -> None:
+    places = [(float(n), 0.0) for n in range(stops)]
+    left, taken_up = Mission(places, returns), Mission(places, returns)
+    left.take(Occasion.GO)
+    for stop in range(min(done, stops)):
+        left.finish_stop(luck[stop])
+    taken_up.resume(left.reached, left.unreachable)
+    assert snapshot(taken_up) == snapshot(left)
+
+
+def test_resuming_with_flags_of_another_length_is_no_crash() -> None:
+    mission = Mission(STOPS, returns=True)
+    mission.resume([True], [])
+    assert mission.target == 1
+    mission = Mission(STOPS[:1], returns=False)
+    mission.resume([True, True, True], [7])
+    assert mission.stage is Stage.DONE

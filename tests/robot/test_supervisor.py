@@ -1,0 +1,185 @@
+"""What keeps a robot clear: the lookahead against stepping by hand, and the supervisor against shapely."""
+
+from math import inf, pi
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose, distance, integrate
+from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
+from swarm.messages import Sense, Steering
+from swarm.planning.grid import Grid
+from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.robot.lookahead import least_clearance
+from swarm.robot.supervisor import REMEDIES, Supervisor
+from tests.shared import scenario_of
+
+TEXT = """\
+############
+#..........#
+#..#...oo..#
+#..#.......#
+#......#...#
+#.o....#...#
+#..........#
+############
+"""
+SCENARIO = scenario_of(TEXT)
+SETTINGS = SCENARIO.settings
+RADIUS, DT = SETTINGS.robot.radius, 1.0 / SETTINGS.rate
+MOST = SETTINGS.robot.wheel_acceleration * DT
+DRIVE = DifferentialDrive(SETTINGS.robot.track_width, SETTINGS.robot.wheel_radius)
+GRID = Grid.grown(SCENARIO.map, RADIUS, 0.8, 0.1)
+TOP = 4.0 * SETTINGS.robot.speed_scale
+
+wishes = st.tuples(st.floats(0.0, TOP), st.floats(0.0, TOP))
+starts = st.builds(Pose, st.floats(1.3, 10.7), st.floats(1.3, 6.7), st.floats(-pi, pi, exclude_min=True))
+
+
+def solid(floor: OccupancyMap) -> shapely.Geometry:
+    """Everything solid as one shape, cell by cell, made from the drawing alone."""
+    rows, columns = floor.shape
+    return shapely.union_all(
+        [
+            shapely.box(column, row, column + 1, row + 1)
+            for row in range(rows)
+            for column in range(columns)
+            if floor.cells[row, column] in {WALL, OBSTACLE}
+        ]
+    )
+
+
+SOLID = solid(SCENARIO.map)
+
+
+def gap(pose: Pose) -> float:
+    """Gap between the footprint and whatever is solid [m]."""
+    return float(shapely.distance(SOLID, shapely.Point(pose.x, pose.y))) - RADIUS
+
+
+def sense_at(pose: Pose, wheels: tuple[float, float], tick: int) -> Sense:
+    """A sense of a robot whose distance sensors see nothing: only the map keeps it clear."""
+    twist = DRIVE.twist(*wheels)
+    return Sense(
+        run=0, tick=tick, time=tick * DT, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=twist.linear,
+        angular=twist.angular, left=1.6, front=1.6, right=1.6, bearings=[None, None], hears=[],
+    )  # fmt: skip
+
+
+def roll(pose: Pose, wheels: tuple[float, float], wanted: tuple[float, float]) -> tuple[Pose, tuple[float, float]]:
+    wheels = (ramp(wheels[0], wanted[0], MOST), ramp(wheels[1], wanted[1], MOST))
+    return integrate(pose, DRIVE.twist(*wheels), DT), wheels
+
+
+@settings(suppress_health_check=[HealthCheck.filter_too_much])
+@given(starts, st.lists(wishes, min_size=1, max_size=12), st.lists(st.integers(1, 25), min_size=12, max_size=12))
+def test_whatever_the_tables_say_a_robot_that_asks_never_touches_a_wall(
+    pose: Pose, wished: list[tuple[float, float]], lengths: list[int]
+) -> None:
+    assume(gap(pose) > 0.05)
+    supervisor, wheels, tick = Supervisor(SETTINGS), (0.0, 0.0), 0
+    for (left, right), length in zip(wished, lengths, strict=False):
+        for _ in range(length):
+            speeds = supervisor.check(sense_at(pose, wheels, tick), GRID, [], False, left, right)
+            pose, wheels = roll(pose, wheels, (speeds.left, speeds.right))
+            tick += 1
+            assert gap(pose) > 0.0, f"tick {tick}: touches at {pose}"
+
+
+@given(starts, wishes, st.integers(0, 30))
+def test_whose_speeds_they_are_is_told_truly(pose: Pose, wish: tuple[float, float], ticks: int) -> None:
+    assume(gap(pose) > 0.05)
+    supervisor, wheels = Supervisor(SETTINGS), (0.0, 0.0)
+    for tick in range(ticks + 1):
+        speeds = supervisor.check(sense_at(pose, wheels, tick), GRID, [], False, *wish)
+        if speeds.steering is Steering.FUZZY:
+            assert speeds.left * wish[1] == pytest.approx(speeds.right * wish[0], abs=1e-9), "the ratio is the tables'"
+            assert -1e-9 <= speeds.left <= wish[0] + 1e-9
+        if speeds.steering is Steering.REST:
+            assert (speeds.left, speeds.right) == (0.0, 0.0)
+        pose, wheels = roll(pose, wheels, (speeds.left, speeds.right))
+
+
+def test_with_room_around_the_tables_speeds_pass_unchanged() -> None:
+    wide = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n")
+    grid = Grid.grown(wide.map, RADIUS, 0.8, 0.1)
+    for wish in ((0.6, 0.6), (1.2, 0.4), (0.0, 0.5), (0.3, 0.7)):
+        speeds = Supervisor(SETTINGS).check(sense_at(Pose(15.0, 10.0, 0.5), wish, 0), grid, [], False, *wish)
+        assert speeds == pytest.approx((*wish, Steering.FUZZY), abs=1e-12)
+
+
+def test_what_the_front_sensor_sees_stops_it_though_the_map_is_free() -> None:
+    pose, wheels, supervisor = Pose(1.5, 1.5, 0.0), (0.0, 0.0), Supervisor(SETTINGS)
+    wall_at = 4.0
+    for tick in range(200):
+        front = max(0.0, min(1.6, wall_at - RADIUS - pose.x))
+        import msgspec
+
+        sense = msgspec.structs.replace(sense_at(pose, wheels, tick), front=front)
+        speeds = supervisor.check(sense, GRID, [], False, 0.6, 0.6)
+        if speeds.left != speeds.right:
+            break  # it has begun to turn away
+        pose, wheels = roll(pose, wheels, (speeds.left, speeds.right))
+        assert pose.x + RADIUS < wall_at
+    assert wall_at - RADIUS - pose.x < 0.6, "it went near before"
+
+
+@given(st.floats(0.0, 2 * pi), wishes)
+def test_another_robots_place_is_kept_clear_of(angle: float, wish: tuple[float, float]) -> None:
+    other = (5.2, 2.5)
+    pose = Pose(5.2 + 1.1 * np.cos(angle), 2.5 + 1.1 * np.sin(angle), (angle + 2 * pi) % (2 * pi) - pi)
+    assume(gap(pose) > 0.05)
+    wheels, supervisor = (0.0, 0.0), Supervisor(SETTINGS)
+    for tick in range(60):
+        speeds = supervisor.check(sense_at(pose, wheels, tick), GRID, [other], False, *wish)
+        pose, wheels = roll(pose, wheels, (speeds.left, speeds.right))
+        assert distance(pose, other) > 2 * RADIUS
+
+
+def test_halt_lets_it_turn_and_not_drive_on() -> None:
+    for wish in ((0.6, 0.6), (0.2, 1.0)):
+        speeds = Supervisor(SETTINGS).check(sense_at(Pose(5.2, 2.5, 0.0), (0.0, 0.0), 0), GRID, [], True, *wish)
+        assert speeds.left + speeds.right == pytest.approx(0.0)
+
+
+def test_the_remedies_go_from_mild_to_strong_and_end_with_turning_on_the_spot() -> None:
+    assert REMEDIES[0] == (1.0, 1.0)
+    assert REMEDIES[-1][0] == 0.0
+    assert all(0.0 <= share <= 1.0 for remedy in REMEDIES for share in remedy)
+
+
+# --- the lookahead ---
+
+
+def by_hand(pose: Pose, now: tuple[float, float], wanted: tuple[float, float], ticks: int) -> list[Pose]:
+    """Step the kinematics: ``wanted`` for so many ticks, then the brake until it stands."""
+    poses = []
+    while ticks > 0 or now != (0.0, 0.0):
+        pose, now = roll(pose, now, wanted if ticks > 0 else (0.0, 0.0))
+        poses.append(pose)
+        ticks -= 1
+    return poses
+
+
+@given(starts, wishes, wishes, st.integers(1, 12))
+def test_the_lookahead_is_stepping_by_hand(
+    pose: Pose, now: tuple[float, float], wanted: tuple[float, float], ticks: int
+) -> None:
+    poses = by_hand(pose, now, wanted, ticks)
+    expected = min(gap(place) + RADIUS for place in poses)
+    assume(expected > 0.3)  # nearer than that the grid's clearance is a cell's, not a point's
+    got = least_clearance(
+        GRID, pose, now, wanted, np.empty((0, 2)), body_radius=0.0, track_width=DRIVE.track_width,
+        acceleration=SETTINGS.robot.wheel_acceleration, dt=DT, ticks=ticks,
+    )  # fmt: skip
+    assert got == pytest.approx(expected, abs=0.1)
+    body = poses[len(poses) // 2]
+    beside = least_clearance(
+        GRID, pose, now, wanted, np.array([[body.x, body.y]]), body_radius=0.27, track_width=DRIVE.track_width,
+        acceleration=SETTINGS.robot.wheel_acceleration, dt=DT, ticks=ticks,
+    )  # fmt: skip
+    nearest = min((distance(place, body) for place in poses), default=inf) - 0.27
+    assert beside == pytest.approx(min(got, nearest), abs=2e-3)
