@@ -1,0 +1,54 @@
+"""The documentation says what the code says: generated parts are up to date, links lead somewhere, examples run."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs.generate import MARKED, PAGES, PARTS, renewed
+from swarm.bus import Bus, Endpoint
+from swarm.messages import RADIO, Activity, Broadcast
+
+ROOT = Path(__file__).parents[1]
+LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_generated_parts_are_what_the_code_says(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    assert renewed(text) == text, "out of date: python -m docs.generate"
+
+
+def test_every_generated_part_is_on_a_page() -> None:
+    marked = {
+        match[2] for page in PAGES for match in MARKED.finditer((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    }
+    assert marked == set(PARTS)
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda path: path.name)
+def test_links_between_pages_lead_somewhere(page: Path) -> None:
+    links = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if "://" not in link]
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.processes
+def test_the_example_of_a_tool_in_plain_zenoh_hears_a_robot(endpoint: Endpoint) -> None:
+    said = Broadcast(
+        robot="r1", run=0, tick=4, x=1.0, y=2.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=3.5,
+        reached=[False], ahead=[],
+    )  # fmt: skip
+    command = [sys.executable, ROOT / "examples" / "listen.py", str(endpoint), "example", "1"]
+    with (
+        Bus(endpoint, "example") as bus,
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as tool,
+    ):
+        assert tool.stdout is not None
+        assert tool.stdout.readline() == "listening\n"
+        while tool.poll() is None:
+            bus.send(RADIO, said, zx=0, zy=0, robot="r1")
+            bus.receive(0.05)
+        assert tool.stdout.read() == "r1 at (1.0, 2.0): drive, 3.5 m to target 1\n"
+    assert tool.returncode == 0
