@@ -84,12 +84,12 @@ def fields() -> str:
             parts.append(f"### {kind.__name__}\n\n{said(kind)}\n\n{rows(('value', 'meaning'), *body)}")
         elif issubclass(kind, Message) and kind is not Message:
             found = [match for line in inspect.getsource(kind).splitlines() if (match := FIELD.match(line))]
-            body = [
+            described = [
                 (f"`{name}`", f"`{type_}`", f"`{default}`" if default else "", (comment or "").replace("``", "`"))
                 for name, type_, default, comment in (match.groups() for match in found)
             ]
             head = ("field", "type", "default", "meaning")
-            parts.append(f"### {kind.__name__}\n\n{said(kind)}\n\n{rows(head, *body)}")
+            parts.append(f"### {kind.__name__}\n\n{said(kind)}\n\n{rows(head, *described)}")
     return "\n\n".join(parts)
 
 

@@ -40,7 +40,7 @@ def test_the_example_of_a_tool_in_plain_zenoh_hears_a_robot(endpoint: Endpoint) 
         robot="r1", run=0, tick=4, x=1.0, y=2.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=3.5,
         reached=[False], ahead=[],
     )  # fmt: skip
-    command = [sys.executable, ROOT / "examples" / "listen.py", str(endpoint), "example", "1"]
+    command = [sys.executable, str(ROOT / "examples" / "listen.py"), str(endpoint), "example", "1"]
     with (
         Bus(endpoint, "example") as bus,
         subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as tool,
