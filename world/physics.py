@@ -39,12 +39,13 @@ class Physics:
         self._dt = dt
         self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # no body moves a quarter radius unchecked
         self._contacts: list[Contact] = []
+        self._touching = 0  # pairs of shapes in contact
         self._still: list[pymunk.Shape] = []
         self.set_floor(floor)
         self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         for kind in KINDS:
-            self._space.on_collision(ROBOT, kind, begin=self._on_contact, data=kind)
+            self._space.on_collision(ROBOT, kind, begin=self._on_contact, separate=self._on_parting, data=kind)
         self._filters = [shape.filter for body in self._bodies for shape in body.shapes]
 
     def set_floor(self, floor: OccupancyMap) -> None:
@@ -79,11 +80,15 @@ class Physics:
         return body
 
     def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
+        self._touching += 1
         a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
         if kind == ROBOT:
             self._contacts += [Contact(a, "robot", b), Contact(b, "robot", a)]
         else:
             self._contacts.append(Contact(a, KINDS[kind], None))
+
+    def _on_parting(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
+        self._touching -= 1
 
     def pose(self, robot: int) -> Pose:
         """Where a robot stands."""
@@ -109,8 +114,22 @@ class Physics:
                 end = integrate(Pose(x, y, body.angle), twist, dt)
                 body.velocity = ((end.x - x) / dt, (end.y - y) / dt)
                 body.angular_velocity = twist.angular
+            if self._touching:
+                self._solve(dt)
             self._space.step(dt)
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
+
+    def _solve(self, dt: float) -> None:
+        """Let contacts take from the wished velocities what would press shapes into each other; nothing moves.
+
+        A step of pymunk moves first and solves then, for the next one; the next one's velocities are wished anew.
+        """
+        everybody = (*self._bodies, *self._movers)
+        for body in everybody:
+            body.position_func = _stay
+        self._space.step(dt)
+        for body in everybody:
+            body.position_func = pymunk.Body.update_position
 
     def cast(self, robot: int, angles: Iterable[float], reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
@@ -128,3 +147,7 @@ class Physics:
     def sees(self, a: Point, b: Point) -> bool:
         """Tell whether nothing that stands still lies between two points."""
         return self._space.segment_query_first(a, b, 0.0, SIGHT) is None
+
+
+def _stay(body: pymunk.Body, dt: float) -> None:
+    """Move nowhere."""

@@ -1,0 +1,155 @@
+"""Bodies, contacts and rays, against the closed form of the arc and an independent ray caster."""
+
+from itertools import product
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose, Twist, distance, integrate
+from swarm.maps.occupancy import FREE, OBSTACLE, WALL, OccupancyMap
+from swarm.maps.text import from_text
+from tests.shared import ROOM
+from world.physics import Contact, Physics
+
+RADIUS, TOP, DT = 0.2, 1.6, 0.05
+WIDE = from_text("#" * 40 + "\n" + ("#" + "." * 38 + "#\n") * 38 + "#" * 40 + "\n", 1.0)
+SMALL = from_text(ROOM, 1.0)
+
+twists = st.builds(Twist, st.floats(-1.6, 1.6), st.floats(-8.0, 8.0))
+angles = st.floats(-pi, pi, exclude_min=True)
+
+
+@given(st.builds(Pose, st.floats(15, 25), st.floats(15, 25), angles), st.lists(twists, min_size=1, max_size=20))
+def test_a_free_body_ends_each_step_exactly_on_its_arc(pose: Pose, way: list[Twist]) -> None:
+    physics = Physics(WIDE, RADIUS, [pose], TOP, DT)
+    for twist in way:
+        before = physics.pose(0)
+        assert physics.roll([twist]) == []
+        expected = integrate(before, twist, DT)
+        assert distance(physics.pose(0), expected) < 1e-9
+        assert abs(physics.pose(0).yaw - expected.yaw) % (2 * pi) == pytest.approx(0.0, abs=1e-9)
+
+
+def drive(physics: Physics, ticks: int, *twists: Twist) -> list[Contact]:
+    return [contact for _ in range(ticks) for contact in physics.roll(twists)]
+
+
+AHEAD, BACK, STAND = Twist(1.0, 0.0), Twist(-1.0, 0.0), Twist(0.0, 0.0)
+
+
+def test_a_wall_stops_a_body_and_the_touch_counts_once_however_long_it_lasts() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(7.5, 3.5, 0.0)], TOP, DT)
+    assert drive(physics, 60, AHEAD) == [Contact(0, "wall", None)]
+    assert physics.pose(0).x == pytest.approx(9.0 - RADIUS, abs=0.03)
+
+
+def test_a_second_touch_after_letting_go_counts_again() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(8.5, 3.5, 0.0)], TOP, DT)
+    for _ in range(3):
+        assert drive(physics, 20, AHEAD) == [Contact(0, "wall", None)]
+        assert drive(physics, 10, BACK) == []
+
+
+def test_an_obstacle_is_told_from_a_wall() -> None:
+    floor = from_text("#####\n#...#\n#..o#\n#####\n", 1.0)
+    physics = Physics(floor, RADIUS, [Pose(1.5, 1.5, 0.0)], TOP, DT)
+    assert drive(physics, 40, AHEAD) == [Contact(0, "obstacle", None)]
+
+
+def test_two_robots_that_meet_each_count_the_touch_once() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 0.0), Pose(5.0, 3.5, pi)], TOP, DT)
+    assert drive(physics, 40, AHEAD, AHEAD) == [Contact(0, "robot", 1), Contact(1, "robot", 0)]
+    assert distance(physics.pose(0), physics.pose(1)) >= 2 * RADIUS - 0.05
+
+
+def test_nothing_is_driven_through_even_at_top_speed() -> None:
+    thin = from_text("#####\n" + "#.#.#\n" * 3 + "#####\n", 0.5)
+    physics = Physics(thin, 0.05, [Pose(0.75, 1.25, 0.0)], 4.0, 0.5)
+    assert {contact.kind for contact in drive(physics, 5, Twist(4.0, 0.0))} == {"wall"}
+    assert physics.pose(0).x < 1.0
+
+
+def test_who_stands_stays() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 1.0)], TOP, DT)
+    drive(physics, 100, STAND)
+    assert physics.pose(0) == Pose(3.0, 3.5, 1.0)
+
+
+# --- rays ---
+
+
+@st.composite
+def floors(draw: st.DrawFn) -> OccupancyMap:
+    """Draw a walled floor of 8 x 8 cells with some cells solid."""
+    cells = np.full((8, 8), WALL, np.uint8)
+    inner = draw(st.lists(st.sampled_from([FREE, FREE, FREE, FREE, WALL, OBSTACLE]), min_size=36, max_size=36))
+    cells[1:-1, 1:-1] = np.array(inner, np.uint8).reshape(6, 6)
+    return OccupancyMap(cells, 1.0)
+
+
+def edges(floor: OccupancyMap, others: list[Pose]) -> shapely.Geometry:
+    """Everything a ray can hit, cell by cell: made without the code under test."""
+    solid = [
+        shapely.box(column, row, column + 1, row + 1)
+        for row, column in product(range(8), range(8))
+        if floor.cells[row, column] != FREE
+    ]
+    discs = [shapely.Point(pose.x, pose.y).buffer(RADIUS, quad_segs=256) for pose in others]
+    return shapely.union_all([*solid, *discs])
+
+
+def cast(world: shapely.Geometry, pose: Pose, angle: float, reach: float) -> float:
+    """The free distance from the robot's edge along a ray."""
+    end = (pose.x + (RADIUS + reach) * cos(pose.yaw + angle), pose.y + (RADIUS + reach) * sin(pose.yaw + angle))
+    hit = shapely.intersection(shapely.LineString([(pose.x, pose.y), end]), world)
+    return reach if hit.is_empty else max(0.0, shapely.distance(shapely.Point(pose.x, pose.y), hit) - RADIUS)
+
+
+places = st.builds(Pose, st.floats(1.3, 6.7), st.floats(1.3, 6.7), angles)
+
+
+def free(floor: OccupancyMap, pose: Pose) -> bool:
+    return bool(shapely.distance(edges(floor, []), shapely.Point(pose.x, pose.y)) > RADIUS)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.filter_too_much])
+@given(floors(), places, places, st.lists(angles, min_size=1, max_size=5))
+def test_rays_measure_what_an_independent_caster_measures(
+    floor: OccupancyMap, pose: Pose, other: Pose, rays: list[float]
+) -> None:
+    assume(free(floor, pose) and free(floor, other) and distance(pose, other) > 2 * RADIUS)
+    physics = Physics(floor, RADIUS, [pose, other], TOP, DT)
+    world = edges(floor, [other])
+    expected = [cast(world, pose, angle, 1.6) for angle in rays]
+    grazing = [
+        min(abs(cast(world, pose, a + da, 1.6) - e) for da in (-1e-4, 1e-4))
+        for a, e in zip(rays, expected, strict=True)
+    ]
+    for got, wanted, change in zip(physics.cast(0, rays, 1.6), expected, grazing, strict=True):
+        if change < 0.01:  # a ray past a corner may go either way
+            assert got == pytest.approx(wanted, abs=2e-3)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.filter_too_much])
+@given(floors(), places, places)
+def test_sight_ends_at_walls_and_not_at_robots(floor: OccupancyMap, a: Pose, b: Pose) -> None:
+    world = edges(floor, [])
+    assume(free(floor, a) and free(floor, b))
+    between = shapely.LineString([a[:2], b[:2]])
+    gap = shapely.distance(world, between)
+    inside = shapely.length(shapely.intersection(world, between))
+    assume(gap > 1e-3 or inside > 1e-2)
+    middle = Pose((a.x + b.x) / 2, (a.y + b.y) / 2, 0.0)
+    physics = Physics(floor, RADIUS, [middle], TOP, DT)
+    assert physics.sees(a[:2], b[:2]) is bool(gap > 1e-3)
+
+
+def test_a_robot_does_not_see_itself_but_sees_the_other() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 0.0), Pose(4.0, 3.5, 0.0)], TOP, DT)
+    assert physics.cast(0, [0.0, pi], 1.6) == pytest.approx([0.6, 1.6], abs=1e-6)
+    assert physics.cast(1, [pi, 0.0], 1.6) == pytest.approx([0.6, 1.6], abs=1e-6)
+    assert physics.cast(1, [0.0], 9.0) == pytest.approx([4.8], abs=1e-6)

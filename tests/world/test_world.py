@@ -1,0 +1,268 @@
+"""The world itself: sensors, wheels, commands that expire, the ether, the judge of gaps, and whom it believes."""
+
+from math import pi
+
+import msgspec
+import numpy as np
+import pytest
+
+from swarm.geometry import Pose
+from swarm.maps.text import from_text
+from swarm.messages import COMMAND, Activity, Command, Steering
+from swarm.scenario.load import Scenario
+from tests.shared import ROOM, scenario_of, with_settings
+from world.clearance import ClearanceJudge
+from world.ether import Ether
+from world.recorder import DEADLOCK
+from world.world import REST, World
+
+AT = Pose(2.5, 2.5, 0.0)
+
+
+def world_of(*starts: Pose, scenario: Scenario | None = None, seed: int = 1) -> World:
+    return World(scenario or scenario_of(), list(starts) or [AT], seed)
+
+
+def drive(world: World, left: float, right: float, **fields: object) -> Command:
+    changes = {"run": world.run, "tick": world.tick, "left": left, "right": right, "steering": Steering.FUZZY,
+               "activity": Activity.DRIVE, **fields}  # fmt: skip
+    return msgspec.structs.replace(REST, **changes)  # type: ignore[type-var]
+
+
+# --- sensors ---
+
+
+def test_the_three_sectors_look_where_their_names_say() -> None:
+    free = 1.6
+    for yaw, expected in ((0.0, (None, 0.3, None)), (pi / 2, (None, None, 0.3)), (-pi / 2, (0.3, None, None))):
+        sense = world_of(Pose(8.5, 3.5, yaw)).senses(lockstep=True)["r1"]
+        for got, wanted in zip((sense.left, sense.front, sense.right), expected, strict=True):
+            if wanted is None:
+                assert got > 0.35 or got == free
+            else:
+                assert got == pytest.approx(wanted, abs=0.15)
+        assert min(sense.left, sense.front, sense.right) == pytest.approx(0.3, abs=0.1)
+
+
+def test_in_the_open_every_sensor_reads_its_range() -> None:
+    sense = world_of(Pose(5.0, 3.0, 0.3)).senses(lockstep=True)["r1"]
+    assert (sense.left, sense.front, sense.right) == (1.6, 1.6, 1.6)
+
+
+def test_a_bearing_is_none_behind_a_wall_and_signed_like_yaw_in_sight() -> None:
+    walled = "##########\n#........#\n####.#####\n#........#\n#........#\n##########\n"
+    scenario = scenario_of(walled, targets=[[7.5, 1.5], [7.5, 4.5]])
+    sense = World(scenario, [Pose(2.5, 1.5, 0.5)], 1).senses(lockstep=True)["r1"]
+    assert sense.bearings[0] == pytest.approx(-0.5)
+    assert sense.bearings[1] is None
+    assert len(sense.bearings) == 3, "home too"
+
+
+def test_sensor_noise_is_bounded_seeded_and_each_robots_own() -> None:
+    noisy = with_settings(scenario_of(), sensors={"noise": 0.2, "bearing_noise_deg": 5.0})
+    starts = (Pose(8.3, 3.5, 0.0), AT)
+    one, same, other = (world_of(*starts, scenario=noisy, seed=seed) for seed in (1, 1, 2))
+    readings = [[world.senses(lockstep=True) for _ in range(30)] for world in (one, same, other)]
+    assert readings[0] == readings[1]
+    assert readings[0] != readings[2]
+    fronts = [sense["r1"].front for sense in readings[0]]
+    assert all(0.0 <= front <= 1.6 for front in fronts)
+    assert len(set(fronts)) > 20
+    alone = world_of(starts[0], scenario=noisy)
+    assert [alone.senses(lockstep=True)["r1"].front for _ in range(30)] == fronts
+
+
+# --- wheels and commands ---
+
+
+def test_wheels_change_no_faster_than_they_can() -> None:
+    world = world_of()
+    most = 2.0 * world.dt
+    for tick in range(1, 6):
+        world.step({"r1": drive(world, 0.6, 0.6)})
+        assert world.senses(lockstep=True)["r1"].linear == pytest.approx(min(0.6, tick * most))
+
+
+def test_a_command_beyond_the_top_speed_is_cut_there() -> None:
+    world = world_of(Pose(2.5, 3.5, 0.0))
+    for _ in range(40):
+        world.step({"r1": drive(world, 20.0, 20.0)})
+    assert world.senses(lockstep=True)["r1"].linear == pytest.approx(1.6)
+
+
+def test_a_command_expires_and_the_body_stops() -> None:
+    world = world_of()
+    for _ in range(10):
+        world.step({"r1": drive(world, 0.4, 0.4)})
+    speeds = []
+    for _ in range(20):
+        world.step({})
+        speeds.append(world.senses(lockstep=True)["r1"].linear)
+    lasting = round(COMMAND.timeout / world.dt)
+    assert speeds[: lasting - 1] == pytest.approx([0.4] * (lasting - 1))
+    assert speeds[-1] == 0.0
+    assert sum(speed == pytest.approx(0.4) for speed in speeds) <= lasting
+
+
+def test_what_happens_at_a_tick_is_sensed_at_the_next() -> None:
+    world = world_of(AT, Pose(4.5, 2.5, 0.0))
+    world.step({"r1": drive(world, 0.0, 0.0, sent=True), "r2": drive(world, 0.0, 0.0)})
+    senses = world.senses(lockstep=True)
+    assert world.tick == 1
+    assert senses["r2"].hears == [("r1", 0)]
+    assert senses["r1"].hears == []
+    world.step({"r1": drive(world, 0.0, 0.0), "r2": drive(world, 0.0, 0.0)})
+    assert world.senses(lockstep=True)["r2"].hears == []
+
+
+# --- whom it believes ---
+
+
+def test_a_false_claim_is_told_once_and_not_counted() -> None:
+    world = world_of()
+    events = [world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])}) for _ in range(3)]
+    assert [event.kind for event in events[0]] == ["false_claim"]
+    assert events[0][0].text == "says it reached target 1 but is 5.10 m away; not counted"
+    assert events[1] == events[2] == []
+    assert not world.complete
+    assert world.recorder.reached_at == [[None, None]]
+
+
+def test_a_true_claim_counts_at_its_time_and_once() -> None:
+    world = world_of(Pose(7.4, 3.5, 0.0))
+    world.step({"r1": drive(world, 0.0, 0.0)})
+    events = [world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])}) for _ in range(2)]
+    assert [event.kind for event in events[0]] == ["reached"]
+    assert events[1] == []
+    assert world.recorder.reached_at[0][0] == pytest.approx(0.05)
+
+
+def test_flags_of_stops_that_are_not_there_are_ignored() -> None:
+    world = world_of(Pose(7.4, 3.5, 0.0))
+    assert len(world.step({"r1": drive(world, 0.0, 0.0, reached=[True] * 9)})) == 2  # target 1, and home: its start
+    assert world.complete
+
+
+def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
+    world = world_of(Pose(3.0, 3.5, 0.0), Pose(5.0, 3.5, pi))
+    events = []
+    for _ in range(60):
+        events += world.step({name: drive(world, 0.6, 0.6) for name in world.robots})
+    assert [(event.robot, event.text) for event in events] == [("r1", "touches robot r2"), ("r2", "touches robot r1")]
+    assert [dict(counts) for counts in world.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
+    assert world.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
+
+
+# --- what is recorded ---
+
+
+def test_the_recorder_measures_the_way_the_waiting_and_who_steered() -> None:
+    world = world_of()
+    for tick in range(40):
+        steering = Steering.FUZZY if tick < 30 else Steering.SUPERVISOR
+        world.step({"r1": drive(world, 0.4, 0.4, steering=steering)})
+    driven = world.recorder.path_length[0]
+    assert driven == pytest.approx(world.poses()[0].x - AT.x)
+    assert world.recorder.fuzzy_share == pytest.approx(30 / 40)
+    for _ in range(60):
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY, steering=Steering.REST)})
+    assert world.recorder.waiting[0] == pytest.approx(3.0)
+    assert world.recorder.longest_wait == pytest.approx(3.0)
+    assert world.recorder.conflicts == 1
+    world.step({"r1": drive(world, 0.0, 0.0)})
+    world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
+    assert world.recorder.conflicts == 2
+    assert world.recorder.longest_wait == pytest.approx(3.0)
+
+
+def test_a_deadlock_is_everybody_standing_unfinished_for_long_and_counts_once() -> None:
+    world = world_of()
+    for _ in range(round(DEADLOCK / world.dt) - 1):
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.BLOCKED)})
+    assert world.recorder.deadlocks == 0
+    for _ in range(400):
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.BLOCKED)})
+    assert world.recorder.deadlocks == 1
+
+
+def test_a_robot_that_is_done_may_stand_for_ever() -> None:
+    world = world_of()
+    for _ in range(400):
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE)})
+    assert world.recorder.deadlocks == 0
+    assert world.finished
+
+
+def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
+    digests = set()
+    for yaw in (0.0, 5e-324, 1e-12):
+        world = world_of(Pose(2.5, 2.5, yaw))
+        world.step({})
+        digests.add(world.recorder.digest)
+    assert len(digests) == 3
+
+
+# --- the ether ---
+
+
+def hears(positions: list[tuple[float, float]], seed: int = 1, sees: bool = True, **radio: object) -> list[list[int]]:
+    settings = with_settings(scenario_of(), radio=radio).settings.radio
+    poses = [Pose(x, y, 0.0) for x, y in positions]
+    return Ether(settings, seed, lambda a, b: sees).hears(poses, list(range(len(poses))))
+
+
+def test_the_radio_reaches_as_far_as_its_range_and_no_one_hears_himself() -> None:
+    assert hears([(0, 0), (3, 0), (6.5, 0)], range=3.5) == [[1], [0, 2], [1]]
+    assert hears([(0, 0), (3, 0), (6.5, 0)], range=3.4) == [[1], [0], []]
+
+
+def test_walls_stop_the_radio_only_where_the_scenario_says_so() -> None:
+    assert hears([(0, 0), (1, 0)], sees=False, line_of_sight=True) == [[], []]
+    assert hears([(0, 0), (1, 0)], sees=False, line_of_sight=False) == [[1], [0]]
+
+
+def test_loss_takes_its_share_drawn_with_the_seed() -> None:
+    settings = with_settings(scenario_of(), radio={"loss": 0.3}).settings.radio
+    poses = [Pose(float(x), 0.0, 0.0) for x in range(5)]
+
+    def heard(seed: int) -> list[list[list[int]]]:
+        ether = Ether(settings, seed, lambda a, b: True)
+        return [ether.hears(poses, range(5)) for _ in range(500)]
+
+    count = sum(len(row) for rows in heard(1) for row in rows)
+    assert 0.67 < count / (500 * 20) < 0.73
+    assert heard(1) == heard(1)
+    assert heard(1) != heard(2)
+    assert hears([(0, 0), (1, 0)], loss=1.0) == [[], []]
+
+
+# --- the judge of gaps ---
+
+# fmt: off
+GAPS = {
+    "in the middle of the room":   ([[(5.0, 3.0)]],                         3.0 - 1.0 - 0.2),
+    "near the left wall":          ([[(1.5, 3.0)]],                         0.3),
+    "touching the wall":           ([[(1.2, 3.0)]],                         0.0),
+    "a little inside the wall":    ([[(1.1, 3.0)]],                         -0.1),
+    "two apart":                   ([[(4.0, 3.0), (5.0, 3.0)]],             0.6),
+    "two overlapping":             ([[(4.0, 3.0), (4.3, 3.0)]],             -0.1),
+    "three, the last two nearest": ([[(2.0, 3.0), (5.0, 3.0), (5.5, 3.0)]], 0.1),
+    "the nearest was long ago":    ([[(1.4, 3.0)]] + [[(5.0, 3.0)]] * 600,  0.2),
+    "the nearest is the last":     ([[(5.0, 3.0)]] * 600 + [[(1.4, 3.0)]],  0.2),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_the_judge_of_gaps_on_named_cases(name: str) -> None:
+    ticks, expected = GAPS[name]
+    judge = ClearanceJudge(from_text(ROOM, 1.0), 0.2, len(ticks[0]))
+    for positions in ticks:
+        judge.observe(np.array(positions))
+    assert judge.smallest == pytest.approx(expected)
+
+
+def test_without_anything_to_touch_the_gap_is_infinite() -> None:
+    judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2, 1)
+    judge.observe(np.array([[1.0, 1.0]]))
+    assert judge.smallest == float("inf")
