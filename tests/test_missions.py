@@ -189,6 +189,6 @@ def test_a_stop_no_path_reaches_is_given_up_and_the_run_ends_incomplete() -> Non
     walled = "##########\n#.....#..#\n#.....#..#\n#.....#..#\n#.....#..#\n##########\n"
     report = run(scenario_of(walled, targets=[[8.5, 2.5], [4.5, 2.5]]), 1, 1, limit=60.0)
     assert not report["complete"]
-    assert report["reason"] == "not reached: r1 target 1"
+    assert report["reason"] == "not reached: r1 target 1 (no path)"
     assert report["per_robot"]["r1"]["reached"][0] is None
     assert report["per_robot"]["r1"]["reached"][1] is not None

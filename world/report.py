@@ -62,10 +62,14 @@ def report(
 
 
 def missing(world: World) -> str:
-    """Say which stops were not reached, in one sentence."""
+    """Say which stops were not reached, and which of them no path led to, in one sentence."""
     lacking = []
-    for name, row in zip(world.robots, world.recorder.reached_at, strict=True):
-        stops = [stop_label(stop, len(row), world.returns) for stop, time in enumerate(row) if time is None]
+    for name, row, given_up in zip(world.robots, world.recorder.reached_at, world.recorder.unreachable, strict=True):
+        stops = [
+            stop_label(stop, len(row), world.returns) + (" (no path)" if stop in given_up else "")
+            for stop, time in enumerate(row)
+            if time is None
+        ]
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
     return f"not reached: {'; '.join(lacking)}" if lacking else ""

@@ -15,6 +15,7 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Mover, Sense, Steering, Truth
 from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.robot.supervisor import SPARE
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
@@ -138,23 +139,34 @@ class World:
                 elif stop >= len(before.reached) or not before.reached[stop]:
                     text = f"says it reached {label} but is {away:.2f} m away; not counted"
                     events.append(self.event("false_claim", text, name))
+            for stop in command.unreachable:
+                if stop < len(self._stops[number]) and stop not in before.unreachable:
+                    label = stop_label(stop, len(self._stops[number]), self.returns)
+                    events.append(self.event("unreachable", f"gives up {label}: no path leads there", name))
         return events
 
     def edit(self, edit: Edit) -> None:
         """Add or remove walls; robots sense it at this tick.
 
         Raises:
-            ConfigError: it lies outside the map, or a robot stands there.
+            ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
         """
         kind = KINDS[edit.kind]
         floor, low, high = self.floor.edited(kind, edit.low, edit.high)
         if low[0] >= high[0] or low[1] >= high[1]:
             raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
         if kind != FREE:
-            block = Polygon(floor.corners(low, high))
-            for name, pose in zip(self.robots, self.poses(), strict=True):
-                if block.distance(ShapelyPoint(pose.x, pose.y)) <= self._settings.robot.radius:
+            block, robot = Polygon(floor.corners(low, high)), self._settings.robot
+            for name, pose, wheels in zip(self.robots, self.poses(), self._wheels, strict=True):
+                gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
+                if gap <= 0.0:
                     raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
+                speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * self.dt
+                if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * self.dt + SPARE:
+                    raise ConfigError(
+                        f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
+                        f"it drives {gap:.2f} m away; wait"
+                    )
         self.floor = floor
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)

@@ -1,4 +1,4 @@
-"""The paper's buttons, and where a running fleet stands."""
+"""The paper's buttons, walls that come and go, and where a running fleet stands."""
 
 import argparse
 import json
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -27,6 +27,19 @@ def button(options: argparse.Namespace) -> int:
 
     with fleet_bus(options) as bus:
         print(bus.ask(ACTION, Action(do=Do(options.button))).text)
+    return 0
+
+
+def edit(options: argparse.Namespace) -> int:
+    """Put walls or obstacles on the floor of a running fleet, or take them away."""
+    from swarm.messages import EDIT, Edit, Kind
+
+    if not all(abs(value) <= 1e6 for corner in (options.low, options.high) for value in corner):
+        raise ConfigError(
+            f"swarm edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them"
+        )
+    with fleet_bus(options) as bus:
+        print(bus.ask(EDIT, Edit(kind=Kind(options.kind), low=options.low, high=options.high)).text)
     return 0
 
 
@@ -66,6 +79,12 @@ def add(commands: "Commands[Parser]") -> None:
         one = commands.add_parser(name, help=text)
         of_a_client(one)
         one.set_defaults(command=button, button=name)
+    one = commands.add_parser("edit", help="walls added to or removed from the floor of a running fleet")
+    one.add_argument("kind", choices=("wall", "obstacle", "free"), help="what all cells of the rectangle become")
+    one.add_argument("low", type=point, metavar="X,Y", help="m, a corner")
+    one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
+    of_a_client(one)
+    one.set_defaults(command=edit)
     one = commands.add_parser("status", help="where a running fleet stands, as JSON")
     of_a_client(one)
     one.set_defaults(command=status)

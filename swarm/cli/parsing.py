@@ -1,6 +1,7 @@
 """argparse with one sentence for what is wrong, and the values that several commands take."""
 
 import argparse
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -25,11 +26,17 @@ class Parser(argparse.ArgumentParser):
 
 
 def joined(arguments: Sequence[str]) -> list[str]:
-    """Join ``--from -1,2`` to ``--from=-1,2``, which argparse would take for a flag."""
+    """Join ``--from -1,2`` to ``--from=-1,2``, and begin any other ``-1,2`` with a blank: argparse sees flags in them.
+
+    >>> joined(["edit", "wall", "-1,2", "3,4"]), joined(["plan", "--from", "-1,2"])
+    (['edit', 'wall', ' -1,2', '3,4'], ['plan', '--from=-1,2'])
+    """
     words: list[str] = []
     for word in arguments:
         if words and words[-1] in POINTS:
             words[-1] += f"={word}"
+        elif re.match(r"-[\d.]+,", word):
+            words.append(f" {word}")
         else:
             words.append(word)
     return words
@@ -40,7 +47,7 @@ def point(text: str) -> "Point":
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
-        raise ConfigError(f"expected a point X,Y in metres, got {text!r}; for example 1.5,2") from None
+        raise ConfigError(f"expected a point X,Y in metres, got {text.strip()!r}; for example 1.5,2") from None
     return x, y
 
 

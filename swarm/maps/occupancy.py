@@ -59,7 +59,7 @@ class OccupancyMap:
         return int(self.cells[cell]) if self.inside(cell) else WALL
 
     def edited(self, kind: int, a: Point, b: Point) -> "tuple[OccupancyMap, Cell, Cell]":
-        """Put ``kind`` on all cells that a rectangle with opposite corners a and b [m] touches.
+        """Put ``kind`` on all cells that a rectangle with opposite corners a and b [m] touches; at least one each way.
 
         Returns the new map, and the block of cells from ``low`` up to and without ``high`` that may differ; an empty
         block where the rectangle lies outside.
@@ -67,8 +67,10 @@ class OccupancyMap:
         ring = [to_frame(self.origin, x, y) for x in (a[0], b[0]) for y in (a[1], b[1])]
         along, up = zip(*((x / self.resolution, y / self.resolution) for x, y in ring), strict=True)
         rows, columns = self.shape
-        low = max(0, floor(min(up) + 1e-9)), max(0, floor(min(along) + 1e-9))
-        high = min(rows, ceil(max(up) - 1e-9)), min(columns, ceil(max(along) - 1e-9))
+        first = floor(min(up) + 1e-9), floor(min(along) + 1e-9)
+        low = max(0, first[0]), max(0, first[1])
+        last = max(first[0] + 1, ceil(max(up) - 1e-9)), max(first[1] + 1, ceil(max(along) - 1e-9))
+        high = min(rows, last[0]), min(columns, last[1])
         cells = self.cells.copy()
         cells[low[0] : max(low[0], high[0]), low[1] : max(low[1], high[1])] = kind
         return replace(self, cells=cells), low, (max(low[0], high[0]), max(low[1], high[1]))
