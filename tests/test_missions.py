@@ -66,7 +66,7 @@ def without_wall_time(report: dict[str, Any]) -> dict[str, Any]:
 
 
 # fmt: off
-REPRODUCIBLE = {
+REPRODUCIBLE: dict[str, dict[str, object]] = {
     "plain":         {},
     "sensor noise":  {"sensors": {"noise": 0.05, "bearing_noise_deg": 3.0}},
     "lossy radio":   {"radio": {"loss": 0.4}},

@@ -5,6 +5,7 @@ import zenoh
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
 from swarm.bus import session as module
+from swarm.bus.codec import encode
 from swarm.bus.session import Link
 from swarm.bus.settings import client
 from swarm.errors import ConfigError, PeerError
@@ -239,10 +240,10 @@ BAD = {
     "noise":              ("robot/r1/plan", b"\xff\x00"),
     "nothing":            ("robot/r1/plan", b""),
     "oversized":          ("robot/r1/plan", bytes(PLAN.limit + 1)),
-    "another's message":  ("robot/r2/plan", module.encode(plan("r1"))),
-    "an odd id":          ("robot/r 1/plan", module.encode(plan("r1"))),
-    "an id too long":     (f"robot/{'r' * 65}/plan", module.encode(plan("r1"))),
-    "another type":       ("robot/r1/plan", module.encode(clock(1))),
+    "another's message":  ("robot/r2/plan", encode(plan("r1"))),
+    "an odd id":          ("robot/r 1/plan", encode(plan("r1"))),
+    "an id too long":     (f"robot/{'r' * 65}/plan", encode(plan("r1"))),
+    "another type":       ("robot/r1/plan", encode(clock(1))),
 }
 # fmt: on
 
@@ -261,7 +262,7 @@ def test_rubbish_is_counted_and_skipped_and_the_next_message_comes(
         stranger.put(f"swarm/v1/{fleet}/{key}", payload, congestion_control=zenoh.CongestionControl.BLOCK)
         stranger.put(
             f"swarm/v1/{fleet}/robot/r1/plan",
-            module.encode(plan("r1", 7)),
+            encode(plan("r1", 7)),
             congestion_control=zenoh.CongestionControl.BLOCK,
         )
         assert next_message(there) == plan("r1", 7)

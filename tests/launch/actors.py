@@ -11,7 +11,7 @@ from pathlib import Path
 from queue import Empty, Queue
 from threading import Thread
 from types import TracebackType
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import psutil
 
@@ -106,7 +106,7 @@ class Command:
         _, alive = psutil.wait_procs([p for p in self.family if p.pid != self.process.pid], FAREWELL)
         assert not alive
 
-    def __enter__(self) -> "Command":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

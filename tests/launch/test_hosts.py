@@ -188,7 +188,7 @@ def test_rubbish_on_every_key_changes_nothing_of_a_lockstep_run(small: Path, tmp
             finally:
                 over.set()
                 thread.join()
-            token.undeclare()
+            token.undeclare()  # type: ignore[no-untyped-call]
     assert sent >= len(KEYS) * len(RUBBISH)
     report = fleet.report()
     assert report["complete"]

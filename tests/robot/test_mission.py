@@ -52,7 +52,8 @@ def test_the_papers_mission_visits_all_targets_in_order_and_comes_home() -> None
     mission = Mission(STOPS, returns=True)
     assert mission.goal is None
     mission.take(Occasion.GO)
-    visited, stages = [], []
+    visited: list[tuple[float, float]] = []
+    stages: list[Stage] = []
     while (goal := mission.goal) is not None:
         visited.append(goal)
         stages.append(mission.stage)

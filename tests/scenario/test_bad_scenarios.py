@@ -1,7 +1,5 @@
 """Every way a scenario can be wrong: one sentence, exit status 2, no traceback, nothing started."""
 
-# ruff: noqa: E501  # one case a line: what is edited, and the sentence that has to come
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -26,7 +26,7 @@ def world_of(*starts: Pose, scenario: Scenario | None = None, seed: int = 1) -> 
 def drive(world: World, left: float, right: float, **fields: object) -> Command:
     changes = {"run": world.run, "tick": world.tick, "left": left, "right": right, "steering": Steering.FUZZY,
                "activity": Activity.DRIVE, **fields}  # fmt: skip
-    return msgspec.structs.replace(REST, **changes)  # type: ignore[type-var]
+    return msgspec.structs.replace(REST, **changes)
 
 
 # --- sensors ---
