@@ -13,6 +13,8 @@ from typing import Annotated, Any, Final, Generic, TypeVar
 import msgspec
 from msgspec import Meta
 
+from swarm.traffic.record import TrafficBroadcast
+
 VERSION: Final = 1
 
 Id = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
@@ -117,6 +119,10 @@ class Command(Message, frozen=True, kw_only=True):
     activity: Activity
     reached: list[bool]  # of each stop: the targets, then home where the mission returns
     unreachable: list[Count]  # stops given up because no path led there
+    held: list[Count] = []  # cells it holds; the last is the head
+    waits: list[Id] = []  # for whom
+    members: list[Id] = []  # of the joint plan it follows
+    notes: list[tuple[Id, Text]] = []  # what happened: kind, in words
     sent: bool  # a broadcast of this tick was put on the radio before this
     replans: Count
 
@@ -135,6 +141,7 @@ class Broadcast(Message, frozen=True, kw_only=True):
     distance: Length  # m, to that stop, along its path
     reached: list[bool]
     ahead: list[Point]  # its path from here on, about as far as others must know
+    traffic: TrafficBroadcast | None = None  # holds, claims, acknowledgements, joint plans; of others too
     walls: list[Count] = []  # cells it has learned to be solid (row * columns + column); where the map is unknown
 
 
@@ -176,6 +183,9 @@ class Body(Message, frozen=True, kw_only=True):
     heading: Angle  # of its last command, as are the next two
     steering: Steering
     activity: Activity
+    held: list[Count] = []
+    waits: list[Id] = []
+    members: list[Id] = []
 
 
 class Mover(Message, frozen=True, kw_only=True):
@@ -276,7 +286,7 @@ class Topic(Generic[M]):
 #                 key                       message    rate  timeout  reliable  limit
 SENSE     = Topic("robot/{robot}/sense",    Sense,     20.0, 0.25,    True)
 COMMAND   = Topic("robot/{robot}/cmd",      Command,   20.0, 0.25,    True)
-RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0)
+RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0, False,    131_072)
 STATE     = Topic("robot/{robot}/state",    State,     1.0,  3.0,     True)
 PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     262_144)
 TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    1_048_576)

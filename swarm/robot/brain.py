@@ -1,21 +1,23 @@
 """The robot's decisions. ``Robot.step`` is pure in its state: what it senses and hears in, what it does out."""
 
 from collections.abc import Sequence
-from math import degrees
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
+from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.fuzzy import Controller
+from swarm.robot.give_way_pilot import GiveWayPilot
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
-from swarm.robot.supervisor import Supervisor, WheelSpeeds
+from swarm.robot.pilot import Move, Pilot, Situation
 from swarm.robot.surprise import Surprise
 from swarm.scenario.load import Scenario
 from swarm.traffic import give_way
+from swarm.traffic.cells_of import cells_of
 
 RETRY: Final = 1.0  # s between two plans for the same reason
 STUCK: Final = 4.0  # s without getting anywhere: plan anew
@@ -66,7 +68,7 @@ class Robot:
         self.run = run
         self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), settings.return_home)
         self._navigator = Navigator(self._ground.grid, settings.robot.radius)
-        self._supervisor = Supervisor(settings)
+        self._pilot = self._new_pilot()
         self._surprise = Surprise(settings)
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
@@ -76,6 +78,13 @@ class Robot:
         self._told: tuple[object, ...] = ()
         self._told_at = float("-inf")
         self._plan_told: object = None
+
+    def _new_pilot(self) -> Pilot:
+        settings = self._settings
+        if settings.traffic.rule == "give_way":
+            return GiveWayPilot(self.name, settings, self._controller)
+        cells = cells_of(self._ground.map, settings)
+        return CellPilot(self.name, self._number, settings, cells, self._controller)
 
     def resume(self, state: State) -> None:
         """Take up the mission where an earlier process of this robot left it."""
@@ -103,8 +112,7 @@ class Robot:
         pose = Pose(sense.x, sense.y, sense.yaw)
         self._tick_off_stops(pose)
         self._learn(inputs)
-        speeds, heading = self._drive(sense, pose)
-        return self._outputs(sense, speeds, heading)
+        return self._outputs(sense, self._drive(sense, pose, inputs.heard))
 
     # --- what it knows of others and of the floor ---
 
@@ -168,51 +176,41 @@ class Robot:
 
     # --- how it drives ---
 
-    def _drive(self, sense: Sense, pose: Pose) -> tuple[WheelSpeeds, float]:
+    def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
         halt = self._surprise.watch(sense, self._ground.grid, self._bodies())
         self._find_path(sense, pose, ())
-        goal = self.mission.goal
-        if goal is None:
-            self._activity = Activity.DONE
-            return self._supervisor.stop(), 0.0
-        navigator = self._navigator
-        verdict = give_way.decide(
-            give_way.Rank(-self.mission.target, navigator.remaining, self.name),
-            navigator.ahead(give_way.HORIZON, give_way.STEP),
-            self._others.values(),
-            self._settings.robot.radius,
-            waiting=self._activity is Activity.GIVE_WAY,
+        mission = self.mission
+        goal = mission.goal
+        situation = Situation(
+            sense=sense,
+            pose=pose,
+            goal=mission.stops[-1] if goal is None else goal,
+            done=goal is None,
+            rank=mission.target,
+            target=min(mission.target, len(mission.stops) - 1),
+            navigator=self._navigator,
+            others=self._others,
+            heard=heard,
+            halt=halt,
+            obstacles=self._surprise.obstacles,
         )
-        standing = (*verdict.standing, *self._surprise.obstacles)
-        if standing:
-            self._find_path(sense, pose, standing)
-        heading = navigator.heading_error(pose, sense.bearings[self.mission.target], goal)
-        if verdict.yield_to:
-            self._activity = Activity.GIVE_WAY
-            return self._supervisor.stop(), heading
-        self._activity = Activity.DRIVE
-        robot = self._settings.robot
-        left, right = self._controller.wheel_speeds(
-            sense.left / robot.distance_scale,
-            sense.front / robot.distance_scale,
-            sense.right / robot.distance_scale,
-            -degrees(heading),  # the paper's sign: positive is to the right
-        )
-        bodies = (*self._bodies(), *self._surprise.obstacles)
-        scale = robot.speed_scale
-        return self._supervisor.check(sense, navigator.grid, bodies, halt, left * scale, right * scale), heading
+        move = self._pilot.drive(situation)
+        if move.around and goal is not None:
+            self._find_path(sense, pose, move.around)
+        self._activity = move.activity
+        return move
 
     # --- what it says ---
 
-    def _outputs(self, sense: Sense, speeds: WheelSpeeds, heading: float) -> Outputs:
+    def _outputs(self, sense: Sense, move: Move) -> Outputs:
         mission, navigator = self.mission, self._navigator
         replans = max(0, navigator.plans - mission.target - 1)
         sends = (sense.tick + self._number) % self._settings.radio.every == 0
         command = Command(
-            run=self.run, tick=sense.tick, left=speeds.left, right=speeds.right, heading=heading,
-            steering=speeds.steering, activity=self._activity, reached=list(mission.reached),
-            unreachable=list(mission.unreachable), sent=sends,
-            replans=replans,
+            run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
+            steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),
+            unreachable=list(mission.unreachable), sent=sends, replans=replans,
+            held=list(move.held), waits=list(move.waits), members=list(move.members), notes=list(move.notes),
         )  # fmt: skip
         broadcast = state = plan = None
         if sends:
@@ -220,7 +218,7 @@ class Robot:
                 robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
                 activity=self._activity, target=mission.target, distance=navigator.remaining,
                 reached=list(mission.reached), ahead=navigator.ahead(give_way.HORIZON, give_way.STEP),
-                walls=self._ground.tell() if self._settings.map.shared else [],
+                traffic=move.traffic, walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
         news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)
         if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:

@@ -11,12 +11,13 @@ from swarm.planning.rays import nearest_on_map
 from swarm.robot.sectors import Angles, sectors
 from swarm.scenario.schema import Settings
 
-NEAR: Final = 0.6  # m, from the edge: nearer than that an unexplained thing stops the robot
+NEAR: Final = 0.6  # m, from the edge: nearer than that an unexplained thing ahead stops the robot,
+BESIDE: Final = 0.2  # m, and one at a side
 UNEXPLAINED: Final = 0.15  # m, so much nearer than the map alone would read
 BODY: Final = 0.35  # m and rad: so far off may a robot known by radio be, and still be what is seen
 LASTING: Final = 0.1  # s that it has to be there: a single reading is no thing
-CLOSE: Final = 0.3  # m, from the edge: what came so near is still near when the sensors have turned away from it,
-LINGERS: Final = 1.0  # s for which that is believed
+CLOSE: Final = 0.12  # m, from the edge: what came so near is still near when the sensors have turned away from it,
+LINGERS: Final = 0.5  # s for which that is believed
 STAYS: Final = 2.0  # s, then it is taken for an obstacle
 REMEMBERED: Final = 20.0  # s for which that obstacle is believed in
 
@@ -45,7 +46,7 @@ class Surprise:
         for number, (angles, read) in enumerate(
             zip(self._sectors, (sense.left, sense.front, sense.right), strict=True)
         ):
-            if read >= NEAR or self._explained(pose, angles, read, grid, others):
+            if read >= (NEAR if number == 1 else BESIDE) or self._explained(pose, angles, read, grid, others):
                 self._since[number] = None
                 continue
             began = self._since[number]

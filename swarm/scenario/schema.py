@@ -3,7 +3,7 @@
 Defaults are here and nowhere else. The text of each ``description`` is what the documentation and the errors show.
 """
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
@@ -74,6 +74,16 @@ class RadioSettings(Section, frozen=True, kw_only=True):
     every: Annotated[int, Meta(ge=1, le=100, description="a robot broadcasts each that many ticks")] = 4
 
 
+class TrafficSettings(Section, frozen=True, kw_only=True):
+    """Who goes first where robots meet."""
+
+    rule: Annotated[
+        Literal["holds", "give_way"],
+        Meta(description="`holds`: a cell is for who holds it; `give_way`: nearer the end of its mission first"),
+    ] = "give_way"
+    cell: Annotated[float | None, Meta(description="m; side of the cells that are held; by default 6 radii")] = None
+
+
 class MoverSettings(Section, frozen=True, kw_only=True):
     """A moving obstacle, a disc (`radius`) or a box (`size`): on no map, seen only by the sensors."""
 
@@ -107,4 +117,5 @@ class Settings(Section, frozen=True, kw_only=True):
     robot: RobotSettings = RobotSettings()
     sensors: SensorSettings = SensorSettings()
     radio: RadioSettings = RadioSettings()
+    traffic: TrafficSettings = TrafficSettings()
     movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []

@@ -9,6 +9,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance, wrap
 from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
+from swarm.traffic.cells_of import cells_of
 
 GAP: Final = 0.2  # m, left free between two drawn robots, and between a drawn robot and a wall
 TRIES: Final = 2000  # for each robot
@@ -41,6 +42,8 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
             )
         return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
     assert area is not None  # swarm.scenario.load: one of the two is given
+    if settings.traffic.rule == "holds":
+        return _in_cells(scenario, robots, seed)
     chance = np.random.default_rng([seed, 0])
     x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
     gap = 2 * settings.robot.radius + GAP
@@ -58,4 +61,32 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
                 f"{settings.name}: start.area: expected room for {robots} robots of radius {settings.robot.radius} m, "
                 f"found it for {number}; enlarge the area or run fewer robots"
             )
+    return poses
+
+
+def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
+    """Draw each robot a cell of its own in the area, and a pose in it."""
+    settings, area = scenario.settings, scenario.settings.start.area
+    assert area is not None
+    chance = np.random.default_rng([seed, 0])
+    cells = cells_of(scenario.map, settings)
+    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
+    room = [
+        cell
+        for cell, (x, y) in ((cell, cells.centre(cell)) for cell in range(len(cells)))
+        if cells.stands[cell] and x0 <= x <= x1 and y0 <= y <= y1
+    ]
+    if robots > len(room):
+        raise ConfigError(
+            f"{settings.name}: start.area: expected a cell of {cells.side:g} m for each of {robots} robots, found "
+            f"{len(room)}; enlarge the area, make traffic.cell smaller or run fewer robots"
+        )
+    poses = []
+    for number in chance.permutation(len(room))[:robots].tolist():
+        x, y = cells.centre(room[number])
+        spare = cells.side / 2 - settings.robot.radius - GAP
+        reach = max(0.0, min(spare, GAP))
+        dx, dy, yaw = (float(value) for value in chance.uniform((-reach, -reach, -pi), (reach, reach, pi)))
+        at = (x + dx, y + dy) if cells.fits((room[number],), x + dx, y + dy, settings.robot.radius + 0.05) else (x, y)
+        poses.append(Pose(*at, yaw))
     return poses

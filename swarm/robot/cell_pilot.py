@@ -1,0 +1,100 @@
+"""Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
+
+from swarm.geometry import Twist, bearing, distance
+from swarm.messages import Activity, Steering
+from swarm.planning.rays import nearest_on_map
+from swarm.robot.fuzzy import Controller
+from swarm.robot.kinematics import DifferentialDrive
+from swarm.robot.pilot import Move, Situation, fuzzy_speeds
+from swarm.robot.sectors import sectors
+from swarm.robot.supervisor import WheelSpeeds
+from swarm.scenario.schema import Settings
+from swarm.traffic.cells import CellMap
+from swarm.traffic.cells_of import traffic_settings
+from swarm.traffic.driver import Body, Driver, Whose, distance_along
+from swarm.traffic.look import Reading
+from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
+
+STEERING = {
+    Whose.TABLES: Steering.FUZZY,
+    Whose.BLEND: Steering.SUPERVISOR,
+    Whose.TURN: Steering.SUPERVISOR,
+    Whose.REST: Steering.REST,
+}
+STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
+
+
+class CellPilot:
+    """Follows the cells it is granted by ``swarm.traffic.traffic``."""
+
+    def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
+        robot = settings.robot
+        self._settings = settings
+        self._controller = controller
+        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._sectors = sectors(settings.sensors)
+        self._constants = traffic_settings(settings)
+        self._traffic = Traffic(name, cells, self._constants, slot=number)
+        self._driver = Driver(
+            cells, self._drive, radius=robot.radius, margin=self._constants.margin,
+            acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
+        )  # fmt: skip
+
+    def drive(self, situation: Situation) -> Move:
+        """Decide for one tick."""
+        sense, pose, goal = situation.sense, situation.pose, situation.goal
+        body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
+        granted = self._traffic.step(
+            TrafficInputs(
+                tick=sense.tick,
+                pose=pose,
+                goal=goal,
+                braking=self._driver.braking(body),
+                readings=self._readings(situation),
+                heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
+            )
+        )
+        if granted.face is not None:
+            heading = bearing(pose, granted.face)
+            wheels = self._driver.face(body, granted.face)
+        else:
+            aim = self._driver.aim(pose, granted.held, granted.waypoints)
+            seen = sense.bearings[situation.target] if distance(aim, goal) < 1e-9 else None
+            heading = bearing(pose, aim) if seen is None else seen
+            wheels = self._driver.wheels(
+                body,
+                granted.held,
+                aim,
+                stop_at=distance_along(pose, granted.waypoints),
+                tables=fuzzy_speeds(self._controller, self._settings.robot, sense, heading),
+                may_drive=granted.may_drive,
+            )
+        return Move(
+            WheelSpeeds(wheels.left, wheels.right, STEERING[wheels.whose]),
+            heading,
+            self._activity(situation, granted),
+            held=granted.held,
+            waits=granted.waits,
+            members=granted.members,
+            notes=[(event.kind, event.text) for event in granted.events],
+            traffic=granted.broadcast,
+        )
+
+    def _activity(self, situation: Situation, granted: TrafficOutputs) -> Activity:
+        if situation.done and distance(situation.pose, situation.goal) <= self._settings.reach:
+            return Activity.DONE
+        if granted.activity is TrafficActivity.CUT_OFF:
+            return Activity.BLOCKED
+        return Activity.GIVE_WAY if granted.activity in STANDING else Activity.DRIVE
+
+    def _readings(self, situation: Situation) -> tuple[Reading, ...]:
+        """Set what each sector measures beside what the map alone would let it measure."""
+        sense, grid = situation.sense, situation.navigator.grid
+        radius, reach = self._settings.robot.radius, self._settings.sensors.range
+        found = []
+        for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
+            near = measured < self._constants.stop_distance  # farther ones stop nobody: spare the rays
+            expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
+            half = (max(angles) - min(angles)) / 2
+            found.append(Reading(measured, expected, angles[len(angles) // 2], half))
+        return tuple(found)

@@ -1,0 +1,61 @@
+"""How a robot drives its path among others. Two rules, one form: what the brain knows goes in, a ``Move`` comes out."""
+
+from collections.abc import Mapping, Sequence
+from math import degrees
+from typing import NamedTuple, Protocol
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
+from swarm.messages import Activity, Broadcast, Sense
+from swarm.robot.fuzzy import Controller
+from swarm.robot.navigator import Navigator
+from swarm.robot.supervisor import WheelSpeeds
+from swarm.scenario.schema import RobotSettings
+from swarm.traffic.record import TrafficBroadcast
+
+
+class Situation(NamedTuple):
+    """What the brain knows at one tick."""
+
+    sense: Sense
+    pose: Pose
+    goal: Point  # the stop under way; when all are done, the last one
+    done: bool  # nothing is left to do but to stand, and to make room
+    rank: int  # stops done
+    target: int  # number of that stop
+    navigator: Navigator  # the own path to the goal
+    others: Mapping[str, Broadcast]  # the newest of each robot heard of late
+    heard: Sequence[Broadcast]  # at this tick
+    halt: bool  # something unexplained is near
+    obstacles: Sequence[Point]  # such things that stayed
+
+
+class Move(NamedTuple):
+    """What the robot does at one tick, and what others shall know of it."""
+
+    speeds: WheelSpeeds
+    heading: float  # rad, what the fuzzy controller was asked to turn towards
+    activity: Activity
+    around: Sequence[Point] = ()  # who stands in the way: plan around them
+    held: Sequence[int] = ()
+    waits: Sequence[str] = ()
+    members: Sequence[str] = ()
+    notes: Sequence[tuple[str, str]] = ()
+    traffic: TrafficBroadcast | None = None
+
+
+class Pilot(Protocol):
+    """One robot's way of driving among others."""
+
+    def drive(self, situation: Situation) -> Move:
+        """Decide for one tick."""
+        ...
+
+
+def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float) -> tuple[float, float]:
+    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right."""
+    scale = robot.distance_scale
+    left, right = controller.wheel_speeds(
+        sense.left / scale, sense.front / scale, sense.right / scale, -degrees(heading)
+    )
+    return left * robot.speed_scale, right * robot.speed_scale
