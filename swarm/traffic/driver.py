@@ -1,13 +1,14 @@
 """Driving inside held cells: the fuzzy controller's wheel speeds, changed as little as keeps the footprint in them.
 
-The cells that are not held are walls to this robot. Wheel speeds pass when the way they lead, for a while and then
-under the brake, stays clear of those; else the same arc slower; else a blend towards the aim, the least that does; else
-the brake. A robot that faces away from its aim turns on the spot first, since a round footprint sweeps nothing then.
+The cells that are not held are walls to this robot, beside those of the map. Wheel speeds pass when the way they lead,
+for a while and then under the brake, stays clear of both; else the same arc slower; else a blend towards the aim, the
+least that does; else the brake. A robot that faces away from its aim turns on the spot first, since a round footprint
+sweeps nothing then.
 """
 
 from collections.abc import Collection, Sequence
 from enum import Enum
-from math import copysign, cos, hypot, pi, sqrt
+from math import copysign, cos, hypot, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -15,11 +16,14 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, bearing, to_frame
 from swarm.maps.occupancy import Point
+from swarm.planning.grid import Grid
+from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
+from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.sweep import braking_points, line_room, path_room
 
-TURN_FROM: Final = pi / 4  # rad, off the aim: turn on the spot
+TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
 TURN_RATE: Final = 2.5  # rad/s at most on the spot
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
@@ -73,7 +77,9 @@ class Driver:
         acceleration: float,
         dt: float,
         fastest: float,
+        grid: Grid | None = None,
     ) -> None:
+        self.grid = grid  # of the floor as it is known now; None: the cells are free all over
         self._cells = cells
         self._drive = drive
         self._radius = radius
@@ -94,7 +100,9 @@ class Driver:
         shut = self._shut(held)
         x, y, _ = self._local(pose)
         for point in reversed(waypoints[1:]):
-            if line_room(shut, x, y, *self._flat(point)) >= self._radius + AIM_SPARE:
+            if line_room(shut, x, y, *self._flat(point)) >= self._radius + AIM_SPARE and (
+                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point)
+            ):
                 return point
         return waypoints[0]
 
@@ -107,10 +115,12 @@ class Driver:
         stop_at: float,
         tables: tuple[float, float],
         may_drive: bool = True,
+        bodies: Sequence[Point] = (),
     ) -> Wheels:
         """Turn the tables' rim speeds [m/s] into ones that keep the footprint in the held cells.
 
-        ``stop_at`` [m] is how far ahead the robot has to stand at the latest; ``may_drive`` False lets it only turn.
+        ``stop_at`` [m] is how far ahead the robot has to stand at the latest; ``may_drive`` False lets it only turn;
+        ``bodies`` are centres [m] of robots within the held cells.
         """
         error = bearing(body.pose, aim)
         if stop_at <= NEAR:
@@ -122,7 +132,8 @@ class Driver:
         wanted = self._drive.twist(*tables)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        need = min(self._radius + self._margin, self._room(shut, body, 0.0, 0.0, 0) - 1e-3)
+        round_bodies = np.array(bodies, np.float64).reshape(-1, 2)
+        need = min(self._radius + self._margin, self._room(shut, round_bodies, body, 0.0, 0.0, 0) - 1e-3)
         for share, blend in CHANGES:
             twist = Twist(
                 (1 - blend) * wanted.linear + blend * pursuit.linear,
@@ -132,7 +143,7 @@ class Driver:
                 continue
             factor = share * min(1.0, most / twist.linear)
             left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
-            if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
+            if all(self._room(shut, round_bodies, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
                 return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
         return self._turn(body, error) if abs(error) > TURN_UNTIL else self._rest()
 
@@ -177,13 +188,28 @@ class Driver:
         corner = np.array([(x0 + column * side, y0 + row * side) for row, column in beside], np.float64)
         return np.hstack([corner, corner + side])
 
-    def _room(self, shut: NDArray[np.float64], body: Body, left: float, right: float, ticks: int) -> float:
-        """Give the least distance [m] of the centre to a cell not held, driving so for some ticks and braking then."""
+    def _room(
+        self,
+        shut: NDArray[np.float64],
+        bodies: NDArray[np.float64],
+        body: Body,
+        left: float,
+        right: float,
+        ticks: int,
+    ) -> float:
+        """Give the least distance [m] of the centre to what is shut or solid, driving so and then braking."""
         x, y, yaw = self._local(body.pose)
-        return path_room(
+        room = path_room(
             shut, x, y, yaw, body.left, body.right, left, right,
             self._drive.track_width, self._acceleration * self._dt, self._dt, ticks,
         )  # fmt: skip
+        if self.grid is None:
+            return room
+        walls = least_clearance(
+            self.grid, body.pose, (body.left, body.right), (left, right), bodies, body_radius=self._radius,
+            track_width=self._drive.track_width, acceleration=self._acceleration, dt=self._dt, ticks=ticks,
+        )  # fmt: skip
+        return min(room, walls)
 
 
 def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:

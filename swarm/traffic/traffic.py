@@ -146,8 +146,9 @@ class Traffic:
         walk, gap = self._walk, tick - self._last_tick
         self._last_tick = tick
         if walk is not None and gap <= self.settings.gap:
-            if not touched <= set(walk.ledger.held):  # pushed, or driven badly: what the body is in is no longer free
-                extra = tuple(sorted(touched - set(walk.ledger.held)))
+            under = frozenset(self.cells.touched(pose.x, pose.y, self.settings.radius)) - {OUTSIDE}
+            extra = tuple(sorted(under - set(walk.ledger.held)))
+            if extra:  # pushed, or driven badly: what the body is in is no longer free
                 ledger = walk.ledger.keep((*extra, *walk.ledger.held))
                 walk = walk._replace(ledger=ledger, steps=(ALONE,) * len(extra) + walk.steps)
             return walk

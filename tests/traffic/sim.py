@@ -121,7 +121,7 @@ class Simulation:
                         tick=self.tick,
                         pose=body.pose,
                         goal=body.goal,
-                        braking=tuple(braking_path(body.pose, body.speed)),
+                        braking=self._braking(body),
                         readings=readings[name],
                         heard=tuple(body.inbox),
                     )
@@ -185,6 +185,9 @@ class Simulation:
                     body.inbox.append(broadcast)
 
     # ---- driving
+
+    def _braking(self, body: Body) -> tuple[Point, ...]:
+        return tuple(braking_path(body.pose, body.speed))
 
     def _drive(self, body: Body, out: TrafficOutputs) -> None:
         if self.tick < body.held_until:
