@@ -216,9 +216,9 @@ class Host:
         self._stopwatch.go()
         world, bus = self._world, self._bus
         lockstep = self._pace == "max"
-        senses = [(name, sense) for name, sense in world.senses(lockstep).items() if self._sessions[name]]
-        for left, (name, sense) in enumerate(senses, start=1 - len(senses)):
-            bus.send(SENSE, sense, more=left < 0, robot=name)
+        for name, sense in world.senses(lockstep).items():
+            if self._sessions[name]:
+                bus.send(SENSE, sense, robot=name)
         if world.tick % self._truth_every == 0:
             bus.send(TRUTH, world.truth())
         if lockstep:

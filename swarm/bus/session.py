@@ -119,18 +119,17 @@ class Bus:
 
     # --- out ---
 
-    def send(self, topic: Topic[M], message: M, *, sure: bool = False, more: bool = False, **ids: str | int) -> None:
+    def send(self, topic: Topic[M], message: M, *, sure: bool = False, **ids: str | int) -> None:
         """Publish. A reliable topic waits for room, the others drop; while the router is away, both are lost.
 
-        With ``sure`` any topic waits for room. With ``more``, and on topics that are not reliable, the message may
-        travel in one packet with the next one: it leaves with that, or within a millisecond. Order is kept.
+        With ``sure`` any topic waits for room. Order is kept, and messages may share a packet: nothing is sent as
+        "express", which would cost a packet, and a wake-up of who receives it, a message.
         """
         wait = sure or topic.reliable
         self._session.put(
             self._prefix + topic.key.format(**ids),
             encode(message),
             congestion_control=zenoh.CongestionControl.BLOCK if wait else zenoh.CongestionControl.DROP,
-            express=topic.reliable and not more,
         )
 
     def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:  # noqa: ANN401, of REPLIES
