@@ -1,7 +1,7 @@
 """The same World and Robot objects in one process, without any bus: for tests, benchmarks, and a live run's digest."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -56,7 +56,7 @@ class Simulation:
             if watch is not None:
                 watch(world)
         return report(
-            world, planning_grid(self.scenario), scenario=self.scenario.settings.name, seed=self.seed, pace="max",
+            world, planning_grid(replace(self.scenario, map=world.floor)), scenario=self.scenario.settings.name, seed=self.seed, pace="max",
             wall_time=perf_counter() - began, late_commands=0,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

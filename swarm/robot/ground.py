@@ -89,7 +89,7 @@ class Ground:
         changed = False
         for cell in cells:
             row, column = divmod(cell, columns)
-            if row < rows and self._odds[row, column] == 0:
+            if 0 <= row < rows and self._odds[row, column] == 0:
                 self._odds[row, column] = SOLID
                 changed |= self._settle(row, column, 0)
         return changed
