@@ -41,7 +41,7 @@ def values_of(type_: inspect.Type) -> st.SearchStrategy[Any]:
             return st.integers(-5, 5) | st.text(max_size=5) | st.binary(max_size=5) | st.none()
         case inspect.EnumType(cls=cls):
             return st.sampled_from(cls)
-        case inspect.ListType(item_type=item):
+        case inspect.ListType(item_type=item) | inspect.VarTupleType(item_type=item):
             return st.lists(values_of(item), max_size=4)
         case inspect.TupleType(item_types=items):
             return st.tuples(*map(values_of, items))
@@ -49,6 +49,8 @@ def values_of(type_: inspect.Type) -> st.SearchStrategy[Any]:
             return st.dictionaries(values_of(key), values_of(value), max_size=3)
         case inspect.UnionType(types=types):
             return st.one_of(*map(values_of, types))
+        case inspect.NamedTupleType(cls=cls, fields=fields) | inspect.DataclassType(cls=cls, fields=fields):
+            return st.builds(cls, **{field.name: values_of(field.type) for field in fields})
         case inspect.StructType(cls=cls):
             return messages_of(cls)
     raise NotImplementedError(type_)

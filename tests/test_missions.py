@@ -79,7 +79,7 @@ REPRODUCIBLE: dict[str, dict[str, object]] = {
 @pytest.mark.parametrize("name", REPRODUCIBLE)
 def test_a_seed_names_a_run_and_another_seed_another_one(paper: Scenario, name: str) -> None:
     scenario = with_settings(paper, **REPRODUCIBLE[name])
-    first, again, other = (run(scenario, 3, seed, limit=30.0) for seed in (4, 4, 5))
+    first, again, other = (run(scenario, 3, seed, limit=12.0) for seed in (4, 4, 5))
     assert without_wall_time(first) == without_wall_time(again)
     assert first["digest"] != other["digest"]
 
@@ -87,7 +87,7 @@ def test_a_seed_names_a_run_and_another_seed_another_one(paper: Scenario, name: 
 @pytest.mark.parametrize("name", [name for name in REPRODUCIBLE if name != "plain"])
 def test_noise_and_the_reach_of_the_radio_make_a_difference(paper: Scenario, name: str) -> None:
     changed = with_settings(paper, **REPRODUCIBLE[name])
-    assert run(changed, 4, 1, limit=60.0)["digest"] != run(paper, 4, 1, limit=60.0)["digest"]
+    assert run(changed, 4, 1, limit=25.0)["digest"] != run(paper, 4, 1, limit=25.0)["digest"]
 
 
 def test_a_mission_completes_with_noisy_sensors(paper: Scenario) -> None:
@@ -111,7 +111,7 @@ CONSTANT = {  # every rule says the same
 @pytest.mark.parametrize("name", CONSTANT)
 def test_constant_rule_tables_fail_the_mission(paper: Scenario, name: str) -> None:
     scenario = Scenario(paper.settings, paper.map, constant_rules(paper.profile, *CONSTANT[name]))
-    report = run(scenario, 1, 1, limit=300.0)
+    report = run(scenario, 1, 1, limit=150.0)
     assert not report["complete"]
     assert "home" in report["reason"]
     assert report["contacts"]["wall"] == 0, "bad rules are no excuse to touch a wall"
@@ -122,7 +122,7 @@ def test_rules_that_steer_away_from_the_target_fail_the_mission(paper: Scenario)
         return (*terms[:-2], terms[-1], terms[-2])
 
     scenario = Scenario(paper.settings, paper.map, with_consequents(paper.profile, swapped))
-    assert not run(scenario, 1, 1, limit=300.0)["complete"]
+    assert not run(scenario, 1, 1, limit=150.0)["complete"]
 
 
 def test_rules_rewritten_unchanged_drive_the_very_same_run(paper: Scenario) -> None:

@@ -59,9 +59,15 @@ def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path
 def test_two_fleets_at_once_do_not_meet(small: Path, tmp_runtime: Path) -> None:
     expected = in_process(load(small), 2, 1)
     with (
-        Fleet(small, "--pace", "max", runtime=tmp_runtime, report="a.json") as one,
-        Fleet(small, "--pace", "max", runtime=tmp_runtime, report="b.json") as other,
+        Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime, report="a.json") as one,
+        Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime, report="b.json") as other,
     ):
+        for fleet in (one, other):
+            with fleet.bus() as bus:
+                fleet.await_all(bus)
+        assert main(["go"]) == 2, "which of the two has to be said"
+        for fleet in (one, other):
+            assert main(["go", "--fleet", fleet.name]) == 0
         assert (one.end(), other.end()) == (0, 0), one.text + other.text
         assert {one.name, other.name} == {"small", "small-2"}
         assert one.endpoint != other.endpoint
