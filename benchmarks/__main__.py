@@ -49,7 +49,7 @@ def page(printed: dict[str, str]) -> str:
     versions = ", ".join(f"{name} {version(name)}" for name in VERSIONS)
     parts = [
         "# Benchmarks",
-        "Made by `make bench`, which runs `python -m benchmarks --write`; nothing here is typed by hand.",
+        "Made by `python -m benchmarks --write`; nothing here is typed by hand.",
         f"{machine()}; {versions}. The load says what else the machine did meanwhile: times under load are longer.",
     ]
     for name, text in printed.items():
