@@ -37,12 +37,7 @@ def report(
         "contacts": total,
         "clearance_min": record.clearance_min,
         "fuzzy_share": record.fuzzy_share,
-        "traffic": {
-            "conflicts": record.conflicts,
-            "joint_plans": 0,
-            "deadlocks": record.deadlocks,
-            "longest_wait": record.longest_wait,
-        },
+        "traffic": _traffic(world),
         "per_robot": {
             world.robots[number]: {
                 "targets": len(world.stops(world.robots[number])),
@@ -58,6 +53,27 @@ def report(
             for number in robots
         },
         "digest": record.digest,
+    }
+
+
+def _traffic(world: World) -> dict[str, Any]:
+    """What the watch saw; under the simple rule, what robots said of themselves."""
+    record = world.recorder
+    if world.traffic is None:
+        return {
+            "conflicts": record.conflicts,
+            "joint_plans": 0,
+            "deadlocks": record.deadlocks,
+            "longest_wait": record.longest_wait,
+        }
+    watch = world.traffic.watch
+    return {
+        "conflicts": watch.conflicts,
+        "joint_plans": watch.joint_plans,
+        "deadlocks": watch.deadlocks,
+        "longest_wait": watch.longest_wait,
+        "overlaps": watch.count("overlap"),
+        "outside": watch.count("outside"),
     }
 
 

@@ -23,6 +23,7 @@ from world.movers import Patrol
 from world.physics import Physics
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
+from world.traffic_watch import TrafficWatch
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
 REST = Command(
@@ -61,6 +62,8 @@ class World:
         self._commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
+        holds = settings.traffic.rule == "holds"
+        self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
         self.recorder = Recorder(scenario, starts, self._stops, self.dt)
         self.recorder.poses(starts)
 
@@ -101,6 +104,7 @@ class World:
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
         """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
         events = self._admit(commands)
+        events += self._watch_traffic(commands)
         dt, most = self.dt, self._settings.robot.wheel_acceleration * self.dt
         for number, command in enumerate(self._commands):
             alive = (self.tick - command.tick) * dt <= COMMAND.timeout
@@ -121,6 +125,17 @@ class World:
         self.recorder.contacts(contacts, self._wheels)
         self.recorder.poses(poses)
         self.recorder.moving(self._commands, self._wheels)
+        return events
+
+    def _watch_traffic(self, commands: Mapping[str, Command]) -> list[Event]:
+        events = [
+            self.event(kind, text, name) for name, command in sorted(commands.items()) for kind, text in command.notes
+        ]
+        if self.traffic is not None:
+            for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
+                cells = ", ".join(map(str, fault.where))
+                text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
+                events.append(self.event("traffic_fault", text, fault.robots[0]))
         return events
 
     def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
@@ -201,6 +216,9 @@ class World:
                     heading=command.heading,
                     steering=command.steering,
                     activity=command.activity,
+                    held=command.held,
+                    waits=command.waits,
+                    members=command.members,
                 )
             )
         movers = [

@@ -1,0 +1,38 @@
+"""The world's own eye on traffic: do holds overlap, do bodies stay in them? Faults become events and numbers."""
+
+from collections.abc import Mapping, Sequence
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import Activity, Command
+from swarm.scenario.schema import Settings
+from swarm.traffic.cells_of import cells_of
+from swarm.traffic.hearsay import Event
+from swarm.traffic.watch import Fault, Seen, Watch
+
+
+class TrafficWatch:
+    """Feeds ``swarm.traffic.watch``, which knows nothing of any planner, with true poses and declared holds."""
+
+    def __init__(self, floor: OccupancyMap, settings: Settings, robots: Sequence[str]) -> None:
+        self._robots = robots
+        self._poses: Sequence[Pose] = ()
+        self.watch = Watch(cells_of(floor, settings), settings.robot.radius, 1.0 / settings.rate)
+
+    def look(
+        self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
+    ) -> list[Fault]:
+        """Judge a tick: where everybody stands, whose command came, and everybody's last command."""
+        before = self._poses or poses
+        self._poses = poses
+        robots, events = {}, []
+        for number, name in enumerate(self._robots):
+            command = last[number]
+            if not command.held:
+                continue  # it has not spoken yet
+            wants = command.activity not in {Activity.DONE, Activity.READY}
+            moved = poses[number] != before[number]
+            robots[name] = Seen(poses[number], tuple(command.held), wants, moved, tuple(command.waits), name in fresh)
+            if name in fresh:
+                events += [Event(kind, (name,), text) for kind, text in command.notes]
+        return self.watch.look(tick, robots, events)
