@@ -91,10 +91,7 @@ class JointPlanning:
             return None  # silent or out of reach: the holds alone decide
         if record.epoch == self.epoch:
             return None if record.left > entry.place else entry.robot
-        if record.epoch is not None and self.epoch is not None and record.epoch > self.epoch:
-            return None
-        settled = record.stamp > self.adopted + SETTLE and record.frozen != self.epoch
-        return None if settled else entry.robot
+        return entry.robot if self._about_to_follow(record) else None
 
     def next_after(self, step: int, situation: Situation) -> bool:
         """Tell whether the robot waited for is in that very visit now, so that nobody else comes in between."""
@@ -107,9 +104,16 @@ class JointPlanning:
         if self.epoch is None or self.plan is None:
             return None
         for robot, way in sorted(self.plan.ways.items()):
-            if way[-1] == cell and robot != self.me and robot in fresh and fresh[robot].epoch == self.epoch:
+            record = fresh.get(robot) if way[-1] == cell and robot != self.me else None
+            if record is not None and (record.epoch == self.epoch or self._about_to_follow(record)):
                 return robot
         return None
+
+    def _about_to_follow(self, record: Record) -> bool:
+        """Tell whether a member may not have adopted my plan yet when it said this."""
+        if self.epoch is None or (record.epoch is not None and record.epoch > self.epoch):
+            return False
+        return record.stamp <= self.adopted + SETTLE or record.frozen == self.epoch
 
     # ---- the cycle
 

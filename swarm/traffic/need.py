@@ -18,8 +18,7 @@ class Needs:
         """Give the reason for a joint plan, if there is one."""
         if not own.ahead:
             return None
-        settled = joint.epoch is not None and situation.tick - joint.adopted < self._settings.again
-        if settled:
+        if situation.tick - joint.adopted < self._settings.calm:
             return None
         strangers = [
             robot for robot in own.waits if robot in situation.fresh and not self._same_plan(robot, own, situation)

@@ -36,6 +36,7 @@ class TrafficSettings:
     ahead: int = 6  # cells of its way a robot tells
     stuck: int = 60  # ticks without progress that ask for a joint plan
     plan_stuck: int = 160  # ticks in which nobody of a plan has advanced, before it is given up
+    calm: int = 40  # ticks after adopting a plan in which a robot asks for no other
     again: int = 10  # ticks between two plans of one leader
     gather: int = 20  # ticks a leader waits for those who have not frozen
     freeze: int = 50  # ticks a member stands frozen without a plan at most
