@@ -11,6 +11,7 @@ from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
+    from swarm.scenario.load import Scenario
     from swarm.scenario.schema import Settings
 
 
@@ -23,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     from swarm.launch import run as launch
     from swarm.scenario.load import load
 
-    scenario = load(options.scenario)
+    scenario = load(options.scenario) if options.scen is None else _benchmark(options)
     robots, seed, limit = _numbers(options, scenario.settings)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
@@ -42,6 +43,12 @@ def run(options: argparse.Namespace) -> int:
             fleet=options.fleet,
         )
     )
+
+
+def _benchmark(options: argparse.Namespace) -> "Scenario":
+    from swarm.scenario.benchmark import from_benchmark
+
+    return from_benchmark(options.scenario, options.scen, options.robots)
 
 
 def router(options: argparse.Namespace) -> int:
@@ -101,7 +108,8 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
 def add(commands: "Commands[Parser]") -> None:
     """Put these commands on the line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
-    launch.add_argument("scenario", type=Path, help="a scenario .yaml")
+    launch.add_argument("scenario", type=Path, help="a scenario .yaml, or a MovingAI .map with --scen")
+    launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")

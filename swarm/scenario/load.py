@@ -36,6 +36,9 @@ class Scenario:
         """List where robot number ``robot`` has to go, in order: its targets, then home if the mission returns."""
         settings = self.settings
         targets = settings.own_targets[robot] if settings.own_targets else settings.targets
+        if settings.start.circle is not None:
+            x, y, _ = settings.start.circle
+            targets = [(2 * x - start[0], 2 * y - start[1])]
         return (*targets, *((start[:2],) if settings.return_home else ()))
 
     def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -87,15 +90,18 @@ def checked(raw: object, where: str) -> Settings:
         settings = msgspec.convert(raw, Settings)
     except msgspec.ValidationError as fault:
         raise ConfigError(f"{where}: {_explain(str(fault), raw)}") from None
-    if bool(settings.targets) == bool(settings.own_targets):
+    start = settings.start
+    if start.circle is not None and (settings.targets or settings.own_targets):
+        raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
+    if start.circle is None and bool(settings.targets) == bool(settings.own_targets):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
     for number, mover in enumerate(settings.movers):
         if (mover.radius is None) == (mover.size is None) or (mover.size is not None and min(mover.size) <= 0):
             raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
         if any(a == b for a, b in pairwise(mover.waypoints)):
             raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
-    if (settings.start.area is None) == (settings.start.poses is None):
-        raise ConfigError(f"{where}: start: expected either `area` or `poses`; give one of them")
+    if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
+        raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
     return settings
 
 

@@ -30,12 +30,21 @@ class MapSettings(Section, frozen=True, kw_only=True):
 
 
 class StartSettings(Section, frozen=True, kw_only=True):
-    """Either ``area`` (poses are drawn in it with the seed) or ``poses`` (robot i takes the i-th)."""
+    """One of: ``area`` (poses are drawn in it with the seed), ``poses`` (robot i takes the i-th), ``circle``.
+
+    On a circle the robots stand evenly, face its middle, and each one's target is the point opposite.
+    """
 
     area: Annotated[tuple[Metres, Metres, Metres, Metres], Meta(description="m; x and y of two corners")] | None = None
     poses: Annotated[
         list[tuple[Metres, Metres, Annotated[float, Meta(ge=-6.3, le=6.3)]]] | None, Meta(description="m, m, rad")
     ] = None
+    circle: (
+        Annotated[
+            tuple[Metres, Metres, Annotated[float, Meta(gt=0, le=1e4)]], Meta(description="m; middle, then diameter")
+        ]
+        | None
+    ) = None
 
 
 class RobotSettings(Section, frozen=True, kw_only=True):

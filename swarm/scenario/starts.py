@@ -1,6 +1,6 @@
 """Where robots start: as the scenario lists it, or drawn in its area with the seed."""
 
-from math import pi
+from math import cos, pi, sin
 from typing import Final
 
 import numpy as np
@@ -41,7 +41,12 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
                 "list more of them or run fewer robots"
             )
         return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
-    assert area is not None  # swarm.scenario.load: one of the two is given
+    if settings.start.circle is not None:
+        x, y, diameter = settings.start.circle
+        around = (2 * pi * number / robots for number in range(robots))
+        middles = ((x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), turn) for turn in around)
+        return [Pose(px, py, wrap(turn + pi)) for px, py, turn in middles]
+    assert area is not None  # swarm.scenario.load: one of the three is given
     if settings.traffic.rule == "holds":
         return _in_cells(scenario, robots, seed)
     chance = np.random.default_rng([seed, 0])
