@@ -55,8 +55,9 @@ class Simulation:
             world.step(commands)
             if watch is not None:
                 watch(world)
+        edited = replace(self.scenario, map=world.floor)
         return report(
-            world, planning_grid(replace(self.scenario, map=world.floor)), scenario=self.scenario.settings.name, seed=self.seed, pace="max",
+            world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed, pace="max",
             wall_time=perf_counter() - began, late_commands=0,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

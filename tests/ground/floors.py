@@ -30,9 +30,12 @@ def edit(kind: Kind, corners: tuple[Point, Point]) -> Edit:
     return Edit(kind=kind, low=corners[0], high=corners[1])
 
 
-def two_doors(text: str = TWO_DOORS, **fields: Any) -> Scenario:
+def two_doors(text: str = TWO_DOORS, **given: object) -> Scenario:
     """Two rooms, a robot in the left one, a target in the right one and one in the left."""
-    fields = {"targets": [[9.5, 6.5], [2.5, 2.5]], "start": {"poses": [[2.5, 6.5, 0.0], [2.5, 4.5, 0.0]]}} | fields
+    fields: dict[str, Any] = {
+        "targets": [[9.5, 6.5], [2.5, 2.5]],
+        "start": {"poses": [[2.5, 6.5, 0.0], [2.5, 4.5, 0.0]]},
+    } | given
     fields["robot"] = {"distance_scale": 0.5}  # the paper's terms would avoid a door of 1 m
     return scenario_of(text, **fields)
 

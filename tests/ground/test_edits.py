@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL
-from swarm.messages import Edit, Kind
+from swarm.messages import Command, Edit, Event, Kind
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from tests.ground.floors import LOWER, TWO_DOORS, UPPER, edit, keeps_clear, overhear, two_doors
@@ -89,10 +89,10 @@ def test_a_target_that_becomes_unreachable_is_told_everywhere_and_the_next_one_i
     simulation = Simulation.of(two_doors(), 1, 1)
     (listener,) = overhear(simulation)
     world = simulation.world
-    events = []
+    events: list[Event] = []
     step = world.step
 
-    def stepped(commands: Any) -> Any:
+    def stepped(commands: Mapping[str, Command]) -> list[Event]:
         events.extend(made := step(commands))
         return made
 

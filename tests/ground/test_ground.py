@@ -1,0 +1,196 @@
+"""What one robot believes about an unknown floor: learned, told, heard, forgotten."""
+
+from itertools import chain, pairwise
+from math import pi
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
+from swarm.messages import Broadcast, Sense
+from swarm.planning.path import plan
+from swarm.robot.ground import LISTEN, TELL, Ground
+from swarm.scenario.load import Scenario
+from tests.shared import scenario_of, with_settings
+from world.world import World
+
+TEXT = """\
+##########
+#........#
+#...##...#
+#...##...#
+#........#
+##########
+"""
+START = Pose(2.5, 2.5, 0.0)
+
+
+def unknown(**sensors: object) -> Scenario:
+    """An unknown room, each cell half a metre."""
+    scenario = scenario_of(
+        TEXT, map={"text": TEXT, "cell": 1.0, "known": False}, start={"poses": [[*START]]}, targets=[[7.5, 2.5]]
+    )
+    return with_settings(scenario, sensors=sensors) if sensors else scenario
+
+
+def looks(scenario: Scenario, seed: int = 1, place: tuple[float, float] = START[:2], turns: int = 80) -> list[Sense]:
+    """What a robot senses that turns on the spot, its clock already running."""
+    senses = []
+    for turn in range(turns):
+        world = World(scenario, [Pose(*place, 2 * pi * turn / turns - pi)], seed + turn)
+        (sense,) = world.senses(lockstep=True).values()
+        senses.append(Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | {"time": LISTEN + 1}))
+    return senses
+
+
+def learned(scenario: Scenario, place: tuple[float, float] = START[:2]) -> Ground:
+    ground = Ground(scenario)
+    for _ in range(4):
+        for sense in looks(scenario, place=place):
+            ground.look(sense, [])
+    return ground
+
+
+def walls_of(floor: OccupancyMap) -> shapely.Geometry:
+    blocks = (shapely.Polygon(floor.corners(low, high)) for low, high in floor.blocks(WALL))
+    return shapely.unary_union(list(blocks))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float) -> None:
+    scenario = unknown(noise=noise)
+    ground = learned(scenario)
+    assert (ground.map.cells == WALL).sum() > 40
+    truth = walls_of(scenario.map)
+    for low, high in ground.map.blocks(WALL):
+        strayed = shapely.Polygon(ground.map.corners(low, high)).difference(truth.buffer(0.21 if noise else 0.1))
+        assert strayed.area < 1e-6
+    assert ground.map.at(*START[:2]) == FREE
+    assert ground.map.at(9.5, 5.5) == UNKNOWN, "nobody looked there"
+
+
+def test_nothing_is_learned_before_one_has_heard_who_is_near() -> None:
+    scenario = unknown()
+    ground = Ground(scenario)
+    (sense,) = World(scenario, [START], 1).senses(lockstep=True).values()
+    assert not ground.look(sense, [])
+    assert (ground.map.cells == UNKNOWN).all()
+
+
+def test_another_robot_in_sight_is_no_wall() -> None:
+    scenario = unknown()
+    here, there = Pose(2.0, 2.0, 0.0), Pose(2.0, 3.0, 0.0)
+    grounds = {"told of": Ground(scenario), "not told of": Ground(scenario)}
+    for _ in range(4):
+        for turn in range(60):
+            world = World(scenario, [Pose(*here[:2], 2 * pi * turn / 60 - pi), there], 1)
+            sense = world.senses(lockstep=True)["r1"]
+            late = Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | {"time": LISTEN + 1})
+            grounds["told of"].look(late, [there[:2]])
+            grounds["not told of"].look(late, [])
+    box = shapely.box(1.8, 2.8, 2.2, 3.2)
+    assert not walls_of(grounds["told of"].map).intersects(box)
+    assert walls_of(grounds["not told of"].map).intersects(box)
+
+
+def test_a_wall_that_goes_is_unlearned() -> None:
+    scenario = unknown()
+    ground = learned(scenario)
+    assert ground.map.at(4.05, 2.5) == WALL
+    opened = Scenario(scenario.settings, scenario.map.with_block((2, 4), (4, 6), FREE), scenario.profile)
+    for _ in range(12):
+        for sense in looks(opened):
+            ground.look(sense, [])
+    assert ground.map.at(4.05, 2.5) != WALL
+
+
+def test_what_one_tells_another_plans_around() -> None:
+    scenario = unknown()
+    teller, hearer = learned(scenario, place=(3.0, 3.0)), Ground(scenario)
+    straight = plan(hearer.grid, (3.0, 2.5), (7.5, 2.5))
+    assert straight is not None
+    assert straight.length == pytest.approx(4.5), "the unknown is taken for free"
+    for _ in range(30):
+        hearer.hear(teller.tell())
+    told = np.flatnonzero(hearer.map.cells == WALL)
+    assert set(told) <= set(np.flatnonzero(teller.map.cells == WALL))
+    assert hearer.map.at(4.05, 2.5) == WALL
+    around = plan(hearer.grid, (3.0, 2.5), (7.5, 2.5))
+    assert around is not None
+    heard = walls_of(hearer.map)
+    for a, b in pairwise(around.points):
+        assert shapely.LineString([a, b]).distance(heard) > 0.19
+
+
+def test_news_fit_into_a_broadcast_and_come_round_to_late_comers() -> None:
+    ground = learned(unknown(), place=(3.0, 3.0))
+    told = [ground.tell() for _ in range(20)]
+    assert all(len(cells) <= TELL for cells in told)
+    assert set(told[0]) <= set(chain.from_iterable(told[10:]))
+    Broadcast(
+        robot="r1", run=0, tick=0, x=0.0, y=0.0, yaw=0.0, activity="drive", target=0, distance=0.0, reached=[],
+        ahead=[], walls=told[0],
+    )  # fmt: skip
+
+
+def test_a_robot_with_a_given_map_tells_learns_and_forgets_nothing_of_it() -> None:
+    scenario = scenario_of(TEXT)
+    ground = Ground(scenario)
+    before = ground.map
+    for sense in looks(scenario, turns=4):
+        assert not ground.look(sense, [])
+    assert ground.tell() == []
+    assert ground.map is before
+
+
+def test_what_the_own_eyes_saw_free_is_not_believed_from_others() -> None:
+    ground = learned(unknown())
+    columns = ground.map.shape[1]
+    row, column = ground.map.cell_of(*START[:2])
+    assert not ground.hear([row * columns + column])
+    assert ground.map.at(*START[:2]) == FREE
+
+
+@given(st.lists(st.integers(-(2**60), 2**60) | st.integers(-5000, 20_000), max_size=20))
+def test_cell_numbers_off_the_floor_are_ignored(cells: list[int]) -> None:
+    ground = Ground(unknown())
+    ground.hear(cells)
+    rows, columns = ground.map.shape
+    known = {cell for cell in cells if 0 <= cell < rows * columns}
+    assert set(np.flatnonzero(ground.map.cells == WALL).tolist()) == known
+
+
+def test_hearing_the_same_again_is_no_news() -> None:
+    ground = Ground(unknown())
+    assert ground.hear([500, 501])
+    assert not ground.hear([500, 501])
+
+
+def test_forgetting_leaves_an_empty_floor_that_can_be_learned_anew() -> None:
+    scenario = unknown()
+    ground = learned(scenario)
+    ground.forget()
+    assert not (ground.map.cells == WALL).any()
+    assert bool(ground.grid.free[5:-5, 5:-5].all())
+    for _ in range(12):
+        for sense in looks(scenario):
+            ground.look(sense, [])
+    assert ground.map.at(4.05, 2.5) == WALL
+
+
+def test_the_grid_is_always_the_one_grown_from_the_map() -> None:
+    from swarm.robot.ground import planning_grid
+
+    scenario = unknown(noise=0.03)
+    ground = Ground(scenario)
+    for number, sense in enumerate(looks(scenario)):
+        ground.look(sense, [])
+        ground.hear([number * 37])
+    grown = planning_grid(scenario, ground.map)
+    assert (ground.grid.solid == grown.solid).all()
+    assert (ground.grid.free == grown.free).all()
+    assert np.allclose(ground.grid.clearance, grown.clearance)
