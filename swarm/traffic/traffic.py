@@ -54,6 +54,7 @@ class TrafficInputs(NamedTuple):
     braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
     readings: tuple[Reading, ...] = ()  # left, front, right
     heard: Sequence[TrafficBroadcast] = ()
+    path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
 
 
 class TrafficOutputs(NamedTuple):
@@ -115,7 +116,7 @@ class Traffic:
 
         situation = Situation(tick, walk.head, self._goal, frozenset(self._obstacles), self._hearsay.others, fresh)
         events += self._joint.step(situation)
-        walk = self._find_way(walk, situation)
+        walk = self._find_way(walk, situation, inputs.path)
         waits: tuple[str, ...] = ()
         face = None
         if self._joint.frozen is not None:
@@ -220,7 +221,7 @@ class Traffic:
 
     # ---- layer 2: which way
 
-    def _find_way(self, walk: Walk, situation: Situation) -> Walk:
+    def _find_way(self, walk: Walk, situation: Situation, path: Sequence[Point]) -> Walk:
         """Adopt a joint plan's way, or keep to it, or find one's own."""
         joint, tick = self._joint, situation.tick
         if joint.way is not None:
@@ -238,7 +239,7 @@ class Traffic:
             return walk
         self._retry_at = tick + RETRY
         self._route_for = wanted
-        route = own_way(self.cells, walk.head, self._goal, wanted[1] - {walk.head})
+        route = own_way(self.cells, walk.head, self._goal, wanted[1] - {walk.head}, path)
         return self._without_stale_claims(walk.alone(route))
 
     @staticmethod
