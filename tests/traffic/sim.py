@@ -86,7 +86,7 @@ class Simulation:
             self.bodies[name] = Body(Pose(*start, wrap(yaw)), list(ends), traffic)
         self.watch = Watch(cells, settings.radius, DT)
         self.events: list[tuple[int, Event]] = []
-        self._walls = Walls(cells)
+        self.walls = Walls(cells)
 
     # ---- running
 
@@ -102,7 +102,7 @@ class Simulation:
     def done(self) -> bool:
         """Tell whether every living robot stands at its last goal."""
         return all(
-            body.dead or (body.reached >= len(body.goals) - 1 and _apart(body.pose, body.goal) <= self.near)
+            body.dead or (body.reached >= len(body.goals) - 1 and apart(body.pose, body.goal) <= self.near)
             for body in self.bodies.values()
         )
 
@@ -136,10 +136,10 @@ class Simulation:
                 body.speed = 0.0
                 body.inbox = []
             moved[name] = body.pose != before
-            body.driven += _apart(body.pose, before)
-            while body.reached < len(body.goals) - 1 and _apart(body.pose, body.goal) <= self.near:
+            body.driven += apart(body.pose, before)
+            while body.reached < len(body.goals) - 1 and apart(body.pose, body.goal) <= self.near:
                 body.reached += 1
-            if body.reached == len(body.goals) - 1 and _apart(body.pose, body.goal) <= self.near:
+            if body.reached == len(body.goals) - 1 and apart(body.pose, body.goal) <= self.near:
                 body.arrived_at = min(body.arrived_at, self.tick * DT)
         self._radio(sent)
         self.events += [(self.tick, event) for event in events]
@@ -179,7 +179,7 @@ class Simulation:
             for other, body in self.bodies.items():
                 if (
                     other != name
-                    and _apart(here, body.pose) <= self.settings.radio_range
+                    and apart(here, body.pose) <= self.settings.radio_range
                     and self.random.random() >= self.faults.loss
                 ):
                     body.inbox.append(broadcast)
@@ -195,7 +195,7 @@ class Simulation:
             return
         aim = out.face or self._aim(body, out)
         error = bearing(body.pose, aim)
-        far = _apart(body.pose, aim)
+        far = apart(body.pose, aim)
         turn = max(-TURN, min(TURN, 4.0 * error))
         if out.face is not None or not out.may_drive or far < 0.03:
             wanted = 0.0
@@ -213,7 +213,7 @@ class Simulation:
     def _aim(self, body: Body, out: TrafficOutputs) -> Point:
         """Choose the farthest waypoint that the disc reaches straight through held cells."""
         for point in reversed(out.waypoints):
-            length = _apart(body.pose, point)
+            length = apart(body.pose, point)
             count = max(1, ceil(length / 0.1))
             if all(
                 self.cells.fits(
@@ -235,7 +235,7 @@ class Simulation:
         near = [
             other.pose
             for key, other in self.bodies.items()
-            if key != name and _apart(other.pose, pose) < reach + 2 * radius
+            if key != name and apart(other.pose, pose) < reach + 2 * radius
         ]
         looks = body.outputs is not None and body.outputs.activity is TrafficActivity.LOOKING
         if not near and not looks:
@@ -243,8 +243,8 @@ class Simulation:
         readings = []
         for middle, half in SECTORS:
             angles = [pose.yaw + middle + share * half for share in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-            wall = min(self._walls.distance(pose.x, pose.y, angle, reach + radius) for angle in angles) - radius
-            hit = min((_ray_to_disc(pose, angle, other, radius) for angle in angles for other in near), default=inf)
+            wall = min(self.walls.distance(pose.x, pose.y, angle, reach + radius) for angle in angles) - radius
+            hit = min((ray_to_disc(pose, angle, other, radius) for angle in angles for other in near), default=inf)
             readings.append(Reading(min(hit - radius, wall, reach), min(wall, reach), middle, half))
         return tuple(readings)
 
@@ -272,14 +272,16 @@ def braking_path(pose: Pose, speed: float) -> list[Point]:
     return [(pose.x + share * length * cos(pose.yaw), pose.y + share * length * sin(pose.yaw)) for share in (0.5, 1.0)]
 
 
-def _apart(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+def apart(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Measure between two points or poses [m]."""
     return hypot(a[0] - b[0], a[1] - b[1])
 
 
-def _ray_to_disc(pose: Pose, angle: float, centre: Pose, radius: float) -> float:
+def ray_to_disc(pose: Pose, angle: float, centre: Pose, radius: float) -> float:
+    """Measure along a ray from a pose to a disc [m]; inf where it passes by."""
     along = (centre.x - pose.x) * cos(angle) + (centre.y - pose.y) * sin(angle)
     aside = abs(wrap(atan2(centre.y - pose.y, centre.x - pose.x) - angle))
-    off = sin(min(aside, pi / 2)) * _apart(pose, centre)
+    off = sin(min(aside, pi / 2)) * apart(pose, centre)
     if along <= 0 or off >= radius:
         return inf
     return along - sqrt(radius * radius - off * off)

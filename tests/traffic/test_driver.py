@@ -1,0 +1,143 @@
+"""The driver keeps the footprint in held cells whatever the tables say, and leaves them alone where it can."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose, Twist, integrate
+from swarm.planning.grid import Grid
+from swarm.traffic.driver import Body, Driver, Whose, distance_along
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.sweep import braking_points, line_room, path_room
+from tests.traffic.fuzzy_sim import ACCELERATION, DRIVE, FuzzySimulation
+from tests.traffic.maps import BAY, DOOR, TREE, Drawn
+from tests.traffic.sim import DT, Faults
+
+RADIUS, MARGIN = 0.2, 0.03
+
+
+def driver(drawn: Drawn, grid: Grid | None = None) -> Driver:
+    return Driver(
+        drawn.cells, DRIVE, radius=RADIUS, margin=MARGIN, acceleration=ACCELERATION, dt=DT, fastest=0.6, grid=grid
+    )
+
+
+@given(
+    x=st.floats(-0.3, 0.3),
+    y=st.floats(-0.3, 0.3),
+    yaw=st.floats(-pi, pi),
+    speeds=st.lists(st.tuples(st.floats(-0.2, 1.6), st.floats(-0.2, 1.6)), min_size=20, max_size=60),
+)
+def test_no_wheel_speeds_lead_out_of_the_held_cells(
+    x: float, y: float, yaw: float, speeds: list[tuple[float, float]]
+) -> None:
+    """Whatever the tables ask for, tick after tick, wheels ramping: the disc stays inside."""
+    a = DOOR.at("a")[0]
+    held = (a, a + 1, a + 1 + DOOR.cells.columns)
+    centre = DOOR.cells.centre(a)
+    driving = driver(DOOR)
+    body = Body(Pose(centre[0] + x, centre[1] + y, yaw), 0.0, 0.0)
+    waypoints = [DOOR.cells.centre(cell) for cell in held]
+    for tables in speeds:
+        aim = driving.aim(body.pose, held, waypoints)
+        wheels = driving.wheels(body, held, aim, stop_at=distance_along(body.pose, waypoints), tables=tables)
+        most = ACCELERATION * DT
+        left = min(body.left + most, max(body.left - most, wheels.left))
+        right = min(body.right + most, max(body.right - most, wheels.right))
+        body = Body(integrate(body.pose, DRIVE.twist(left, right), DT), left, right)
+        assert DOOR.cells.fits(held, body.pose.x, body.pose.y, RADIUS)
+
+
+def test_tables_pass_unchanged_where_there_is_room() -> None:
+    a = DOOR.at("a")[0]
+    held = (a, a + 1, a + 2)
+    start = DOOR.cells.centre(a)
+    wheels = driver(DOOR).wheels(
+        Body(Pose(*start, 0.0), 0.4, 0.4), held, DOOR.cells.centre(a + 2), stop_at=2.4, tables=(0.5, 0.55)
+    )
+    assert (wheels.left, wheels.right, wheels.whose) == (0.5, 0.55, Whose.TABLES)
+
+
+def test_it_slows_before_its_last_point_and_keeps_the_ratio() -> None:
+    a = DOOR.at("a")[0]
+    start = DOOR.cells.centre(a)
+    wheels = driver(DOOR).wheels(
+        Body(Pose(*start, 0.0), 0.4, 0.4), (a, a + 1), (start[0] + 0.2, start[1]), stop_at=0.1, tables=(0.8, 0.9)
+    )
+    assert wheels.whose is Whose.TABLES
+    assert wheels.right < 0.6
+    assert wheels.left / wheels.right == pytest.approx(0.8 / 0.9)
+
+
+def test_it_turns_on_the_spot_when_it_faces_away() -> None:
+    a = DOOR.at("a")[0]
+    start = DOOR.cells.centre(a)
+    aim = DOOR.cells.centre(a + 1)
+    wheels = driver(DOOR).wheels(Body(Pose(*start, pi / 2), 0.0, 0.0), (a, a + 1), aim, stop_at=1.2, tables=(0.6, 0.6))
+    assert wheels.whose is Whose.TURN
+    assert wheels.left == -wheels.right > 0
+
+
+def test_it_aims_no_farther_than_a_straight_way_goes() -> None:
+    a = DOOR.at("a")[0]
+    columns = DOOR.cells.columns
+    held = (a, a + 1, a + 1 - columns)
+    waypoints = [DOOR.cells.centre(cell) for cell in held]
+    assert driver(DOOR).aim(Pose(*waypoints[0], 0.0), held, waypoints) == waypoints[1]
+    stairs = (*held, a + 2 - columns)
+    points = [*waypoints, DOOR.cells.centre(stairs[-1])]
+    assert driver(DOOR).aim(Pose(*waypoints[1], 0.0), stairs, points) == points[2]
+
+
+def test_walls_inside_held_cells_are_kept_clear_of() -> None:
+    grid = Grid.grown(BAY.occupancy, RADIUS, resolution=0.1)
+    a = BAY.at("a")[0]
+    held = tuple(range(len(BAY.cells)))  # held or not, walls are walls
+    start = BAY.cells.centre(a + 1)
+    wheels = driver(BAY, grid).wheels(
+        Body(Pose(*start, 1.2), 0.6, 0.6), held, BAY.cells.centre(a + 3), stop_at=2.4, tables=(0.8, 0.8)
+    )
+    assert wheels.left < 0.5
+
+
+@given(left=st.floats(-1, 1), right=st.floats(-1, 1), yaw=st.floats(-pi, pi))
+def test_the_braking_path_is_what_the_wheels_drive(left: float, right: float, yaw: float) -> None:
+    points = braking_points(1.0, 2.0, yaw, left, right, DRIVE.track_width, ACCELERATION, DT)
+    pose, most = Pose(1.0, 2.0, yaw), ACCELERATION * DT
+    for x, y in points.tolist():
+        left -= min(most, max(-most, left))
+        right -= min(most, max(-most, right))
+        twist: Twist = DRIVE.twist(left, right)
+        straight = integrate(pose, twist, DT)
+        assert (x, y) == pytest.approx((straight.x, straight.y), abs=0.01)
+        pose = straight
+    assert left == right == 0.0
+
+
+def test_rooms_are_distances_to_boxes() -> None:
+    boxes = np.array([[1.0, -1.0, 2.0, 1.0]])
+    assert line_room(boxes, 0.0, 0.0, 0.5, 0.0) == pytest.approx(0.5)
+    assert path_room(boxes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.1, 0.05, 8) == pytest.approx(1.0)
+    assert path_room(boxes, 0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5, 0.4, 0.1, 0.05, 8) < 0.8
+
+
+@pytest.mark.parametrize(
+    ("drawn", "starts", "goals"),
+    [(BAY, "ab", "ba"), (TREE, "abc", "bca"), (DOOR, "abcd", "dcba")],
+    ids=["bay", "tree", "door"],
+)
+def test_fleets_under_the_paper_s_controller(drawn: Drawn, starts: str, goals: str) -> None:
+    simulation = FuzzySimulation(
+        drawn.cells,
+        drawn.points(starts),
+        [[point] for point in drawn.points(goals)],
+        settings=TrafficSettings(),
+        faults=Faults(loss=0.3),
+        seed=2,
+    )
+    assert simulation.run(200)
+    assert simulation.watch.faults == []
+    assert simulation.fuzzy_share > 0.5
