@@ -23,6 +23,7 @@ KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
 GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
 SURE: Final = 8  # count from which a solid cell is told to others
 LISTEN: Final = 1.0  # s at the start in which nothing is learned: who is near has not been heard yet
+DOUBT: Final = 4.0  # standard deviations of a reading short of the range: it may still have hit nothing
 BODY: Final = 0.25  # m, a hit so near to another robot's footprint is that robot
 TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
 
@@ -41,6 +42,7 @@ class Ground:
         settings = scenario.settings
         self._known = settings.map.known
         self._range, self._radius = settings.sensors.range, settings.robot.radius
+        self._hits = self._range - 0.01 - DOUBT * settings.sensors.noise  # m, a reading below that hit something
         self._angles = [angle for sector in sectors(settings.sensors) for angle in sector]
         self.map = scenario.map if self._known else _blank(scenario.map)
         if not self._known:
@@ -79,7 +81,7 @@ class Ground:
         for angle, read in zip(self._angles, sense.rays, strict=True):
             reach = self._radius + read
             end = from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach, 0.0)
-            hit = read < self._range - 0.01 and all(distance(end, body) > self._radius + BODY for body in bodies)
+            hit = read < self._hits and all(distance(end, body) > self._radius + BODY for body in bodies)
             note(self._odds, x, y, yaw + angle, reach / side, hit, GAIN, LOSS, MOST)
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 

@@ -52,7 +52,7 @@ def test_a_closed_door_sends_every_robot_another_way_within_two_ticks_and_nobody
 def test_a_wall_right_before_a_driving_robot_is_not_touched() -> None:
     """As near as the world allows: any nearer it refuses, since no robot could stop."""
     simulation = Simulation.of(two_doors(), 1, 1)
-    put = []
+    put: list[int] = []
 
     def watch(world: World) -> None:
         pose = world.poses()[0]

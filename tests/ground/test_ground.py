@@ -8,10 +8,11 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from shapely.geometry.base import BaseGeometry
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
-from swarm.messages import Broadcast, Sense
+from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
 from swarm.robot.ground import LISTEN, TELL, Ground
 from swarm.scenario.load import Scenario
@@ -55,9 +56,10 @@ def learned(scenario: Scenario, place: tuple[float, float] = START[:2]) -> Groun
     return ground
 
 
-def walls_of(floor: OccupancyMap) -> shapely.Geometry:
+def walls_of(floor: OccupancyMap) -> BaseGeometry:
     blocks = (shapely.Polygon(floor.corners(low, high)) for low, high in floor.blocks(WALL))
-    return shapely.unary_union(list(blocks))
+    union: BaseGeometry = shapely.unary_union(list(blocks))
+    return union
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])
@@ -67,7 +69,7 @@ def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float
     assert (ground.map.cells == WALL).sum() > 40
     truth = walls_of(scenario.map)
     for low, high in ground.map.blocks(WALL):
-        strayed = shapely.Polygon(ground.map.corners(low, high)).difference(truth.buffer(0.21 if noise else 0.1))
+        strayed = shapely.Polygon(ground.map.corners(low, high)).difference(truth.buffer(0.11 if noise else 0.1))
         assert strayed.area < 1e-6
     assert ground.map.at(*START[:2]) == FREE
     assert ground.map.at(9.5, 5.5) == UNKNOWN, "nobody looked there"
@@ -132,7 +134,7 @@ def test_news_fit_into_a_broadcast_and_come_round_to_late_comers() -> None:
     assert all(len(cells) <= TELL for cells in told)
     assert set(told[0]) <= set(chain.from_iterable(told[10:]))
     Broadcast(
-        robot="r1", run=0, tick=0, x=0.0, y=0.0, yaw=0.0, activity="drive", target=0, distance=0.0, reached=[],
+        robot="r1", run=0, tick=0, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=0.0, reached=[],
         ahead=[], walls=told[0],
     )  # fmt: skip
 

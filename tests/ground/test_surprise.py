@@ -27,7 +27,7 @@ def grid(scenario: Scenario) -> Grid:
     return planning_grid(scenario)
 
 
-def sense(time: float, left: float = FAR, front: float = FAR, right: float = FAR, pose: Pose = HERE) -> Sense:
+def sense(time: float, pose: Pose = HERE, left: float = FAR, front: float = FAR, right: float = FAR) -> Sense:
     return Sense(
         run=0, tick=round(time / TICK), time=time, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0,
         angular=0.0, left=left, front=front, right=right, bearings=[], hears=[],
@@ -37,7 +37,7 @@ def sense(time: float, left: float = FAR, front: float = FAR, right: float = FAR
 def seen(watch: Surprise, grid: Grid, start: float, end: float, others: list[Point], **readings: float) -> list[bool]:
     """Show the same readings from tick to tick; give whether each one halts."""
     ticks = range(round(start / TICK), round(end / TICK))
-    return [watch.watch(sense(tick * TICK, **readings), grid, others) for tick in ticks]
+    return [watch.watch(sense(tick * TICK, HERE, **readings), grid, others) for tick in ticks]
 
 
 @pytest.mark.parametrize("sector", ["left", "front", "right"])
