@@ -1,4 +1,4 @@
-"""The simple rule: of two that would meet, the one nearer the end of its mission goes first, the other stands meanwhile.
+"""The simple rule: of two that would meet, the one nearer the end of its mission goes first.
 
 More stops done goes first (who leaves a target is let out before the next one goes in), then the shorter way to the
 target, then the id: a total order, so that no ring of robots waits for itself. Who may go plans around those who stand.
@@ -44,8 +44,11 @@ def decide(rank: Rank, ahead: Sequence[Point], others: Iterable[Broadcast], radi
     room = 2 * radius + ROOM + (0.15 if waiting else 0.0)
     near = ahead[: int(STOP_BEFORE / STEP) + 1]
     yields, standing = [], []
+    here = ahead[0] if ahead else None
     for other in sorted(others, key=lambda broadcast: broadcast.robot):
         place = (other.x, other.y)
+        if here is None or distance(here, place) > STOP_BEFORE + HORIZON + HORIZON + room:
+            continue  # no point of its way can be near one of mine
         if other.activity in STILL:
             if any(distance(point, place) < 2 * radius + BRUSH for point in ahead):
                 standing.append(place)
