@@ -16,6 +16,7 @@ from world.clearance import ClearanceJudge
 from world.physics import Contact
 
 MOVES: Final = 0.01  # m/s of the faster rim: below that a robot stands
+PARTED: Final = 1.0  # s; who touches the same again sooner has not let go of it: pressed bodies tremble
 DEADLOCK: Final = 10.0  # s that nobody unfinished has moved
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 
@@ -29,6 +30,8 @@ class Recorder:
         self._digest = hashlib.blake2b(digest_size=16)
         self._judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius, robots)
         self._last: Sequence[Pose] = starts
+        self._ticks = 0
+        self._touched: dict[Contact, int] = {}  # the tick at which each contact began last
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts begun while the robot stood still: no stop could have prevented them
@@ -65,6 +68,7 @@ class Recorder:
 
     def poses(self, poses: Sequence[Pose]) -> None:
         """Take where everybody stands at a tick."""
+        self._ticks += 1
         for number, pose in enumerate(poses):
             self._digest.update(struct.pack("<3d", *pose))
             self.path_length[number] += distance(self._last[number], pose)
@@ -75,12 +79,18 @@ class Recorder:
         """Take in that the floor is another from now on."""
         self._judge.set_floor(floor)
 
-    def contacts(self, contacts: Sequence[Contact], wheels: Sequence[tuple[float, float]]) -> None:
-        """Take the contacts that began in a tick, and how the wheels turned in it."""
-        for contact in contacts:
+    def contacts(self, contacts: Sequence[Contact], wheels: Sequence[tuple[float, float]]) -> list[Contact]:
+        """Take the contacts that began in a tick, and how the wheels turned in it; give those that count.
+
+        One that begins again within ``PARTED`` is still the same.
+        """
+        fresh = [c for c in contacts if self._ticks - self._touched.get(c, -PARTED / self._dt) >= PARTED / self._dt]
+        self._touched |= dict.fromkeys(contacts, self._ticks)
+        for contact in fresh:
             self.contact_counts[contact.robot][contact.kind] += 1
             if abs(sum(wheels[contact.robot])) / 2 <= MOVES:  # its round body was not going anywhere
                 self.struck[contact.robot] += 1
+        return fresh
 
     def is_reached(self, robot: int, stop: int) -> bool:
         """Tell whether a stop counts as reached."""
