@@ -1,24 +1,25 @@
-"""Bodies that roll, walls that stop them, rays that see both. The one file that touches pymunk.
+"""Bodies that roll, and walls that stop them. The one file that touches pymunk.
 
 Bodies are dynamic: between contacts each one ends every step exactly on the arc its wheels describe, since its
 velocity is set to the chord of that arc; in a contact the solver keeps shapes apart. Metres, seconds, radians.
 """
 
 from collections.abc import Iterable, Sequence
-from math import ceil, cos, inf, sin
+from math import ceil, inf
 from typing import Final, NamedTuple
 
+import numpy as np
 import pymunk
+from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, integrate, wrap
-from swarm.maps.occupancy import OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
+from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
+from world import rays
+
+Numbers = NDArray[np.float64]
 
 ROBOT: Final = 10  # collision types: this, and the map's kinds of cell
 KINDS: Final = {WALL: "wall", UNKNOWN: "wall", OBSTACLE: "obstacle", ROBOT: "robot"}
-
-STILL: Final = 0b01  # categories: what never moves, and robots
-MOVING: Final = 0b10
-SIGHT: Final = pymunk.ShapeFilter(mask=STILL)
 
 
 class Contact(NamedTuple):
@@ -39,14 +40,18 @@ class Physics:
         self._dt = dt
         self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # no body moves a quarter radius unchecked
         self._contacts: list[Contact] = []
-        self._touching = 0  # pairs of shapes in contact
+        self.touching: list[Contact] = []  # all that have begun and not ended
         self._still: list[pymunk.Shape] = []
         self.set_floor(floor)
         self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
+        self._round = list(self._bodies)  # what rays see as discs: robots, then round movers
+        self._square: list[tuple[pymunk.Body, float, float]] = []  # movers that are boxes, and their half sides
+        self._discs = np.array([(0.0, 0.0, radius)] * len(poses), np.float64).reshape(-1, 3)
+        self._boxes: Numbers = np.empty((0, 5))
+        self._stale = True  # bodies have moved since discs and boxes were placed
         for kind in KINDS:
             self._space.on_collision(ROBOT, kind, begin=self._on_contact, separate=self._on_parting, data=kind)
-        self._filters = [shape.filter for body in self._bodies for shape in body.shapes]
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Let what stands still be this."""
@@ -56,9 +61,10 @@ class Physics:
             for low, high in floor.blocks(kind):
                 shape = pymunk.Poly(self._space.static_body, floor.corners(low, high))
                 shape.collision_type = kind
-                shape.filter = pymunk.ShapeFilter(categories=STILL)
                 self._still.append(shape)
         self._space.add(*self._still)
+        solid = (floor.cells != FREE).astype(np.uint8)
+        self._ground = (solid, floor.resolution, *floor.origin)
 
     def add_mover(self, pose: Pose, radius: float | None, size: tuple[float, float] | None) -> None:
         """Put a moving obstacle on the floor: a disc of ``radius`` [m] or a box of ``size`` [m], along and across."""
@@ -66,29 +72,34 @@ class Physics:
         body.position, body.angle = (pose.x, pose.y), pose.yaw
         shape = pymunk.Circle(body, radius) if radius is not None else pymunk.Poly.create_box(body, size or (1.0, 1.0))
         shape.collision_type = OBSTACLE
-        shape.filter = pymunk.ShapeFilter(categories=MOVING)
         self._space.add(body, shape)
         self._movers.append(body)
+        self._stale = True
+        if radius is not None:
+            self._round.append(body)
+            self._discs = np.vstack([self._discs, (0.0, 0.0, radius)])
+        else:
+            length, width = size or (1.0, 1.0)
+            self._square.append((body, length / 2, width / 2))
+            self._boxes = np.vstack([self._boxes, (0.0, 0.0, 0.0, length / 2, width / 2)])
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
         body.position, body.angle = (pose.x, pose.y), pose.yaw
         shape = pymunk.Circle(body, self._radius)
         shape.collision_type = ROBOT
-        shape.filter = pymunk.ShapeFilter(group=number + 1, categories=MOVING)  # a robot's own rays pass it by group
+        shape.filter = pymunk.ShapeFilter(group=number + 1)  # says whose it is in a contact
         self._space.add(body, shape)
         return body
 
     def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
-        self._touching += 1
-        a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
-        if kind == ROBOT:
-            self._contacts += [Contact(a, "robot", b), Contact(b, "robot", a)]
-        else:
-            self._contacts.append(Contact(a, KINDS[kind], None))
+        begun = _both_ways(arbiter, kind)
+        self._contacts += begun
+        self.touching += begun
 
     def _on_parting(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
-        self._touching -= 1
+        for contact in _both_ways(arbiter, kind):
+            self.touching.remove(contact)
 
     def pose(self, robot: int) -> Pose:
         """Where a robot stands."""
@@ -102,6 +113,7 @@ class Physics:
         Returns the contacts that began, in order.
         """
         self._contacts = []
+        self._stale = True
         dt = self._dt / self._substeps
         for body, pose in zip(self._movers, movers, strict=True):
             x, y = body.position
@@ -114,7 +126,7 @@ class Physics:
                 end = integrate(Pose(x, y, body.angle), twist, dt)
                 body.velocity = ((end.x - x) / dt, (end.y - y) / dt)
                 body.angular_velocity = twist.angular
-            if self._touching:
+            if self.touching:
                 self._solve(dt)
             self._space.step(dt)
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
@@ -131,23 +143,37 @@ class Physics:
         for body in everybody:
             body.position_func = pymunk.Body.update_position
 
-    def cast(self, robot: int, angles: Iterable[float], reach: float) -> list[float]:
+    def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
         x, y = self._bodies[robot].position
-        yaw = self._bodies[robot].angle
-        whole = self._radius + reach
-        query, own = self._space.segment_query_first, self._filters[robot]
-        free = []
-        for angle in angles:
-            heading = yaw + angle
-            hit = query((x, y), (x + whole * cos(heading), y + whole * sin(heading)), 0.0, own)
-            free.append(reach if hit is None else min(reach, max(0.0, hit.alpha * whole - self._radius)))
-        return free
+        yaw, radius = self._bodies[robot].angle, self._radius
+        turned = np.asarray(angles, np.float64)
+        found = rays.cast(*self._ground, x, y, yaw, robot, self._placed_discs(), self._boxes, turned, radius + reach)
+        return [min(reach, max(0.0, distance - radius)) for distance in found.tolist()]
 
     def sees(self, a: Point, b: Point) -> bool:
         """Tell whether nothing that stands still lies between two points."""
-        return self._space.segment_query_first(a, b, 0.0, SIGHT) is None
+        return bool(rays.sees(*self._ground, *a, *b))
+
+    def _placed_discs(self) -> Numbers:
+        """Give where every disc is now: (n, 3) of x, y, radius; the robots first."""
+        if self._stale:
+            for row, body in enumerate(self._round):
+                self._discs[row, :2] = body.position
+            for row, (body, _, _) in enumerate(self._square):
+                self._boxes[row, :2] = body.position
+                self._boxes[row, 2] = body.angle
+            self._stale = False
+        return self._discs
 
 
 def _stay(body: pymunk.Body, dt: float) -> None:
     """Move nowhere."""
+
+
+def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:
+    """Name a contact as each robot in it has it."""
+    a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
+    if kind == ROBOT:
+        return [Contact(a, "robot", b), Contact(b, "robot", a)]
+    return [Contact(a, KINDS[kind], None)]

@@ -31,7 +31,7 @@ class Recorder:
         self._judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius, robots)
         self._last: Sequence[Pose] = starts
         self._ticks = 0
-        self._touched: dict[Contact, int] = {}  # the tick at which each contact began last
+        self._touched: dict[Contact, int] = {}  # the tick at which each contact was seen last
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts begun while the robot stood still: no stop could have prevented them
@@ -79,13 +79,15 @@ class Recorder:
         """Take in that the floor is another from now on."""
         self._judge.set_floor(floor)
 
-    def contacts(self, contacts: Sequence[Contact], wheels: Sequence[tuple[float, float]]) -> list[Contact]:
+    def contacts(
+        self, contacts: Sequence[Contact], touching: Sequence[Contact], wheels: Sequence[tuple[float, float]]
+    ) -> list[Contact]:
         """Take the contacts that began in a tick, and how the wheels turned in it; give those that count.
 
-        One that begins again within ``PARTED`` is still the same.
+        One that begins again within ``PARTED`` of its end is still the same; ``touching``: those that have not ended.
         """
         fresh = [c for c in contacts if self._ticks - self._touched.get(c, -PARTED / self._dt) >= PARTED / self._dt]
-        self._touched |= dict.fromkeys(contacts, self._ticks)
+        self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
         for contact in fresh:
             self.contact_counts[contact.robot][contact.kind] += 1
             if abs(sum(wheels[contact.robot])) / 2 <= MOVES:  # its round body was not going anywhere

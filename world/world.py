@@ -119,7 +119,7 @@ class World:
         heard = self._ether.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
-        for contact in self.recorder.contacts(contacts, self._wheels):
+        for contact in self.recorder.contacts(contacts, self._physics.touching, self._wheels):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
         self.recorder.poses(poses)

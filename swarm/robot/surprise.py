@@ -11,8 +11,8 @@ from swarm.planning.rays import nearest_on_map
 from swarm.robot.sectors import Angles, sectors
 from swarm.scenario.schema import Settings
 
-NEAR: Final = 0.6  # m, from the edge: nearer than that an unexplained thing ahead stops the robot,
-BESIDE: Final = 0.2  # m, and one at a side
+NEAR: Final = 0.8  # m, from the edge: nearer than that an unexplained thing ahead stops the robot,
+BESIDE: Final = 0.3  # m, and one at a side
 UNEXPLAINED: Final = 0.15  # m, so much nearer than the map alone would read
 BODY: Final = 0.35  # m and rad: so far off may a robot known by radio be, and still be what is seen
 LASTING: Final = 0.1  # s that it has to be there: a single reading is no thing
