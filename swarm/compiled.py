@@ -4,7 +4,15 @@ import importlib
 import sys
 from typing import Final
 
-KERNELS: Final = ("swarm.planning.grid", "swarm.planning.path", "swarm.robot.fuzzy", "swarm.robot.lookahead")
+KERNELS: Final = (
+    "swarm.planning.grid",
+    "swarm.planning.path",
+    "swarm.planning.rays",
+    "swarm.robot.fuzzy",
+    "swarm.robot.lookahead",
+    "swarm.traffic.driver",
+    "world.rays",
+)
 
 
 def load() -> None:

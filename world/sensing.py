@@ -27,13 +27,13 @@ class Sensing:
 
     def __init__(self, settings: SensorSettings, robots: int, seed: int) -> None:
         self._settings = settings
-        self._sectors = sectors(settings)
+        self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
 
     def distances(self, physics: Physics, robot: int) -> Distances:
         """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
         settings = self._settings
-        rays = physics.cast(robot, (angle for sector in self._sectors for angle in sector), settings.range)
+        rays = physics.cast(robot, self._angles, settings.range)
         if settings.noise:
             drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
             rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]

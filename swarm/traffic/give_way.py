@@ -44,18 +44,19 @@ def decide(rank: Rank, ahead: Sequence[Point], others: Iterable[Broadcast], radi
     room = 2 * radius + ROOM + (0.15 if waiting else 0.0)
     near = ahead[: int(STOP_BEFORE / STEP) + 1]
     yields, standing = [], []
-    here = ahead[0] if ahead else None
     for other in sorted(others, key=lambda broadcast: broadcast.robot):
         place = (other.x, other.y)
-        if here is None or distance(here, place) > STOP_BEFORE + HORIZON + HORIZON + room:
+        if not ahead or distance(ahead[0], place) > STOP_BEFORE + HORIZON + room:
             continue  # no point of its way can be near one of mine
         if other.activity in STILL:
-            if any(distance(point, place) < 2 * radius + BRUSH for point in ahead):
+            if _near(ahead, (place,), 2 * radius + BRUSH):
                 standing.append(place)
-            continue
-        if Rank(-other.target, other.distance, other.robot) >= rank:
-            continue
-        meets = any(distance(a, b) < room for a in near for b in (place, *other.ahead))
-        if meets:
+        elif Rank(-other.target, other.distance, other.robot) < rank and _near(near, (place, *other.ahead), room):
             yields.append(other.robot)
     return Verdict(tuple(yields), tuple(standing))
+
+
+def _near(some: Sequence[Point], others: Sequence[Point], apart: float) -> bool:
+    """Tell whether any two points are nearer than that [m]."""
+    limit = apart * apart
+    return any((ax - bx) ** 2 + (ay - by) ** 2 < limit for ax, ay in some for bx, by in others)
