@@ -18,7 +18,7 @@ from world.world import World
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
 ALONE, FOUR, LEARN, SHARE, ROUGH = range(1, 21), range(1, 11), range(1, 11), range(1, 6), range(1, 4)  # seeds
-WALL: Final = ((6.5, 9.0), (7.0, 11.5)), ((15.0, 5.0), (16.0, 6.0))  # m, rectangles put in the way
+WALL: Final = ((6.5, 9.0), (7.0, 10.5)), ((15.0, 5.0), (16.0, 6.0))  # m, rectangles put in the way
 PUT: Final = 100  # tick
 
 

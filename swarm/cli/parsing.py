@@ -35,7 +35,7 @@ def joined(arguments: Sequence[str]) -> list[str]:
     for word in arguments:
         if words and words[-1] in POINTS:
             words[-1] += f"={word}"
-        elif re.match(r"-[\d.]+,", word):
+        elif re.match(r"-[\d.][^,]*,", word):
             words.append(f" {word}")
         else:
             words.append(word)

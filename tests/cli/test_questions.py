@@ -1,0 +1,179 @@
+"""`swarm plan` and `swarm explain`: what they print, and one sentence for whatever is wrong."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarm.cli import main
+from swarm.cli.parsing import joined
+from tests.shared import PAPER, ROOT
+
+BENCHMARKS = ROOT.parent / "shared" / "data" / "movingai"
+Capture = pytest.CaptureFixture[str]
+
+MAP = """\
+type octile
+height 5
+width 6
+map
+......
+.@@@@.
+......
+.@@@@.
+......
+"""
+SCEN = """\
+version 1
+0\tsmall.map\t6\t5\t0\t0\t5\t0\t5.00000000
+0\tsmall.map\t6\t5\t1\t0\t1\t2\t4.00000000
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> tuple[Path, Path]:
+    (tmp_path / "small.map").write_text(MAP)
+    (tmp_path / "small.scen").write_text(SCEN)
+    return tmp_path / "small.map", tmp_path / "small.scen"
+
+
+def refused(capsys: Capture, *arguments: str | Path) -> str:
+    """Run a command that is wrong; it says so in one line, and prints nothing else."""
+    assert main([str(argument) for argument in arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("swarm: ")
+    assert said.err.count("\n") == 1
+    return said.err
+
+
+def test_a_plan_is_drawn_on_its_map(capsys: Capture) -> None:
+    assert main(["plan", str(PAPER), "--from", "2,2", "--to", "10,2"]) == 0
+    drawing = capsys.readouterr().out
+    assert "#" * 40 in drawing
+    assert len(drawing.splitlines()) >= 28
+
+
+def test_a_plan_in_json_has_its_points_and_length(capsys: Capture) -> None:
+    assert main(["plan", str(PAPER), "--from", "2,2", "--to", "10,2", "--json"]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["found"] is True
+    assert numbers["length"] > 8.0
+
+
+def test_no_way_is_an_answer_with_status_1(capsys: Capture) -> None:
+    assert main(["plan", str(PAPER), "--from", "2,2", "--to", "0.2,0.2", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["found"] is False
+
+
+def test_every_row_of_a_benchmark_file_is_solved_and_checked(capsys: Capture, small: tuple[Path, Path]) -> None:
+    assert main(["plan", str(small[0]), "--scen", str(small[1]), "--json"]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["rows"] == 2
+    assert numbers["mismatches"] == 0
+    assert numbers["median_ms"] >= 0.0
+
+
+def test_a_row_with_another_length_is_a_mismatch(capsys: Capture, small: tuple[Path, Path]) -> None:
+    small[1].write_text(SCEN.replace("5.00000000", "4.00000000"))
+    assert main(["plan", str(small[0]), "--scen", str(small[1])]) == 1
+    assert "mismatches: 1" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BENCHMARKS.is_dir(), reason="the MovingAI benchmark maps are not here")
+@pytest.mark.parametrize("name", ["Berlin_0_256", "maze512-4-0", "random512-20-0"])
+def test_the_benchmarks_own_lengths_are_met(capsys: Capture, name: str) -> None:
+    scen = BENCHMARKS / f"{name}.map.scen"
+    assert main(["plan", str(BENCHMARKS / f"{name}.map"), "--scen", str(scen), "--json"]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["mismatches"] == 0
+    assert numbers["rows"] == sum(1 for line in scen.read_text().splitlines() if "\t" in line)
+
+
+def test_an_explanation_names_rules_weight_and_speeds(capsys: Capture) -> None:
+    assert main(["explain", "0.3", "0.4", "1.6", "12"]) == 0
+    text = capsys.readouterr().out
+    assert "IF left_obs is near AND right_obs is far AND front_obs is near THEN" in text
+    assert "left_v 3.0000 m/s, right_v 1.0000 m/s" in text
+
+
+def test_an_explanation_in_json_has_the_designs_keys(capsys: Capture) -> None:
+    assert main(["explain", "1.6", "1.6", "1.6", "-45", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {"left_v", "right_v", "weight", "rules"} <= told.keys()
+    assert told["left_v"] < told["right_v"], "negative is to the left"
+
+
+def test_a_surface_is_drawn(tmp_path: Path, capsys: Capture) -> None:
+    picture = tmp_path / "surface.png"
+    assert main(["explain", "1", "1", "1", "0", "--surface", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+# fmt: off
+WRONG = {  # arguments, part of the sentence
+    "no command":             ((), "swarm --help"),
+    "unknown command":        (("fly",), "fly"),
+    "no points":              (("plan", PAPER), "--from"),
+    "one point":              (("plan", PAPER, "--from", "1,2"), "--to"),
+    "a point of one number":  (("plan", PAPER, "--from", "1", "--to", "2,2"), "X,Y"),
+    "a point of words":       (("plan", PAPER, "--from", "a,b", "--to", "2,2"), "'a,b'"),
+    "no such map":            (("plan", "nowhere.map", "--from", "1,1", "--to", "2,2"), "nowhere.map"),
+    "a folder":               (("plan", ROOT, "--from", "1,1", "--to", "2,2"), str(ROOT)),
+    "no map at all":          (("plan", ROOT / "README.md", "--from", "1,1", "--to", "2,2"), "README.md"),
+    "a radius below 0":       (("plan", PAPER, "--from", "1,1", "--to", "2,2", "--radius", "-1"), "--radius"),
+    "no such benchmark":      (("plan", PAPER, "--scen", "nowhere.scen"), ""),
+    "too few distances":      (("explain", "1", "2"), "explain"),
+    "a distance of letters":  (("explain", "a", "1", "1", "0"), "'a'"),
+    "a negative distance":    (("explain", "-1", "1", "1", "0"), "-1"),
+    "not a number":           (("explain", "nan", "1", "1", "0"), "nan"),
+    "an infinite bearing":    (("explain", "1", "1", "1", "inf"), "inf"),
+    "no such profile":        (("explain", "1", "1", "1", "0", "--profile", "nobody.yaml"), "nobody"),
+    "an edit of no kind":     (("edit", "lava", "1,1", "2,2"), "lava"),
+    "an edit of one corner":  (("edit", "wall", "1,1"), "X,Y"),
+    "an edit far out":        (("edit", "wall", "1,1", "1e9,2"), "1e6"),
+    "an edit of no number":   (("edit", "wall", "-1,nan", "1,2"), "nan"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_said_in_one_sentence(capsys: Capture, name: str) -> None:
+    arguments, part = WRONG[name]
+    assert part in refused(capsys, *arguments)
+
+
+def test_an_edit_without_a_fleet_says_so_negative_corners_or_not(tmp_runtime: Path, capsys: Capture) -> None:
+    assert "found none" in refused(capsys, "edit", "wall", "-1,-2", "-.5,3")
+
+
+@pytest.mark.parametrize("point", ["-1,2", "-.5,-2", "-1.5e1,3"])
+def test_a_point_below_zero_is_no_flag(point: str) -> None:
+    assert joined(["order", "r1", point])[-1] == f" {point}"
+    assert joined(["plan", "--from", point])[-1] == f"--from={point}"
+
+
+# fmt: off
+PIPED = {
+    "an explanation": ("explain", "0.8", "0.9", "1.0", "10"),
+    "the help":       ("--help",),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PIPED)
+def test_nobody_complains_when_the_reader_has_gone(name: str) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        process = subprocess.run(
+            [sys.executable, "-m", "swarm.cli", *PIPED[name]], stdout=write, stderr=subprocess.PIPE, check=False
+        )
+    finally:
+        os.close(write)
+    assert process.stderr == b""
+    assert process.returncode in {0, 1}
