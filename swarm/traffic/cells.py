@@ -90,6 +90,10 @@ class CellMap:
                     found.append(self._number(row, column))
         return tuple(found)
 
+    def swept(self, points: Iterable[Point], radius: float) -> frozenset[int]:
+        """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
+        return frozenset(cell for point in points for cell in self.touched(*point, radius)) - {OUTSIDE}
+
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
         """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
         touched = self.touched(x, y, radius)
@@ -97,17 +101,33 @@ class CellMap:
             return False
         return all(self._open[cell] for cell in touched) or self._disc_is_clear(x, y, radius)
 
-    def nearest_standable(self, x: float, y: float) -> int:
-        """Find the cell with room to stand whose centre is nearest to a point [m], or OUTSIDE where there is none."""
-        best = (float("inf"), OUTSIDE)
+    def moved_inside(self, cell: int, point: Point, radius: float) -> Point:
+        """Move a point towards the middle of a cell until a disc fits in the cell there [m, map frame]."""
+        x0, y0 = self.centre(cell)
+        for share in (1.0, 0.8, 0.6, 0.4, 0.2):
+            x, y = x0 + share * (point[0] - x0), y0 + share * (point[1] - y0)
+            if self.fits((cell,), x, y, radius):
+                return x, y
+        return x0, y0
+
+    def nearest_standable(self, x: float, y: float, among: Collection[int] = ()) -> int:
+        """Find the cell with room to stand that holds a point [m], else that whose centre is nearest to it.
+
+        Those of ``among`` come first; OUTSIDE where there is none at all.
+        """
         here = self.cell_of(x, y)
         if here != OUTSIDE and self.stands[here]:
             return here
-        for other, stands in enumerate(self.stands):
-            if stands:
-                cx, cy = self.centre(other)
-                best = min(best, (hypot(cx - x, cy - y), other))
-        return best[1]
+        standable = [cell for cell in sorted(among) if self.stands[cell]]
+        standable = standable or [cell for cell, stands in enumerate(self.stands) if stands]
+        if not standable:
+            return OUTSIDE
+
+        def away(cell: int) -> float:
+            centre = self.centre(cell)
+            return hypot(centre[0] - x, centre[1] - y)
+
+        return min(standable, key=away)
 
     # ---- distances
 

@@ -1,11 +1,12 @@
 """What a robot knows of the others: the newest record of each, by how many hops, and whether it can be believed."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from math import hypot
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from swarm.geometry import Pose
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
@@ -81,6 +82,12 @@ class Hearsay:
             if known.hops <= settings.hops and tick - known.record.stamp <= settings.keep
         ]
         return tuple(Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed])
+
+    def alone_in(self, held: Sequence[int], pose: Pose, tick: int) -> tuple[int, ...]:
+        """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
+        theirs = {cell for record in self.fresh(tick).values() for cell in record.held}
+        body = self._cells.cell_of(pose.x, pose.y)
+        return tuple(cell for cell in held if cell == body or cell not in theirs)
 
     def _hear_one(self, tick: int, broadcast: TrafficBroadcast) -> Iterator[Event]:
         own = broadcast.own

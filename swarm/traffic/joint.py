@@ -18,20 +18,10 @@ from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
 from swarm.traffic.record import Collect, Entry, Epoch, JointPlan, Record
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
 
 NEVER = -(10**9)
 SETTLE = 20  # ticks after which a member that shows no sign of the plan is taken to go without it
-
-
-class Situation(NamedTuple):
-    """What the life cycle looks at in one step."""
-
-    tick: int
-    head: int  # cell
-    goal: int  # cell
-    blocked: frozenset[int]  # cells a look found occupied
-    others: Mapping[str, Record]
-    fresh: Mapping[str, Record]
 
 
 class Task(NamedTuple):

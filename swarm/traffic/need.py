@@ -1,8 +1,9 @@
 """When a robot asks for a joint plan: its way is shut by somebody who will not open it without one."""
 
-from swarm.traffic.joint import JointPlanning, Situation
+from swarm.traffic.joint import JointPlanning
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
 
 AT_REST = 20  # ticks somebody has stood at its goal before it counts as resting there
 

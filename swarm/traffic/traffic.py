@@ -6,70 +6,31 @@ plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
 from collections.abc import Sequence
-from enum import StrEnum
-from math import hypot
-from typing import Final, NamedTuple
+from typing import Final
 
 from swarm.errors import ConfigError
-from swarm.geometry import Pose, bearing
+from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.claiming import Claiming
 from swarm.traffic.hearsay import Event, Hearsay
-from swarm.traffic.holds import ASK, TAKE, Case, Ledger, acknowledged, obstacle
-from swarm.traffic.joint import JointPlanning, Situation
-from swarm.traffic.look import Reading, sees_through, unexplained
+from swarm.traffic.holds import Ledger, acknowledged
+from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.look import sees_through, unexplained
 from swarm.traffic.need import Needs
-from swarm.traffic.record import Claim, Record, TrafficBroadcast
+from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
 from swarm.traffic.walk import ALONE, Walk
+
+__all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
 HALTED: Final = 10  # ticks stopped for something unknown, after which what is ahead is given back
-UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 FACING: Final = 0.1  # rad, off the cell looked at
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
-
-
-class TrafficActivity(StrEnum):
-    """What a robot is doing about others, in one word."""
-
-    LISTENING = "listening"  # just started or woken: hears who is near before it claims anything
-    DRIVING = "driving"
-    WAITING = "waiting"  # for those in ``waits``
-    STANDING = "standing"  # for a joint plan to come
-    LEADING = "leading"  # making one
-    HALTED = "halted"  # before something that nobody told of
-    LOOKING = "looking"  # whether a silent robot's cell is empty
-    CUT_OFF = "cut_off"  # no way leads to the goal
-    ARRIVED = "arrived"  # in the goal's cell, or there is no goal
-
-
-class TrafficInputs(NamedTuple):
-    """What one step is given."""
-
-    tick: int
-    pose: Pose
-    goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
-    braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
-    readings: tuple[Reading, ...] = ()  # left, front, right
-    heard: Sequence[TrafficBroadcast] = ()
-    path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
-
-
-class TrafficOutputs(NamedTuple):
-    """What one step gives."""
-
-    broadcast: TrafficBroadcast | None  # when it is this robot's turn
-    held: tuple[int, ...]  # cells the body must stay in; the last is the head
-    waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
-    may_drive: bool  # False: no forward speed; turning on the spot is safe
-    face: Point | None  # m, turn to this before anything else
-    waits: tuple[str, ...]
-    activity: TrafficActivity
-    events: tuple[Event, ...]
-    way: tuple[int, ...]  # cells to come, held ones first
-    members: tuple[str, ...]  # of the joint plan followed
 
 
 class Traffic:
@@ -87,6 +48,7 @@ class Traffic:
         self._slot = slot
         self._hearsay = Hearsay(me, cells, settings)
         self._joint = JointPlanning(me, cells, settings)
+        self._claiming = Claiming(me, cells, settings, self._joint)
         self._needs = Needs(me, settings)
         self._walk: Walk | None = None
         self._last_tick = -1
@@ -104,7 +66,8 @@ class Traffic:
         """Take one tick's inputs; call it each tick, before the motors run."""
         tick, pose = inputs.tick, inputs.pose
         body = self.cells.cell_of(pose.x, pose.y)
-        touched = self._touched(inputs)
+        footprint = self.settings.radius + self.settings.margin
+        touched = self.cells.swept(((pose.x, pose.y), *inputs.braking), footprint)
         walk = self._present(tick, body, touched, pose)
         events = self._hearsay.hear(tick, inputs.heard)
         fresh = self._hearsay.fresh(tick)
@@ -122,7 +85,8 @@ class Traffic:
         if self._joint.frozen is not None:
             walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
         elif tick >= self._listen_until:
-            walk, waits = self._claim(walk, situation, pose)
+            walk, waits = self._claiming.advance(walk, situation, pose, self._cleared)
+            self._moved = max(self._moved, self._claiming.took_at)
             face = self._look(walk, waits, inputs)
         self._walk = walk
         sends = (tick + self._slot) % self.settings.every == 0
@@ -135,12 +99,6 @@ class Traffic:
         return self._outputs(inputs, walk, waits, face, stopped, events, sends)
 
     # ---- the body and its cells
-
-    def _touched(self, inputs: TrafficInputs) -> frozenset[int]:
-        """List the cells that the footprint, with its margin, is in or would come into on its braking path."""
-        radius = self.settings.radius + self.settings.margin
-        points = ((inputs.pose.x, inputs.pose.y), *inputs.braking)
-        return frozenset(cell for point in points for cell in self.cells.touched(*point, radius)) - {OUTSIDE}
 
     def _present(self, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Bring the walk up to now: begin, wake up, or own up to having left the held cells."""
@@ -162,15 +120,9 @@ class Traffic:
         self._joint.leave()
         self._route_for = None
         number = walk.ledger.number if walk is not None else tick * 64 + 1
-        head = body if body in touched and self.cells.stands[body] else self._nearest(touched, pose)
+        head = self.cells.nearest_standable(pose.x, pose.y, touched)
         held = (*sorted(touched - {head}), head)
         return Walk(Ledger(held, (), number), (ALONE,) * len(held))
-
-    def _nearest(self, touched: frozenset[int], pose: Pose) -> int:
-        standable = [cell for cell in touched if self.cells.stands[cell]]
-        if not standable:
-            return self.cells.nearest_standable(pose.x, pose.y)
-        return min(standable, key=lambda cell: (_distance(self.cells.centre(cell), pose), cell))
 
     def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int) -> Walk:
         released = walk.released(touched, body)
@@ -188,7 +140,7 @@ class Traffic:
             table = self.cells.distances(walk.head)
             if cell == OUTSIDE or table[cell] >= FAR:
                 reachable = [other for other, steps in enumerate(table) if steps < FAR]
-                cell = min(reachable, key=lambda other: (_distance(self.cells.centre(other), goal), other))
+                cell = min(reachable, key=lambda other: (distance(self.cells.centre(other), goal), other))
             if cell != self._goal:
                 self._goal = cell
                 self._joint.leave()
@@ -201,7 +153,7 @@ class Traffic:
     ) -> tuple[Walk, bool]:
         """Stop before a body that is not where the others, the silent ones too, said they are."""
         told = {cell for record in self._hearsay.others.values() for cell in record.held}
-        theirs = (told | set(self._obstacles)) - set(walk.ledger.held)
+        theirs = (told | set(self._obstacles)) - set(self._hearsay.alone_in(walk.ledger.held, inputs.pose, inputs.tick))
         cell = unexplained(inputs.readings, inputs.pose, self.cells, theirs, self.settings)
         if cell is None:
             self._halted_since = None
@@ -251,86 +203,6 @@ class Traffic:
             good += 1
         return walk._replace(ledger=walk.ledger.withdraw(claims[good:])) if good < len(claims) else walk
 
-    # ---- layer 1: claims and holds
-
-    def _claim(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
-        """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose)
-        near = self._near(situation, pose)
-        while walk.route:
-            cell = walk.route[0]
-            step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
-            if cell in walk.ledger.held and not walk.ledger.claims and step_free:
-                walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
-                continue
-            if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
-                break
-            claim = walk.ledger.claims[0]
-            case = self._case(claim, walk, situation, near)
-            against = obstacle(TAKE, case) if step_free else "not its turn"
-            if against is not None:
-                waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
-                break
-            walk = walk.grown(walk.ledger.take(claim))
-            self._moved = situation.tick
-            waits = ()
-        return walk, waits
-
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
-        """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
-        room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
-        for ahead, cell in enumerate(walk.route[: max(0, room)]):
-            step = walk.next_step + ahead
-            first = self._joint.waits_for(step, situation) if walk.following else None
-            if first is not None and not (ahead == 0 and self._joint.next_after(step, situation)):
-                return walk, (first,) if ahead == 0 else ()
-            if ahead < len(walk.ledger.claims):
-                continue
-            if cell in walk.ledger.held or cell in self._obstacles:
-                return walk, ()
-            if _distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
-                return walk, ()
-            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
-            against = obstacle(ASK, case)
-            if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
-                return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
-            walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
-        return walk, ()
-
-    def _queues(self, against: str, case: Case, situation: Situation) -> bool:
-        """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""
-        held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
-        return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
-
-    def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
-        age = situation.tick - claim.stamp
-        others = situation.others
-        return Case(claim, self.me, self.me, walk.ledger, others, near, self._cleared, age, self.settings.ripe)
-
-    def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
-        """Name those heard of late who could claim a cell that I can claim."""
-        settings = self.settings
-        farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
-        reach = 2 * farthest + 1.5
-        return frozenset(
-            robot for robot, record in situation.fresh.items() if hypot(record.x - pose.x, record.y - pose.y) <= reach
-        )
-
-    def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
-        """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
-        cell = case.claim.cell
-        owners = tuple(
-            robot
-            for robot, notice in case.others.items()
-            if (robot, cell) not in self._cleared
-            and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
-        )
-        if owners or case.age < UNANSWERED:
-            return owners
-        ack = (self.me, case.claim.number)
-        return tuple(robot for robot in sorted(near) if ack not in case.others[robot].acks)
-
     # ---- silent robots
 
     def _look(self, walk: Walk, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
@@ -342,7 +214,7 @@ class Traffic:
         if not owners or any(inputs.tick - others[robot].stamp <= self.settings.surmise for robot in waits):
             return None
         centre, pose = self.cells.centre(cell), inputs.pose
-        if _distance(self.cells.centre(walk.head), pose) > CENTRED or len(inputs.readings) != 3:
+        if distance(self.cells.centre(walk.head), pose) > CENTRED or len(inputs.readings) != 3:
             return None
         if abs(bearing(pose, centre)) > FACING:
             return centre
@@ -402,10 +274,13 @@ class Traffic:
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         waypoints = [self.cells.centre(cell) for cell in held[place:]]
         if walk.head == self._goal and self._wish is not None:
-            waypoints[-1] = self._inside(self._goal, self._wish)
+            waypoints[-1] = self.cells.moved_inside(
+                self._goal, self._wish, self.settings.radius + 2 * self.settings.margin
+            )
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,
+            drivable=self._hearsay.alone_in(held, pose, inputs.tick),
             waypoints=tuple(waypoints),
             may_drive=not stopped,
             face=face,
@@ -415,16 +290,6 @@ class Traffic:
             way=(*held[place:], *walk.route),
             members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
         )
-
-    def _inside(self, cell: int, point: Point) -> Point:
-        """Move a point towards the middle of a cell until the robot fits in there."""
-        centre = self.cells.centre(cell)
-        radius = self.settings.radius + 2 * self.settings.margin
-        for share in (1.0, 0.8, 0.6, 0.4, 0.2):
-            x, y = centre[0] + share * (point[0] - centre[0]), centre[1] + share * (point[1] - centre[1])
-            if self.cells.fits((cell,), x, y, radius):
-                return x, y
-        return centre
 
     def _activity(
         self, walk: Walk, waits: tuple[str, ...], face: Point | None, stopped: bool, tick: int
@@ -441,7 +306,3 @@ class Traffic:
             (not walk.route, TrafficActivity.WAITING),
         )
         return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)
-
-
-def _distance(a: Point, b: Sequence[float]) -> float:
-    return hypot(a[0] - b[0], a[1] - b[1])

@@ -73,12 +73,12 @@ class FuzzySimulation(Simulation):
         driving = self._drivers[name]
         if out.face is not None:
             return driving.face(self._body(body), out.face)
-        aim = driving.aim(body.pose, out.held, out.waypoints)
+        aim = driving.aim(body.pose, out.drivable, out.waypoints)
         left, front, right = (reading.measured for reading in self._readings(name))
         tables = self._controller.wheel_speeds(left, front, right, -degrees(bearing(body.pose, aim)))
         return driving.wheels(
             self._body(body),
-            out.held,
+            out.drivable,
             aim,
             stop_at=distance_along(body.pose, out.waypoints),
             tables=(SCALE * tables[0], SCALE * tables[1]),

@@ -111,6 +111,18 @@ def test_the_leader_dies_while_it_leads() -> None:
     assert arrived == set(simulation.bodies) - {"r001", "r006"}
 
 
+def test_bodies_that_start_in_corners_of_one_cell_part() -> None:
+    drawn = Drawn(".......", "a.....b", ".......")
+    x, y = drawn.cells.centre(drawn.at("a")[0] + 1)
+    starts = [(x + 0.45, y), (x + 1.95, y)]  # both reach into the cell between them
+    ends = [[point] for point in drawn.points("ba")]
+    simulation = Simulation(drawn.cells, starts, ends, settings=TrafficSettings())
+    assert simulation.run(100)
+    assert simulation.watch.count("contact") == 0
+    assert simulation.watch.least_gap > 0.1
+    assert "halted" not in kinds(simulation)
+
+
 def test_cells_too_large_for_the_radio_are_refused() -> None:
     with pytest.raises(ConfigError, match="too short for cells"):
         Traffic("r0", BAY.cells, TrafficSettings(radio_range=3.0))

@@ -1,0 +1,108 @@
+"""Layer 1 of one robot: it asks for the next cells of its route, and takes those that all near have acknowledged."""
+
+from math import hypot
+from typing import Final
+
+from swarm.geometry import Pose, distance
+from swarm.traffic.cells import CellMap
+from swarm.traffic.holds import ASK, TAKE, Case, obstacle
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.record import Claim
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from swarm.traffic.walk import Walk
+
+UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
+
+
+class Claiming:
+    """Applies the rules of ``holds`` to the cells a robot wants next, in the order of its way and of its plan."""
+
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, joint: JointPlanning) -> None:
+        self.me = me
+        self.cells = cells
+        self.settings = settings
+        self.took_at = 0  # tick at which the last claim became a hold
+        self._joint = joint
+        self._cleared: frozenset[tuple[str, int]] = frozenset()
+
+    def advance(
+        self, walk: Walk, situation: Situation, pose: Pose, cleared: frozenset[tuple[str, int]]
+    ) -> tuple[Walk, tuple[str, ...]]:
+        """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
+        self._cleared = cleared
+        walk, waits = self._ask(walk, situation, pose)
+        near = self._near(situation, pose)
+        while walk.route:
+            cell = walk.route[0]
+            step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
+            if cell in walk.ledger.held and not walk.ledger.claims and step_free:
+                walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
+                continue
+            if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
+                break
+            claim = walk.ledger.claims[0]
+            case = self._case(claim, walk, situation, near)
+            against = obstacle(TAKE, case) if step_free else "not its turn"
+            if against is not None:
+                waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
+                break
+            walk = walk.grown(walk.ledger.take(claim))
+            self.took_at = situation.tick
+            waits = ()
+        return walk, waits
+
+    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+        """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
+        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
+        for ahead, cell in enumerate(walk.route[: max(0, room)]):
+            step = walk.next_step + ahead
+            first = self._joint.waits_for(step, situation) if walk.following else None
+            if first is not None and not (ahead == 0 and self._joint.next_after(step, situation)):
+                return walk, (first,) if ahead == 0 else ()
+            if ahead < len(walk.ledger.claims):
+                continue
+            if cell in walk.ledger.held or cell in situation.blocked:
+                return walk, ()
+            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+                return walk, ()
+            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
+            against = obstacle(ASK, case)
+            if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
+                return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
+            walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
+        return walk, ()
+
+    def _queues(self, against: str, case: Case, situation: Situation) -> bool:
+        """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""
+        held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
+        return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
+
+    def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
+        age = situation.tick - claim.stamp
+        others = situation.others
+        return Case(claim, self.me, self.me, walk.ledger, others, near, self._cleared, age, self.settings.ripe)
+
+    def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
+        """Name those heard of late who could claim a cell that I can claim."""
+        settings = self.settings
+        farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
+        reach = 2 * farthest + 1.5
+        return frozenset(
+            robot for robot, record in situation.fresh.items() if hypot(record.x - pose.x, record.y - pose.y) <= reach
+        )
+
+    def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
+        """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
+        cell = case.claim.cell
+        owners = tuple(
+            robot
+            for robot, notice in case.others.items()
+            if (robot, cell) not in self._cleared
+            and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
+        )
+        if owners or case.age < UNANSWERED:
+            return owners
+        ack = (self.me, case.claim.number)
+        return tuple(robot for robot in sorted(near) if ack not in case.others[robot].acks)

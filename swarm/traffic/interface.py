@@ -1,0 +1,53 @@
+"""What goes into one robot's traffic each tick, and what comes out of it."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
+from swarm.traffic.hearsay import Event
+from swarm.traffic.look import Reading
+from swarm.traffic.record import TrafficBroadcast
+
+
+class TrafficActivity(StrEnum):
+    """What a robot is doing about others, in one word."""
+
+    LISTENING = "listening"  # just started or woken: hears who is near before it claims anything
+    DRIVING = "driving"
+    WAITING = "waiting"  # for those in ``waits``
+    STANDING = "standing"  # for a joint plan to come
+    LEADING = "leading"  # making one
+    HALTED = "halted"  # before something that nobody told of
+    LOOKING = "looking"  # whether a silent robot's cell is empty
+    CUT_OFF = "cut_off"  # no way leads to the goal
+    ARRIVED = "arrived"  # in the goal's cell, or there is no goal
+
+
+class TrafficInputs(NamedTuple):
+    """What one step is given."""
+
+    tick: int
+    pose: Pose
+    goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
+    braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
+    readings: tuple[Reading, ...] = ()  # left, front, right
+    heard: Sequence[TrafficBroadcast] = ()
+    path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
+
+
+class TrafficOutputs(NamedTuple):
+    """What one step gives."""
+
+    broadcast: TrafficBroadcast | None  # when it is this robot's turn
+    held: tuple[int, ...]  # cells the body is in or may enter; the last is the head
+    drivable: tuple[int, ...]  # those of them to drive into: none in which somebody else stands with a part of it too
+    waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
+    may_drive: bool  # False: no forward speed; turning on the spot is safe
+    face: Point | None  # m, turn to this before anything else
+    waits: tuple[str, ...]
+    activity: TrafficActivity
+    events: tuple[Event, ...]
+    way: tuple[int, ...]  # cells to come, held ones first
+    members: tuple[str, ...]  # of the joint plan followed

@@ -1,0 +1,17 @@
+"""What one robot knows of traffic in one step."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from swarm.traffic.record import Record
+
+
+class Situation(NamedTuple):
+    """Where it stands, where it wants to be, and what the others last said."""
+
+    tick: int
+    head: int  # cell
+    goal: int  # cell
+    blocked: frozenset[int]  # cells a look found occupied
+    others: Mapping[str, Record]
+    fresh: Mapping[str, Record]
