@@ -22,6 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--bind", default="127.0.0.1", metavar="HOST", help="0.0.0.0: viewers on other machines too")
     parser.add_argument("--port", type=int, default=0, help="of the data, 0: any free one")
     parser.add_argument("--web-port", type=int, default=0, help="of the page, 0: any free one")
+    parser.add_argument("--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's")
     given = parser.parse_args(arguments)
     if lacking := missing():
         print(lacking, file=sys.stderr)
@@ -39,6 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
             bind=given.bind,
             grpc_port=given.port,
             web_port=given.web_port,
+            rules=given.rules,
         )
     except SwarmError as fault:
         print(fault, file=sys.stderr)

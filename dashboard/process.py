@@ -34,9 +34,12 @@ def run(
     bind: str = LOOPBACK,
     grpc_port: int = 0,
     web_port: int = 0,
+    rules: str | None = None,
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet until its run is over or we are told to stop; 0 ports are chosen freely.
+
+    ``rules`` is the robot whose fired rules are shown, by default the first.
 
     Raises:
         ConfigError: a port is in use, the file cannot be written, there is no router or no viewer.
@@ -57,7 +60,7 @@ def run(
             log(f"dashboard: {page_address(page, data, bind)}")
 
         opened = ViewerWindow(log) if mode == "viewer" else open_page
-        show = Show(recorder, fleet, log, opened)
+        show = Show(recorder, fleet, log, opened, selected=rules)
         follow(bus, show, stop.is_set)
         show.draw()
         if stop.is_set() and isinstance(opened, ViewerWindow):

@@ -21,6 +21,7 @@ class Scene:
     settings: Settings
     map: OccupancyMap
     starts: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    profile: object = None  # the fuzzy profile as plain values, None where the world does not tell it
 
     def targets(self, robot: int) -> list[Point]:
         """List the targets of robot number ``robot``, home not among them."""
@@ -29,14 +30,14 @@ class Scene:
 
 
 def scene_of(floor: Floor) -> Scene:
-    """Read a ``Floor``; of its ``scenario``, the ``settings`` and, if there, the ``starts``: robot -> (x, y, yaw).
+    """Read a ``Floor``: of its ``scenario`` the ``settings`` and, if there, ``profile`` and ``starts`` ((x, y, yaw)s).
 
     Raises:
         PeerError: it does not hold settings and a map.
     """
     settings = _converted(floor.scenario.get("settings"), Settings)
     starts = _converted(floor.scenario.get("starts", {}), dict[str, tuple[float, float, float]])
-    return Scene(settings, unpack(floor.packed), starts)
+    return Scene(settings, unpack(floor.packed), starts, floor.scenario.get("profile"))
 
 
 def _converted(raw: object, kind: type[T]) -> T:

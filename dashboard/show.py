@@ -3,11 +3,12 @@
 from collections.abc import Callable
 
 from dashboard.collect import Collector
+from dashboard.overlays import Overlays
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
-from swarm.messages import Event, Floor, Message
+from swarm.messages import Event, Floor, Message, Truth
 
 
 class Show:
@@ -22,6 +23,7 @@ class Show:
         fleet: str,
         log: Callable[[str], None] = print,
         opened: Callable[[str], None] = lambda url: None,
+        selected: str | None = None,
     ) -> None:
         self.progress = Progress()
         self.scene: Scene | None = None
@@ -29,6 +31,9 @@ class Show:
         self._fleet = fleet
         self._log = log
         self._opened = opened
+        self._selected = selected  # the robot whose rules are shown
+        self._overlays: Overlays | None = None
+        self._truth: Truth | None = None
         self._shown = -1
         self._view: View | None = None
         self._collector: Collector | None = None
@@ -45,6 +50,8 @@ class Show:
             return
         before = self.progress
         self.progress = fold(before, message)
+        if isinstance(message, Truth) and message.run == self.progress.run:
+            self._truth = message
         if self.progress is before:
             return
         if self.progress.run != before.run or self.progress.order != before.order:
@@ -60,10 +67,14 @@ class Show:
         """Draw what has gathered."""
         if self._view is not None and self._collector is not None:
             self._view.draw(self._collector.batch())
+            if self._overlays is not None and self._truth is not None:
+                self._overlays.draw(self._view, self._truth)
+                self._truth = None
 
     def _take_floor(self, floor: Floor) -> None:
         try:
             self.scene = scene_of(floor)
+            self._overlays = Overlays(self.scene, self._selected)
         except SwarmError as fault:
             self._log(f"dashboard: {fault}")
             return

@@ -37,6 +37,7 @@ def run(options: argparse.Namespace) -> int:
             limit=limit,
             wait=options.wait,
             dashboard=options.dashboard,
+            rules=options.rules,
             record=options.record,
             report=options.report,
             port=options.port,
@@ -112,6 +113,9 @@ def add(commands: "Commands[Parser]") -> None:
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
+    launch.add_argument(
+        "--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's"
+    )
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     launch.add_argument("--port", type=int, default=0, help="of the router; 0 picks a free one")
     launch.add_argument("--fleet", help="name of the fleet; by default the scenario's")

@@ -41,6 +41,7 @@ class Options:
     limit: float  # s, simulated
     wait: bool
     dashboard: str  # auto, viewer, web, off
+    rules: str | None  # the robot whose fired rules the dashboard shows
     record: Path | None
     report: Path | None
     port: int
@@ -72,7 +73,7 @@ def run(options: Options) -> int:
     with told_to_stop() as stop, registered(options.fleet or options.scenario.settings.name, endpoint) as (name, home):
         say = console.print if console.is_terminal else _say
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
-        shown = {"mode": mode, "record": options.record}
+        shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
             say(f"watch it: {modes.page_address(ports['web_port'], ports['grpc_port'])}")

@@ -43,6 +43,8 @@ class CellPilot:
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
         sense, pose, goal = situation.sense, situation.pose, situation.goal
+        path = situation.navigator.path
+        self._driver.grid = situation.navigator.grid
         body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
             TrafficInputs(
@@ -51,6 +53,7 @@ class CellPilot:
                 goal=goal,
                 braking=self._driver.braking(body),
                 readings=self._readings(situation),
+                path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )
         )
