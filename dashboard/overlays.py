@@ -1,5 +1,6 @@
 """What lies over the floor at a moment: the rules that fire in one robot, the cells held, and who waits for whom."""
 
+from math import degrees
 from typing import Protocol
 
 from dashboard.scene import Scene
@@ -40,19 +41,19 @@ class Overlays:
         bodies = {body.robot: body for body in truth.bodies}
         if not bodies:
             return
-        view.show_rules(truth.time, self.rules(bodies.get(self._selected or "", truth.bodies[0])))
+        if self._controller is not None:
+            selected = bodies.get(self._selected or "", truth.bodies[0])
+            view.show_rules(truth.time, self.rules(self._controller, selected))
         if self._cells is not None:
             view.show_held(truth.time, {name: self.boxes(body) for name, body in bodies.items()})
             view.show_waits(truth.time, waits(bodies))
 
-    def rules(self, body: Body) -> str:
+    def rules(self, controller: Controller, body: Body) -> str:
         """Explain what a robot's tables make of what it senses, as markdown."""
-        if self._controller is None:
-            return "The controller's rules are not known."
         scale = self._scene.settings.robot.distance_scale
-        heading_deg = -body.heading * 57.29577951308232  # the paper's sign: positive is to the right
+        heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
         try:
-            told = self._controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
+            told = controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
         except SwarmError as fault:
             return f"{body.robot}: {fault}"
         joint = f", in a joint plan with {', '.join(body.members)}" if body.members else ""
