@@ -41,8 +41,10 @@ def values_of(type_: inspect.Type) -> st.SearchStrategy[Any]:
             return st.integers(-5, 5) | st.text(max_size=5) | st.binary(max_size=5) | st.none()
         case inspect.EnumType(cls=cls):
             return st.sampled_from(cls)
-        case inspect.ListType(item_type=item) | inspect.VarTupleType(item_type=item):
+        case inspect.ListType(item_type=item):
             return st.lists(values_of(item), max_size=4)
+        case inspect.VarTupleType(item_type=item):
+            return st.lists(values_of(item), max_size=4).map(tuple)
         case inspect.TupleType(item_types=items):
             return st.tuples(*map(values_of, items))
         case inspect.DictType(key_type=key, value_type=value):

@@ -219,7 +219,7 @@ class Host:
         for name, sense in world.senses(lockstep).items():
             if self._sessions[name]:
                 bus.send(SENSE, sense, robot=name)
-        if world.tick % self._truth_every == 0:
+        if world.tick % self._truth_every == 0 and bus.wanted(TRUTH):
             bus.send(TRUTH, world.truth())
         if lockstep:
             self._await_all(stop)

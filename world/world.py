@@ -4,7 +4,7 @@ What happens at tick k takes effect at k + 1, in the order of the robots' number
 own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from shapely import Point as ShapelyPoint
 from shapely import Polygon
@@ -84,22 +84,24 @@ class World:
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Sense for every robot at this tick."""
+        return dict(self.each_sense(lockstep))
+
+    def each_sense(self, lockstep: bool) -> Iterator[tuple[str, Sense]]:
+        """Sense for one robot after the other, so that the first need not wait for the last."""
         sensing, physics = self._sensing, self._physics
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
         rays_needed = not self._settings.map.known
-        found = {}
         for number, name in enumerate(self.robots):
             pose = physics.pose(number)
             twist = self._drive.twist(*self._wheels[number])
             left, front, right, rays = self._distances[number] = sensing.distances(physics, number)
-            found[name] = Sense(
+            yield name, Sense(
                 run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
                 bearings=sensing.bearings(physics, number, pose, self._stops[number]), hears=self._heard[number],
                 rays=rays if rays_needed else [], edits_before=self.edits - len(edits), edits=edits,
             )  # fmt: skip
-        return found
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
         """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""

@@ -85,6 +85,7 @@ class Bus:
         self._quiet: deque[tuple[Any, ...]] = deque()  # what waits for the next look without waking anybody
         self._declared: dict[str, Any] = {}
         self._listeners: list[Any] = []
+        self._publishers: dict[str, Any] = {}
         self._refused_since_log: Counter[str] = Counter()
         self._last_refusal = ""
         self._logged_at = float("-inf")
@@ -131,6 +132,13 @@ class Bus:
             encode(message),
             congestion_control=zenoh.CongestionControl.BLOCK if wait else zenoh.CongestionControl.DROP,
         )
+
+    def wanted(self, topic: Topic[Any], **ids: str | int) -> bool:
+        """Tell whether anybody listens to a topic: where nobody does, a large message need not be made."""
+        key = self._prefix + topic.key.format(**ids)
+        if key not in self._publishers:
+            self._publishers[key] = self._session.declare_publisher(key)
+        return bool(self._publishers[key].matching_status)
 
     def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:  # noqa: ANN401, of REPLIES
         """Ask and wait for the answer, a message of ``REPLIES[topic.key]``.

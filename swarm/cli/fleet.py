@@ -113,9 +113,7 @@ def add(commands: "Commands[Parser]") -> None:
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
-    launch.add_argument(
-        "--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's"
-    )
+    launch.add_argument("--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's")
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     launch.add_argument("--port", type=int, default=0, help="of the router; 0 picks a free one")
     launch.add_argument("--fleet", help="name of the fleet; by default the scenario's")

@@ -17,7 +17,7 @@ from swarm.errors import ConfigError
 from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.running import registered
 from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
-from swarm.messages import CLOCK, EVENT, RADIO, STATE
+from swarm.messages import CLOCK, EVENT, STATE
 from swarm.robot.ground import planning_grid
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
@@ -149,7 +149,7 @@ def _watch(
     terminal = getattr(importlib.import_module(module), kind)(console, home=scenario.settings.return_home)
     with Bus(endpoint, name) as bus, terminal:
         bus.watch_presence()
-        for topic in (CLOCK, STATE, EVENT, RADIO):
+        for topic in (CLOCK, STATE, EVENT):
             bus.listen(topic)
         trouble = ""
         while not stop.is_set():

@@ -57,7 +57,7 @@ def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recordi
     assert recording.entities == (
         {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
         | {f"/world/{name}" for name in MOVING}
-        | {"/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
+        | {"/rules", "/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
         | {f"/progress/r{number}" for number in (1, 2, 3)}
     )
     assert recording.timelines == {"sim_time"}
