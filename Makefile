@@ -30,7 +30,7 @@ check: $(READY)  ## lint, types and the quick tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q -m "not processes and not slow"
+	$(BIN)/python -m pytest -q -n auto -m "not processes and not slow"
 
 format: $(READY)  ## put the code into its one format
 	$(BIN)/ruff check --fix .

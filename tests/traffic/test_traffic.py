@@ -46,7 +46,12 @@ def kinds(simulation: Simulation) -> set[str]:
 @pytest.mark.parametrize("reach", [8.0, 5.0])
 @pytest.mark.parametrize(
     ("drawn", "starts", "goals"),
-    [(BAY, "ab", "ba"), (BAY, "abc", "bac"), (DOOR, "ab", "ba"), (DOOR, "abcdefgh", "hgfedcba")],
+    [
+        (BAY, "ab", "ba"),
+        (BAY, "abc", "bac"),
+        (DOOR, "ab", "ba"),
+        pytest.param(DOOR, "abcdefgh", "hgfedcba", marks=pytest.mark.slow),
+    ],
     ids=["bay", "bay with a rester", "door", "door 8"],
 )
 def test_small_maps_complete(drawn: Drawn, starts: str, goals: str, reach: float) -> None:
@@ -101,6 +106,7 @@ def test_a_dead_robot_is_driven_round() -> None:
     assert simulation.watch.count("contact") == 0
 
 
+@pytest.mark.slow
 def test_the_leader_dies_while_it_leads() -> None:
     simulation = fleet(DOOR, "abcdefgh", "hgfedcba", faults=Faults(kill_leader_at=0.0))
     simulation.run(75)
