@@ -88,7 +88,8 @@ def missing(world: World) -> str:
         ]
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
-    return f"not reached: {'; '.join(lacking)}" if lacking else ""
+    verdict = f"{world.verdict}; " if world.verdict and lacking else ""
+    return f"{verdict}not reached: {'; '.join(lacking)}" if lacking else ""
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:

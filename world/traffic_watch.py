@@ -19,6 +19,10 @@ class TrafficWatch:
         self._poses: Sequence[Pose] = ()
         self.watch = Watch(cells_of(floor, settings), settings.robot.radius, 1.0 / settings.rate)
 
+    def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
+        """From now on, judge against the cells of this floor."""
+        self.watch.cells = cells_of(floor, settings)
+
     def look(
         self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
     ) -> list[Fault]:

@@ -26,6 +26,8 @@ from world.sensing import Distances, Sensing
 from world.traffic_watch import TrafficWatch
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
+PROVEN = 5.0  # s after which a fleet that proved its jam unsolvable, and got nowhere since, is given up
+VERDICTS = frozenset({"unsolvable", "no_plan_found"})
 REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, steering=Steering.REST, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
@@ -64,6 +66,8 @@ class World:
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
         holds = settings.traffic.rule == "holds"
         self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
+        self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
+        self._unsolvable_at: float | None = None
         self.recorder = Recorder(scenario, starts, self._stops, self.dt)
         self.recorder.poses(starts)
 
@@ -79,8 +83,9 @@ class World:
 
     @property
     def finished(self) -> bool:
-        """Whether no robot has anything left to do, having reached all or given up what no path reaches."""
-        return all(command.activity is Activity.DONE for command in self._commands)
+        """Whether no robot has anything left to do, having reached all, or given up, or proven that there is no way."""
+        proven = self._unsolvable_at is not None and self.time - self._unsolvable_at >= PROVEN
+        return proven or all(command.activity is Activity.DONE for command in self._commands)
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Sense for every robot at this tick."""
@@ -132,6 +137,12 @@ class World:
         events = [
             self.event(kind, text, name) for name, command in sorted(commands.items()) for kind, text in command.notes
         ]
+        for command in commands.values():
+            for kind, text in command.notes:
+                if kind in VERDICTS:
+                    self.verdict = text
+                    if kind == "unsolvable" and self._unsolvable_at is None:
+                        self._unsolvable_at = self.time
         if self.traffic is not None:
             for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
                 cells = ", ".join(map(str, fault.where))
@@ -151,6 +162,7 @@ class World:
                 label = stop_label(stop, len(self._stops[number]), self.returns)
                 if away <= self._settings.reach + 2 * self._top_speed * self.dt:
                     self.recorder.reached(number, stop, self.time)
+                    self.verdict, self._unsolvable_at = "", None  # it was not the whole fleet's
                     events.append(self.event("reached", f"is at {label}", name))
                 elif stop >= len(before.reached) or not before.reached[stop]:
                     text = f"says it reached {label} but is {away:.2f} m away; not counted"
@@ -186,6 +198,8 @@ class World:
         self.floor = floor
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)
+        if self.traffic is not None:
+            self.traffic.set_floor(floor, self._settings)
         self._recent.append((self.tick, edit))
         self.edits += 1
 

@@ -131,6 +131,7 @@ class Robot:
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
+            self._pilot = self._new_pilot()  # cells are others now; it begins with what is under it
         changed |= ground.look(sense, self._bodies())
         if self._settings.map.shared:
             for broadcast in inputs.heard:

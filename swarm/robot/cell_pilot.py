@@ -61,12 +61,12 @@ class CellPilot:
             heading = bearing(pose, granted.face)
             wheels = self._driver.face(body, granted.face)
         else:
-            aim = self._driver.aim(pose, granted.held, granted.waypoints)
+            aim = self._driver.aim(pose, granted.drivable, granted.waypoints)
             seen = sense.bearings[situation.target] if distance(aim, goal) < 1e-9 else None
             heading = bearing(pose, aim) if seen is None else seen
             wheels = self._driver.wheels(
                 body,
-                granted.held,
+                granted.drivable,
                 aim,
                 stop_at=distance_along(pose, granted.waypoints),
                 tables=fuzzy_speeds(self._controller, self._settings.robot, sense, heading),
@@ -96,7 +96,7 @@ class CellPilot:
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
         found = []
         for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
-            near = measured < self._constants.stop_distance  # farther ones stop nobody: spare the rays
+            near = measured < self._constants.stop_distance or angles is self._sectors.front  # others stop nobody
             expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
             half = (max(angles) - min(angles)) / 2
             found.append(Reading(measured, expected, angles[len(angles) // 2], half))

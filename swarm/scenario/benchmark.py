@@ -18,6 +18,7 @@ from swarm.scenario.schema import (
     StartSettings,
     TrafficSettings,
 )  # fmt: skip
+from swarm.traffic.cells_of import with_lattice
 
 CELL: Final = 1.0  # m, a cell of the map; traffic hands out the same ones
 ROBOT: Final = RobotSettings(radius=0.2, track_width=0.4, speed_scale=0.4, distance_scale=0.375)
@@ -55,4 +56,4 @@ def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scena
         radio=RadioSettings(range=8.0),
         traffic=TrafficSettings(rule="holds", cell=CELL),
     )
-    return Scenario(settings, floor, load_profile("paper"))
+    return Scenario(with_lattice(settings, floor), floor, load_profile("paper"))

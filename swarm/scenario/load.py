@@ -18,6 +18,7 @@ from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
 from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.schema import Section, Settings
+from swarm.traffic.cells_of import with_lattice
 
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
 SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
@@ -77,7 +78,7 @@ def load(path: Path) -> Scenario:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
         floor = load_map(base / str(where.file), base=base, cell=where.cell)
-    return Scenario(settings, floor, load_profile(settings.controller, base=base))
+    return Scenario(with_lattice(settings, floor), floor, load_profile(settings.controller, base=base))
 
 
 def checked(raw: object, where: str) -> Settings:

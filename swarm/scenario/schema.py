@@ -91,6 +91,9 @@ class TrafficSettings(Section, frozen=True, kw_only=True):
         Meta(description="`holds`: a cell is for who holds it; `give_way`: nearer the end of its mission first"),
     ] = "give_way"
     cell: Annotated[float | None, Meta(description="m; side of the cells that are held; by default 6 radii")] = None
+    offset: Annotated[
+        Coordinates | None, Meta(description="m; corner of cell 0 in the map's frame; by default what opens most ways")
+    ] = None
 
 
 class MoverSettings(Section, frozen=True, kw_only=True):
