@@ -118,9 +118,9 @@ def main() -> None:
     parser.add_argument("--only", default="", help="cases whose name begins so")
     parser.add_argument("--large", action="store_true", help="the MAPF maps with 32 and 50 robots too")
     given = parser.parse_args()
-    head = ("case", "complete", "contacts", "overlaps + outside", "time [s]", "/ shortest at cruise", "driven / shortest",
-            "fuzzy share", "joint plans", "longest wait [s]", "wall [s]")  # fmt: skip
-    rows = [head]
+    head = "case|complete|contacts|overlaps + outside|time [s]|/ shortest at cruise|driven / shortest|fuzzy share"
+    head += "|joint plans|longest wait [s]|wall [s]"
+    rows: list[tuple[str, ...]] = [tuple(head.split("|"))]
     for name, make, robots in cases(given.large):
         if name.startswith(given.only):
             rows.append(row(name, make, robots, given.seeds))
