@@ -42,7 +42,7 @@ from swarm.scenario.starts import starts
 from swarm.stopping import told_to_stop
 from world.pace import Pace, Stopwatch, Timetable
 from world.report import missing, report, write
-from world.world import World, stop_label
+from world.world import World
 
 LOOK: Final = 0.25  # s between two looks whether we are told to stop
 SILENT: Final = 5.0  # s that lockstep waits for a robot which is there and does not answer
@@ -292,12 +292,7 @@ class Host:
                 if known is None or message.tick > known.tick:
                     self._commands[name] = message
             case State():
-                before = self._states.get(name)
                 self._states[name] = message
-                for stop in message.unreachable:
-                    if before is None or stop not in before.unreachable:
-                        label = stop_label(stop, len(message.reached), world.returns)
-                        self._tell(world.event("unreachable", f"finds no path to {label}, goes on", name))
             case Plan():
                 self._plans[name] = message
 
