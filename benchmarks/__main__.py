@@ -70,10 +70,10 @@ def main() -> int:
         print(f"\n== {name}", flush=True)
         status, printed[name] = run(name)
         failed += [name] if status else []
+        if options.write:  # after each: what an interrupted run has printed stays
+            PAGE.write_text(page(printed), encoding="utf-8")
     if failed:
         print(f"not as it has to be: {', '.join(failed)}", file=sys.stderr)
-    if options.write:
-        PAGE.write_text(page(printed), encoding="utf-8")
     return 1 if failed else 0
 
 

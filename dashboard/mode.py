@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from importlib.util import find_spec
+from pathlib import Path
 from socket import gethostname
 from typing import Final, Literal, cast
 
@@ -48,3 +49,11 @@ def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
     host = gethostname() if bind == ANY else bind
     source = f"rerun%2Bhttp://{host}:{grpc_port}/proxy"
     return f"http://{host}:{web_port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"
+
+
+def viewer_program() -> Path | None:
+    """Find the native viewer itself; the ``rerun`` on the path is a script that would outlive being ended."""
+    spec = find_spec("rerun_cli")
+    places = spec.submodule_search_locations if spec is not None else None
+    found = [Path(place) / name for place in places or () for name in ("rerun", "rerun.exe")]
+    return next((path for path in found if path.is_file()), None)

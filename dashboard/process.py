@@ -1,15 +1,13 @@
 """The dashboard as a process: listens, folds, draws twice a second, and ends with the run."""
 
 import subprocess
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from shutil import which
 from time import monotonic
 from typing import Any, Final
 
-from dashboard.mode import ANY, LOOPBACK, Mode, page_address
+from dashboard.mode import ANY, LOOPBACK, Mode, page_address, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
 from dashboard.view import Recorder, serve_page
@@ -119,7 +117,7 @@ class ViewerWindow:
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log = log
         self._process: subprocess.Popen[bytes] | None = None
-        program = which("rerun", path=str(Path(sys.executable).parent)) or which("rerun")
+        program = viewer_program()
         if program is None:
             raise ConfigError(
                 "dashboard: expected the program `rerun`, found none; install rerun-sdk, or use --dashboard web"
@@ -130,7 +128,7 @@ class ViewerWindow:
         """Open it."""
         self._log(f"dashboard: {url}")
         quiet = subprocess.DEVNULL
-        arguments = [self._program, url, "--hide-welcome-screen", "--port", "auto"]
+        arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto"]
         self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
 
     def close(self) -> None:

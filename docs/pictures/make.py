@@ -15,13 +15,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from shutil import which
 from time import monotonic, sleep
 from typing import Final
 
 from PIL import Image
 from rerun.experimental import ViewerClient
 
+from dashboard.mode import viewer_program
 from swarm.bus import Endpoint
 
 PATIENCE: Final = 30.0  # s, wall time for the viewer to come up, and for the file to be loaded
@@ -41,9 +41,11 @@ def viewer(size: str = "1600x1000") -> Iterator[ViewerClient]:
     Raises:
         RuntimeError: it ended at once, or never answered; a machine without a graphics driver looks like that.
     """
-    program = which("rerun", path=str(Path(sys.executable).parent)) or "rerun"
+    program = viewer_program()
+    if program is None:
+        raise RuntimeError("expected Rerun's native viewer, found none; pip install 'zenoh-swarm[dashboard]'")
     port = Endpoint("127.0.0.1", 0).claim().port
-    arguments = [program, "--headless", "--port", str(port), "--window-size", size, "--hide-welcome-screen"]
+    arguments = [str(program), "--headless", "--port", str(port), "--window-size", size, "--hide-welcome-screen"]
     process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         yield _connected(port, process)

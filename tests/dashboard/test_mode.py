@@ -56,3 +56,9 @@ def test_a_host_without_rerun_can_import_all_but_the_view() -> None:
         "assert not [name for name in sys.modules if name.startswith('rerun_')]"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_viewer_started_is_the_program_itself_not_a_script_around_it() -> None:
+    program = mode.viewer_program()
+    assert program is not None
+    assert program.read_bytes()[:2] != b"#!", "ended, a script would leave the viewer behind"
