@@ -27,6 +27,8 @@ LOOK: Final = 0.4  # s, that far the way is looked ahead before the brake
 GAP: Final = 0.1  # m, kept to whatever the front sector sees
 BODY_SPARE: Final = 0.07  # m, kept beyond SPARE from another robot's last known place
 PATIENCE: Final = 0.5  # s without a way ahead: the tables have had the time to turn out of it
+CREEPS: Final = 0.1  # share of the forward speed that gets nowhere
+HALTED: Final = 6  # times as long, where something unexplained is near: that may go away by itself
 ESCAPE: Final = 1.0  # rad/s, turn on the spot then, to the side with more room,
 ESCAPED: Final = 0.4  # m, until that much is free ahead
 STRAIGHT: Final = 0.3  # m/s, and driving on straight at that speed would keep clear
@@ -82,8 +84,8 @@ class Supervisor:
                 continue
             speeds = self._drive.rim_speeds(Twist(linear, wanted.angular * turn))
             if self._room(grid, pose, now, speeds, bodies) >= need:
-                self._held = self._held + 1 if forward == 0.0 and not halt else 0
-                if self._held > self._patience:
+                self._held = self._held + 1 if forward <= CREEPS else max(0, self._held - 2)
+                if self._held > self._patience * (HALTED if halt else 1):
                     self._held, self._escape = 0, ESCAPE if sense.left >= sense.right else -ESCAPE
                 return WheelSpeeds(*speeds, Steering.FUZZY if forward == turn else Steering.SUPERVISOR)
         return self.stop()
