@@ -5,6 +5,7 @@ they ran on, into ``docs/benchmarks.md``.
 """
 
 import argparse
+import re
 import subprocess
 import sys
 from importlib.metadata import version
@@ -52,9 +53,18 @@ def page(printed: dict[str, str]) -> str:
         "Made by `python -m benchmarks --write`; nothing here is typed by hand.",
         f"{machine()}; {versions}. The load says what else the machine did meanwhile: times under load are longer.",
     ]
-    for name, text in printed.items():
-        parts += [f"## `python -m benchmarks.{name}`", summary(name), text.strip()]
+    sections = kept() | {name: f"{summary(name)}\n\n{text.strip()}" for name, text in printed.items()}
+    for name, text in sorted(sections.items()):
+        parts += [f"## `python -m benchmarks.{name}`", text]
     return "\n\n".join(parts) + "\n"
+
+
+def kept() -> dict[str, str]:
+    """Read the sections that stand: a benchmark that is not run again keeps its own, with the load it ran under."""
+    if not PAGE.exists():
+        return {}
+    _, *sections = re.split(r"^## `python -m benchmarks\.(\w+)`\n", PAGE.read_text(encoding="utf-8"), flags=re.M)
+    return {name: text.strip() for name, text in zip(sections[::2], sections[1::2], strict=True) if name in names()}
 
 
 def main() -> int:
