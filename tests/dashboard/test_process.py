@@ -135,6 +135,6 @@ def test_what_cannot_be_done_is_said(endpoint: Endpoint, arguments: list[str], e
 
 
 def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "which", lambda name, path=None: None)
+    monkeypatch.setattr(process, "viewer_program", lambda: None)
     with pytest.raises(ConfigError, match="use --dashboard web"):
         process.run(endpoint, "test", "viewer")
