@@ -76,14 +76,14 @@ class Path:
         return found
 
 
-def line_is_free(grid: Grid, a: Point, b: Point) -> bool:
-    """Tell whether the robot's disc may travel from a straight to b [m, map] without touching anything solid.
+def line_is_free(grid: Grid, a: Point, b: Point, spare: float = 0.0) -> bool:
+    """Tell whether the robot's disc may travel from a straight to b [m, map], ``spare`` [m] from anything solid.
 
     Exact, whatever the cells. Where it stands too near something already, it may go on if it comes no nearer to
     anything than it stands now.
     """
     place = (grid.solid, grid.clearance, grid.resolution, grid.discs)
-    return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), grid.radius / grid.resolution))
+    return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), (grid.radius + spare) / grid.resolution))
 
 
 def path_is_free(grid: Grid, path: Path, from_s: float = 0.0) -> bool:

@@ -14,9 +14,7 @@ from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
 from swarm.robot.pilot import Move, Pilot, Situation
-from swarm.robot.surprise import Surprise
 from swarm.scenario.load import Scenario
-from swarm.traffic import give_way
 from swarm.traffic.cells_of import cells_of
 
 RETRY: Final = 1.0  # s between two plans for the same reason
@@ -69,7 +67,6 @@ class Robot:
         self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), settings.return_home)
         self._navigator = Navigator(self._ground.grid, settings.robot.radius)
         self._pilot = self._new_pilot()
-        self._surprise = Surprise(settings)
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
@@ -178,7 +175,6 @@ class Robot:
     # --- how it drives ---
 
     def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
-        halt = self._surprise.watch(sense, self._ground.grid, self._bodies())
         self._find_path(sense, pose, ())
         mission = self.mission
         goal = mission.goal
@@ -192,8 +188,6 @@ class Robot:
             navigator=self._navigator,
             others=self._others,
             heard=heard,
-            halt=halt,
-            obstacles=self._surprise.obstacles,
         )
         move = self._pilot.drive(situation)
         if move.around and goal is not None:
@@ -218,7 +212,7 @@ class Robot:
             broadcast = Broadcast(
                 robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
                 activity=self._activity, target=mission.target, distance=navigator.remaining,
-                reached=list(mission.reached), ahead=navigator.ahead(give_way.HORIZON, give_way.STEP),
+                reached=list(mission.reached), ahead=list(move.ahead),
                 traffic=move.traffic, walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
         news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)

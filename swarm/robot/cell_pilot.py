@@ -1,5 +1,8 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
+from collections.abc import Sequence
+from math import inf
+
 from swarm.geometry import Twist, bearing, distance
 from swarm.messages import Activity, Steering
 from swarm.planning.rays import nearest_on_map
@@ -7,11 +10,11 @@ from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.sectors import sectors
-from swarm.robot.supervisor import WheelSpeeds
+from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import traffic_settings
-from swarm.traffic.driver import Body, Driver, Whose, distance_along
+from swarm.traffic.driver import Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -24,8 +27,15 @@ STEERING = {
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
+AT_REST = 0.1  # m, from where it wants to stand when nothing is left to do
+
+
 class CellPilot:
-    """Follows the cells it is granted by ``swarm.traffic.traffic``."""
+    """Follows the cells it is granted by ``swarm.traffic.traffic``.
+
+    Where others are near, the driver keeps the body in the cells held. Where nobody is, the tables alone find the way
+    to the aim, under the supervisor, which knows no aim.
+    """
 
     def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
         robot = settings.robot
@@ -35,6 +45,7 @@ class CellPilot:
         self._sectors = sectors(settings.sensors)
         self._constants = traffic_settings(settings)
         self._traffic = Traffic(name, cells, self._constants, slot=number)
+        self._supervisor = Supervisor(settings)
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
             acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
@@ -45,6 +56,7 @@ class CellPilot:
         sense, pose, goal = situation.sense, situation.pose, situation.goal
         path = situation.navigator.path
         self._driver.grid = situation.navigator.grid
+        readings = self._readings(situation)
         body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
             TrafficInputs(
@@ -52,28 +64,14 @@ class CellPilot:
                 pose=pose,
                 goal=goal,
                 braking=self._driver.braking(body),
-                readings=self._readings(situation),
+                readings=readings,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )
         )
-        if granted.face is not None:
-            heading = bearing(pose, granted.face)
-            wheels = self._driver.face(body, granted.face)
-        else:
-            aim = self._driver.aim(pose, granted.drivable, granted.waypoints)
-            seen = sense.bearings[situation.target] if distance(aim, goal) < 1e-9 else None
-            heading = bearing(pose, aim) if seen is None else seen
-            wheels = self._driver.wheels(
-                body,
-                granted.drivable,
-                aim,
-                stop_at=distance_along(pose, granted.waypoints),
-                tables=fuzzy_speeds(self._controller, self._settings.robot, sense, heading),
-                may_drive=granted.may_drive,
-            )
+        speeds, heading = self._wheels(situation, granted, body, readings)
         return Move(
-            WheelSpeeds(wheels.left, wheels.right, STEERING[wheels.whose]),
+            speeds,
             heading,
             self._activity(situation, granted),
             held=granted.held,
@@ -82,6 +80,33 @@ class CellPilot:
             notes=[(event.kind, event.text) for event in granted.events],
             traffic=granted.broadcast,
         )
+
+    def _wheels(
+        self, situation: Situation, granted: TrafficOutputs, body: Body, readings: Sequence[Reading]
+    ) -> tuple[WheelSpeeds, float]:
+        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
+        sense, pose, driver = situation.sense, situation.pose, self._driver
+        if granted.face is not None:
+            return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
+        aim = driver.aim(pose, granted.drivable, granted.waypoints)
+        seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
+        heading = bearing(pose, aim) if seen is None else seen
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
+        if not granted.at_large:
+            free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
+            stop_at = distance_along(pose, granted.waypoints)
+            may_drive = granted.may_drive
+            return _by(
+                driver.wheels(
+                    body, granted.drivable, aim, stop_at=stop_at, tables=tables, free=free, may_drive=may_drive
+                )
+            ), heading
+        if situation.done and distance(pose, aim) <= AT_REST:
+            return self._supervisor.stop(), heading
+        room = driver.room_in(pose, granted.drivable)
+        return self._supervisor.check(
+            sense, situation.navigator.grid, (), not granted.may_drive, *tables, room
+        ), heading
 
     def _activity(self, situation: Situation, granted: TrafficOutputs) -> Activity:
         if situation.done and distance(situation.pose, situation.goal) <= self._settings.reach:
@@ -101,3 +126,7 @@ class CellPilot:
             half = (max(angles) - min(angles)) / 2
             found.append(Reading(measured, expected, angles[len(angles) // 2], half))
         return tuple(found)
+
+
+def _by(wheels: Wheels) -> WheelSpeeds:
+    return WheelSpeeds(wheels.left, wheels.right, STEERING[wheels.whose])

@@ -4,6 +4,7 @@ from swarm.messages import Activity
 from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.supervisor import Supervisor
+from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic import give_way
 
@@ -16,26 +17,30 @@ class GiveWayPilot:
         self._settings = settings
         self._controller = controller
         self._supervisor = Supervisor(settings)
+        self._surprise = Surprise(settings)
         self._gives_way = False
 
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
         sense, navigator = situation.sense, situation.navigator
+        others = [(other.x, other.y) for other in situation.others.values()]
+        halt = self._surprise.watch(sense, navigator.grid, others)
         if situation.done:
             return Move(self._supervisor.stop(), 0.0, Activity.DONE)
+        ahead = navigator.ahead(give_way.HORIZON, give_way.STEP)
         verdict = give_way.decide(
             give_way.Rank(-situation.rank, navigator.remaining, self._name),
-            navigator.ahead(give_way.HORIZON, give_way.STEP),
+            ahead,
             situation.others.values(),
             self._settings.robot.radius,
             waiting=self._gives_way,
         )
-        around = (*verdict.standing, *situation.obstacles)
+        around = (*verdict.standing, *self._surprise.obstacles)
         heading = navigator.heading_error(situation.pose, sense.bearings[situation.target], situation.goal)
         self._gives_way = bool(verdict.yield_to)
         if self._gives_way:
-            return Move(self._supervisor.stop(), heading, Activity.GIVE_WAY, around, waits=verdict.yield_to)
+            return Move(self._supervisor.stop(), heading, Activity.GIVE_WAY, around, ahead, waits=verdict.yield_to)
         left, right = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        bodies = (*((other.x, other.y) for other in situation.others.values()), *situation.obstacles)
-        speeds = self._supervisor.check(sense, navigator.grid, bodies, situation.halt, left, right)
-        return Move(speeds, heading, Activity.DRIVE, around)
+        bodies = (*others, *self._surprise.obstacles)
+        speeds = self._supervisor.check(sense, navigator.grid, bodies, halt, left, right)
+        return Move(speeds, heading, Activity.DRIVE, around, ahead)

@@ -26,8 +26,6 @@ class Situation(NamedTuple):
     navigator: Navigator  # the own path to the goal
     others: Mapping[str, Broadcast]  # the newest of each robot heard of late
     heard: Sequence[Broadcast]  # at this tick
-    halt: bool  # something unexplained is near
-    obstacles: Sequence[Point]  # such things that stayed
 
 
 class Move(NamedTuple):
@@ -37,6 +35,7 @@ class Move(NamedTuple):
     heading: float  # rad, what the fuzzy controller was asked to turn towards
     activity: Activity
     around: Sequence[Point] = ()  # who stands in the way: plan around them
+    ahead: Sequence[Point] = ()  # m, of the path, for those who give way by it
     held: Sequence[int] = ()
     waits: Sequence[str] = ()
     members: Sequence[str] = ()

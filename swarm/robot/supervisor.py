@@ -8,7 +8,8 @@ medium and far), it turns to the freer side until there is one. None of this kno
 not steer gets nowhere.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import inf
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -37,6 +38,10 @@ STRAIGHT: Final = 0.3  # m/s, and driving on straight at that speed would keep c
 REMEDIES: Final = ((1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.25, 0.25), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0))
 
 
+RimSpeeds = tuple[float, float]  # left, right [m/s]
+Room = Callable[[RimSpeeds, RimSpeeds], float]  # from those now and those wanted to the least distance [m]
+
+
 class WheelSpeeds(NamedTuple):
     """Rim speeds [m/s] and whose they are."""
 
@@ -60,19 +65,31 @@ class Supervisor:
         self._escape = 0.0  # rad/s, the turn on the spot it is in the middle of
 
     def check(
-        self, sense: Sense, grid: Grid, others: Sequence[Point], halt: bool, left: float, right: float
+        self,
+        sense: Sense,
+        grid: Grid,
+        others: Sequence[Point],
+        halt: bool,
+        left: float,
+        right: float,
+        beside: Room = lambda now, wanted: inf,
     ) -> WheelSpeeds:
         """Let the tables' speeds pass, or take the mildest remedy that keeps clear of walls and ``others``.
 
-        ``halt``: something unexplained is near; there is no driving on, only turning.
+        ``halt``: something unexplained is near; there is no driving on, only turning. ``beside`` measures the room to
+        whatever else is to be kept clear of, from the rim speeds now and those wanted.
         """
         pose = Pose(sense.x, sense.y, sense.yaw)
         wanted = self._drive.twist(left, right)
         now = self._drive.rim_speeds(Twist(sense.linear, sense.angular))
         bodies = np.array(others, np.float64).reshape(-1, 2)
-        need = min(self._radius + SPARE, self._room(grid, pose, (0.0, 0.0), (0.0, 0.0), bodies) - 1e-3)
+
+        def room(now: RimSpeeds, wanted: RimSpeeds) -> float:
+            return min(self._room(grid, pose, now, wanted, bodies), beside(now, wanted))
+
+        need = min(self._radius + SPARE, room((0.0, 0.0), (0.0, 0.0)) - 1e-3)
         if self._escape:
-            ahead = sense.front >= ESCAPED and self._room(grid, pose, now, (STRAIGHT, STRAIGHT), bodies) >= need
+            ahead = sense.front >= ESCAPED and room(now, (STRAIGHT, STRAIGHT)) >= need
             if not ahead:
                 return self._turn(self._escape)
             self._escape = 0.0
@@ -83,7 +100,7 @@ class Supervisor:
             if linear > self._fastest(sense.front):
                 continue
             speeds = self._drive.rim_speeds(Twist(linear, wanted.angular * turn))
-            if self._room(grid, pose, now, speeds, bodies) >= need:
+            if room(now, speeds) >= need:
                 self._held = self._held + 1 if forward <= CREEPS else max(0, self._held - 2)
                 if self._held > self._patience * (HALTED if halt else 1):
                     self._held, self._escape = 0, ESCAPE if sense.left >= sense.right else -ESCAPE
@@ -101,8 +118,8 @@ class Supervisor:
         self,
         grid: Grid,
         pose: Pose,
-        now: tuple[float, float],
-        wanted: tuple[float, float],
+        now: RimSpeeds,
+        wanted: RimSpeeds,
         bodies: NDArray[np.float64],
     ) -> float:
         return least_clearance(

@@ -101,6 +101,11 @@ def checked(raw: object, where: str) -> Settings:
             raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
         if any(a == b for a, b in pairwise(mover.waypoints)):
             raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
+    if not settings.map.known and settings.traffic.rule == "holds":
+        raise ConfigError(
+            f"{where}: traffic.rule: expected `give_way` where `map.known` is false, got `holds`: cells can be held "
+            "only where all know the same floor; set one of them"
+        )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
     return settings

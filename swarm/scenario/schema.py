@@ -88,8 +88,11 @@ class TrafficSettings(Section, frozen=True, kw_only=True):
 
     rule: Annotated[
         Literal["holds", "give_way"],
-        Meta(description="`holds`: a cell is for who holds it; `give_way`: nearer the end of its mission first"),
-    ] = "give_way"
+        Meta(
+            description="`holds`: a cell is for who holds it; `give_way`, for floors nobody is given the map of: "
+            "nearer the end of its mission first"
+        ),
+    ] = "holds"
     cell: Annotated[float | None, Meta(description="m; side of the cells that are held; by default 6 radii")] = None
     offset: Annotated[
         Coordinates | None, Meta(description="m; corner of cell 0 in the map's frame; by default what opens most ways")

@@ -6,16 +6,22 @@ from swarm.traffic.cells import FAR, CellMap
 
 
 def assign(
-    cells: CellMap, heads: Mapping[str, int], wishes: Mapping[str, int], blocked: Collection[int]
+    cells: CellMap,
+    heads: Mapping[str, int],
+    wishes: Mapping[str, int],
+    blocked: Collection[int],
+    since: Mapping[str, int],
 ) -> dict[str, int]:
     """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
+
+    Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on.
 
     Shared targets need no other rule: one robot gets the target, the others the nearest free cells about it. A robot
     whose goal is nowhere (OUTSIDE) keeps its place as its wish.
     """
     reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
     wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
-    queue = sorted(heads, key=lambda robot: (reach[robot][wish[robot]], robot))
+    queue = sorted(heads, key=lambda robot: (reach[robot][wish[robot]], since[robot], robot))
     taken: dict[int, str] = {}
     for robot in queue:
         if reach[robot][wish[robot]] < FAR:

@@ -6,7 +6,7 @@ their centres. Both are exact for the boxes of the fine map.
 """
 
 from collections import deque
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from math import ceil, floor, hypot
 from typing import Final
 
@@ -90,6 +90,13 @@ class CellMap:
                     found.append(self._number(row, column))
         return tuple(found)
 
+    def around(self, cell: int, reach: int) -> list[int]:
+        """List the cells at most ``reach`` rows and columns off one, itself too."""
+        row, column = divmod(cell, self.columns)
+        rows = range(max(0, row - reach), min(self.rows, row + reach + 1))
+        columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
+        return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
+
     def swept(self, points: Iterable[Point], radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         return frozenset(cell for point in points for cell in self.touched(*point, radius)) - {OUTSIDE}
@@ -102,11 +109,18 @@ class CellMap:
         return all(self._open[cell] for cell in touched) or self._disc_is_clear(x, y, radius)
 
     def moved_inside(self, cell: int, point: Point, radius: float) -> Point:
-        """Move a point towards the middle of a cell until a disc fits in the cell there [m, map frame]."""
+        """Move a point to where a disc fits in the cell: inside its edges, then towards its middle [m, map frame]."""
         x0, y0 = self.centre(cell)
+        row, column = divmod(cell, self.columns)
+        room = max(0.0, self.side / 2 - radius)
+        along, up = to_frame(self.occupancy.origin, *point)
+        u, v = self.offset[0] + (column + 0.5) * self.side, self.offset[1] + (row + 0.5) * self.side
+        point = from_frame(
+            self.occupancy.origin, u + max(-room, min(room, along - u)), v + max(-room, min(room, up - v))
+        )
         for share in (1.0, 0.8, 0.6, 0.4, 0.2):
             x, y = x0 + share * (point[0] - x0), y0 + share * (point[1] - y0)
-            if self.fits((cell,), x, y, radius):
+            if self.fits((cell,), x, y, radius - 1e-6):
                 return x, y
         return x0, y0
 
@@ -198,13 +212,15 @@ class CellMap:
         return True
 
 
-def best_offset(occupancy: OccupancyMap, *, side: float, radius: float) -> Point:
-    """Choose the lattice offset [m] that leaves the floor most in one piece, then with most joined cells.
+def best_offset(
+    occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[["CellMap"], int] = lambda cells: 0
+) -> Point:
+    """Choose the lattice offset [m] that leaves the floor most in one piece, misses least, then joins most cells.
 
     Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors. Nought wins ties.
     """
 
-    def worth(offset: Point) -> tuple[float, int]:
+    def worth(offset: Point) -> tuple[float, int, int]:
         cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
         pieces: list[int] = []
         seen: set[int] = set()
@@ -214,7 +230,7 @@ def best_offset(occupancy: OccupancyMap, *, side: float, radius: float) -> Point
                 seen.update(piece)
                 pieces.append(len(piece))
         together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
-        return round(together, 2), sum(map(len, cells.neighbours))
+        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
     return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
 

@@ -5,6 +5,7 @@ from typing import Final
 
 import msgspec
 
+from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap, best_offset
@@ -12,6 +13,7 @@ from swarm.traffic.settings import TrafficSettings
 
 RADII: Final = 6.0  # a cell's side, where the scenario says nothing: a robot turns in it under the paper's controller
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
+STANDS: Final = 0.05  # m, off the point it drives to
 
 
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
@@ -23,14 +25,29 @@ def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     """Settle where the lattice lies, once for a run: edits of the floor must not shift it.
 
-    A map whose own cells are as large is its own lattice; else the offset is taken that opens most ways.
+    A map whose own cells are as large is its own lattice; else the offset is taken that lets most stops be reached
+    within their cells, and of those the one that opens most ways.
     """
     traffic, fits = settings.traffic, settings.robot.radius + SPARE
     if traffic.rule != "holds" or traffic.offset is not None:
         return settings
     side = traffic.cell or RADII * settings.robot.radius
-    offset = (0.0, 0.0) if side == floor.resolution else best_offset(floor, side=side, radius=fits)
+    stops = [*settings.targets, *(stop for stops in settings.own_targets for stop in stops)]
+    if settings.return_home:
+        stops += [pose[:2] for pose in settings.start.poses or ()]
+
+    def missed(cells: CellMap) -> int:
+        return sum(short_of(cells, stop, settings) > settings.reach for stop in stops)
+
+    own = side == floor.resolution
+    offset = (0.0, 0.0) if own else best_offset(floor, side=side, radius=fits, missed=missed)
     return msgspec.structs.replace(settings, traffic=msgspec.structs.replace(traffic, offset=offset))
+
+
+def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
+    """Give how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
+    cell = cells.nearest_standable(*stop)
+    return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + STANDS
 
 
 @lru_cache(maxsize=4)

@@ -6,9 +6,9 @@ least that does; else the brake. A robot that faces away from its aim turns on t
 sweeps nothing then.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import Enum
-from math import copysign, cos, hypot, sqrt
+from math import copysign, cos, hypot, inf, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -30,13 +30,22 @@ LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
 PURSUIT: Final = 3.0  # 1/s, yaw rate per heading error of the blend
+GAP: Final = 0.1  # m, kept to whatever is seen ahead
 NEAR: Final = 0.04  # m, so near its last point a robot stands
+
+TIGHT: Final = 0.01  # m, enough for the last of CHANGES: out of a corner into which somebody was pushed
 
 # (share of the speed, blend towards the aim), mildest first; those with no blend keep the tables' own ratio
 CHANGES: Final = (
     (1.0, 0.0), (0.7, 0.0), (0.45, 0.0), (1.0, 0.25), (0.6, 0.25), (1.0, 0.5), (0.6, 0.5), (0.3, 0.0),
-    (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0),
+    (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0), (0.2, 1.0),
 )  # fmt: skip
+
+
+NO_BODIES: Final = np.empty((0, 2))
+
+
+RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
 class Whose(Enum):
@@ -101,7 +110,7 @@ class Driver:
         x, y, _ = self._local(pose)
         for point in reversed(waypoints[1:]):
             if line_room(shut, x, y, *self._flat(point)) >= self._radius + AIM_SPARE and (
-                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point)
+                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
             ):
                 return point
         return waypoints[0]
@@ -114,27 +123,29 @@ class Driver:
         *,
         stop_at: float,
         tables: tuple[float, float],
+        free: float = inf,
         may_drive: bool = True,
-        bodies: Sequence[Point] = (),
     ) -> Wheels:
         """Turn the tables' rim speeds [m/s] into ones that keep the footprint in the held cells.
 
-        ``stop_at`` [m] is how far ahead the robot has to stand at the latest; ``may_drive`` False lets it only turn;
-        ``bodies`` are centres [m] of robots within the held cells.
+        ``stop_at`` [m] is how far ahead the robot has to stand at the latest, ``free`` how far off a body ahead is;
+        ``may_drive`` False lets it only turn.
         """
         error = bearing(body.pose, aim)
         if stop_at <= NEAR:
             return self._rest()
         self._turning = abs(error) > (TURN_UNTIL if self._turning else TURN_FROM)
-        if self._turning or not may_drive:
+        room = min(stop_at, (free - GAP) / SLOW_BRAKE)
+        if self._turning or not may_drive or room <= 0.0:
             return self._turn(body, error)
-        most = sqrt(2 * SLOW_BRAKE * self._acceleration * stop_at)
         wanted = self._drive.twist(*tables)
+        most = sqrt(2 * SLOW_BRAKE * self._acceleration * room)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        round_bodies = np.array(bodies, np.float64).reshape(-1, 2)
-        need = min(self._radius + self._margin, self._room(shut, round_bodies, body, 0.0, 0.0, 0) - 1e-3)
-        for share, blend in CHANGES:
+        here = self._room(shut, body, 0.0, 0.0, 0) - 1e-3
+        for number, (share, blend) in enumerate(CHANGES):
+            margin = self._margin if number < len(CHANGES) - 1 else TIGHT
+            need = min(self._radius + margin, here)
             twist = Twist(
                 (1 - blend) * wanted.linear + blend * pursuit.linear,
                 (1 - blend) * wanted.angular + blend * pursuit.angular,
@@ -143,9 +154,14 @@ class Driver:
                 continue
             factor = share * min(1.0, most / twist.linear)
             left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
-            if all(self._room(shut, round_bodies, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
+            if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
                 return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
         return self._turn(body, error) if abs(error) > TURN_UNTIL else self._rest()
+
+    def room_in(self, pose: Pose, held: Sequence[int]) -> Callable[[RimSpeeds, RimSpeeds], float]:
+        """Make the measure of the room in held cells [m] that rim speeds now and those wanted leave the centre."""
+        shut = self._shut(held)
+        return lambda now, wanted: self._cell_room(shut, Body(pose, *now), wanted, self._ticks)
 
     def face(self, body: Body, point: Point) -> Wheels:
         """Turn to a point without driving."""
@@ -191,25 +207,26 @@ class Driver:
     def _room(
         self,
         shut: NDArray[np.float64],
-        bodies: NDArray[np.float64],
         body: Body,
         left: float,
         right: float,
         ticks: int,
     ) -> float:
         """Give the least distance [m] of the centre to what is shut or solid, driving so and then braking."""
-        x, y, yaw = self._local(body.pose)
-        room = path_room(
-            shut, x, y, yaw, body.left, body.right, left, right,
-            self._drive.track_width, self._acceleration * self._dt, self._dt, ticks,
-        )  # fmt: skip
+        room = self._cell_room(shut, body, (left, right), ticks)
         if self.grid is None:
             return room
         walls = least_clearance(
-            self.grid, body.pose, (body.left, body.right), (left, right), bodies, body_radius=self._radius,
+            self.grid, body.pose, (body.left, body.right), (left, right), NO_BODIES, body_radius=self._radius,
             track_width=self._drive.track_width, acceleration=self._acceleration, dt=self._dt, ticks=ticks,
         )  # fmt: skip
         return min(room, walls)
+
+    def _cell_room(self, shut: NDArray[np.float64], body: Body, wanted: RimSpeeds, ticks: int) -> float:
+        return path_room(
+            shut, *self._local(body.pose), body.left, body.right, *wanted,
+            self._drive.track_width, self._acceleration * self._dt, self._dt, ticks,
+        )  # fmt: skip
 
 
 def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:

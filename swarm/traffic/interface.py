@@ -43,6 +43,7 @@ class TrafficOutputs(NamedTuple):
     broadcast: TrafficBroadcast | None  # when it is this robot's turn
     held: tuple[int, ...]  # cells the body is in or may enter; the last is the head
     drivable: tuple[int, ...]  # those of them to drive into: none in which somebody else stands with a part of it too
+    at_large: bool  # nobody is near: the cells about the body are drivable too
     waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
     may_drive: bool  # False: no forward speed; turning on the spot is safe
     face: Point | None  # m, turn to this before anything else

@@ -237,6 +237,7 @@ class JointPlanning:
         epoch = self.collect.epoch
         heads = {self.me: situation.head}
         wishes = {self.me: situation.goal}
+        since = {self.me: situation.moved} | {robot: record.moved for robot, record in situation.fresh.items()}
         for robot, record in situation.fresh.items():
             if record.frozen == epoch and record.held and record.held[-1] not in heads.values():
                 heads[robot] = record.held[-1]
@@ -249,7 +250,7 @@ class JointPlanning:
         }
         in_the_way = strangers | situation.blocked if with_strangers else set()
         in_the_way -= set(heads.values())
-        goals = assign(self._cells, heads, wishes, in_the_way)
+        goals = assign(self._cells, heads, wishes, in_the_way, since)
         members = tuple(sorted(heads))
         blocked = frozenset(in_the_way)
         starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)

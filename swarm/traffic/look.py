@@ -4,7 +4,8 @@ from collections.abc import Collection, Iterable
 from math import cos, sin
 from typing import NamedTuple
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
@@ -19,22 +20,42 @@ class Reading(NamedTuple):
     bearing: float  # rad, of the sector's middle, left positive
     half_width: float  # rad
 
+    def is_body(self, settings: TrafficSettings) -> bool:
+        """Tell whether it shows something near that is not on the map."""
+        return self.measured < settings.stop_distance and self.measured <= self.expected - settings.unexpected
+
+
+class Known(NamedTuple):
+    """A body that was told of, or found before: somewhere about a point."""
+
+    at: Point  # m, its centre
+    within: float  # m, how far off that it may be seen
+    cells: Collection[int] | None = None  # and only in these; None: anywhere
+    nearest: float = 0.0  # m, from my edge: nearer than that it is none of what is known
+
 
 def unexplained(
-    readings: Iterable[Reading], pose: Pose, cells: CellMap, theirs: Collection[int], settings: TrafficSettings
-) -> int | None:
-    """Find a body near by that nobody told of: give the cell it seems to be in, else None.
+    readings: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
+) -> Point | None:
+    """Find a body near by that nobody told of: give where it seems to be [m], else None.
 
-    ``theirs`` are the cells in which bodies are known, none of them mine. A body in one of those is where it belongs;
-    anything else so near, be it a robot that was never heard or a box, is a reason not to drive.
+    Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
+    not to drive.
     """
-    for measured, expected, bearing, half_width in readings:
-        if measured >= settings.stop_distance or measured > expected - settings.unexpected:
+    for reading in readings:
+        if not reading.is_body(settings):
             continue
+        measured, _, bearing, half_width = reading
         hits = [_hit(pose, bearing + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
-        if not any(cell in theirs for hit in hits for cell in cells.touched(*hit, EDGE)):
-            return cells.cell_of(*hits[0])
+        if not any(_is(body, hit, cells) for body in known if measured >= body.nearest for hit in hits):
+            return hits[0]
     return None
+
+
+def _is(body: Known, hit: Point, cells: CellMap) -> bool:
+    if distance(body.at, hit) > body.within:
+        return False
+    return body.cells is None or any(cell in body.cells for cell in cells.touched(*hit, EDGE))
 
 
 def sees_through(front: Reading, side: float, radius: float, sensor_range: float) -> bool | None:

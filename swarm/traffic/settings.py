@@ -53,3 +53,13 @@ class TrafficSettings:
     def claim_radius(self) -> float:
         """How far from its body a robot may claim [m]: two that claim one cell must hear each other."""
         return (self.radio_range - 1.0) / 2
+
+    @property
+    def standing_room(self) -> float:
+        """The disc [m] that has to fit in a cell where a robot stands at its goal."""
+        return self.radius + 2 * self.margin
+
+    @property
+    def alone(self) -> float:
+        """How far off the next robot must be [m] to count as nobody: its claims, and a second of both driving."""
+        return self.claim_radius + 2.5

@@ -5,7 +5,8 @@ Three layers, each safe without the one above. 0: the body stays in the cells he
 plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import hypot
 from typing import Final
 
 from swarm.errors import ConfigError
@@ -17,7 +18,7 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import sees_through, unexplained
+from swarm.traffic.look import Known, sees_through, unexplained
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -29,7 +30,11 @@ __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
 HALTED: Final = 10  # ticks stopped for something unknown, after which what is ahead is given back
+CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
+ABOUT: Final = 0.15  # m, how exactly a sector tells where something is
+LINGERS: Final = 10  # ticks for which that is believed
 FACING: Final = 0.1  # rad, off the cell looked at
+VIEW: Final = 2  # cells about the body that are thought of when nobody is near
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
 
 
@@ -61,23 +66,32 @@ class Traffic:
         self._obstacles: dict[int, int] = {}  # cell -> until when
         self._cleared: frozenset[tuple[str, int]] = frozenset()
         self._halted_since: int | None = None
+        self._lingers_until = 0
+        self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
 
     def step(self, inputs: TrafficInputs) -> TrafficOutputs:
         """Take one tick's inputs; call it each tick, before the motors run."""
         tick, pose = inputs.tick, inputs.pose
         body = self.cells.cell_of(pose.x, pose.y)
         footprint = self.settings.radius + self.settings.margin
-        touched = self.cells.swept(((pose.x, pose.y), *inputs.braking), footprint)
+        course = ((pose.x, pose.y), *inputs.braking)
+        touched = self.cells.swept(course, footprint)
         walk = self._present(tick, body, touched, pose)
         events = self._hearsay.hear(tick, inputs.heard)
         fresh = self._hearsay.fresh(tick)
+        floor = self._floor_for_me_alone(walk, tick, body, pose, fresh)
+        if floor:
+            touched = self.cells.swept(course, footprint + 2 * self.settings.speed * self.settings.tick)
+            walk = walk.widened(touched)
         self._cleared = frozenset(pair for pair in self._cleared if pair[0] not in fresh)
         self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
         walk = self._release(walk, touched, body, tick)
         self._set_goal(inputs.goal, walk, pose)
         walk, stopped = self._halt(walk, inputs, touched, events)
 
-        situation = Situation(tick, walk.head, self._goal, frozenset(self._obstacles), self._hearsay.others, fresh)
+        situation = Situation(
+            tick, walk.head, self._goal, self._moved, frozenset(self._obstacles), self._hearsay.others, fresh
+        )
         events += self._joint.step(situation)
         walk = self._find_way(walk, situation, inputs.path)
         waits: tuple[str, ...] = ()
@@ -96,7 +110,7 @@ class Traffic:
                 self._own_record(inputs, waits), situation, self._joint
             ):
                 self._joint.ask(situation)
-        return self._outputs(inputs, walk, waits, face, stopped, events, sends)
+        return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
 
     # ---- the body and its cells
 
@@ -106,11 +120,7 @@ class Traffic:
         self._last_tick = tick
         if walk is not None and gap <= self.settings.gap:
             under = frozenset(self.cells.touched(pose.x, pose.y, self.settings.radius)) - {OUTSIDE}
-            extra = tuple(sorted(under - set(walk.ledger.held)))
-            if extra:  # pushed, or driven badly: what the body is in is no longer free
-                ledger = walk.ledger.keep((*extra, *walk.ledger.held))
-                walk = walk._replace(ledger=ledger, steps=(ALONE,) * len(extra) + walk.steps)
-            return walk
+            return walk.widened(under)  # pushed, or driven badly: what the body is in is no longer free
         self._listen_until = tick + self.settings.listen
         self._moved = tick
         self._joint.reset(tick)
@@ -123,6 +133,27 @@ class Traffic:
         head = self.cells.nearest_standable(pose.x, pose.y, touched)
         held = (*sorted(touched - {head}), head)
         return Walk(Ledger(held, (), number), (ALONE,) * len(held))
+
+    def _floor_for_me_alone(
+        self, walk: Walk, tick: int, body: int, pose: Pose, fresh: Mapping[str, Record]
+    ) -> tuple[int, ...]:
+        """List the cells to drive in beside those held, while nobody is so near that any of them could be asked for.
+
+        The body then holds what it and its brake need, and nothing hems in the fuzzy tables. () where others are near,
+        and where the goal is: it is come to rest at inside held cells.
+        """
+        if tick < self._listen_until or self._joint.frozen is not None or not walk.route:
+            return ()
+        cells, settings = self.cells, self.settings
+        if any(hypot(record.x - pose.x, record.y - pose.y) < settings.alone for record in fresh.values()):
+            return ()
+        theirs = {
+            cell
+            for record in self._hearsay.others.values()
+            for cell in (*record.held, *(claim.cell for claim in record.claims))
+        }
+        about = cells.around(body, VIEW)
+        return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
 
     def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int) -> Walk:
         released = walk.released(touched, body)
@@ -152,17 +183,19 @@ class Traffic:
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
         """Stop before a body that is not where the others, the silent ones too, said they are."""
-        told = {cell for record in self._hearsay.others.values() for cell in record.held}
-        theirs = (told | set(self._obstacles)) - set(self._hearsay.alone_in(walk.ledger.held, inputs.pose, inputs.tick))
-        cell = unexplained(inputs.readings, inputs.pose, self.cells, theirs, self.settings)
-        if cell is None:
-            self._halted_since = None
-            return walk, False
+        place = unexplained(inputs.readings, inputs.pose, self.cells, self._known(walk, inputs), self.settings)
         tick = inputs.tick
+        if place is None:
+            self._halted_since = None
+            return walk, tick < self._lingers_until
+        if min(reading.measured for reading in inputs.readings) < CLOSE:
+            self._lingers_until = tick + LINGERS
         if self._halted_since is None:
             self._halted_since = tick
         elif tick - self._halted_since == HALTED:
+            cell = self.cells.cell_of(*place)
             events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
+            self._found.append((tick + self.settings.obstacle, place))
             if cell != self.cells.cell_of(*inputs.pose[:2]):
                 self._obstacles[cell] = tick + self.settings.obstacle
             if len(walk.ledger.held) > 1:
@@ -170,6 +203,18 @@ class Traffic:
                 self._joint.leave()
                 self._route_for = None
         return walk, True
+
+    def _known(self, walk: Walk, inputs: TrafficInputs) -> list[Known]:
+        """List bodies that need no explaining: robots near where they were last heard, and things found before."""
+        tick, settings = inputs.tick, self.settings
+        mine = set(self._hearsay.alone_in(walk.ledger.held, inputs.pose, tick))
+        self._found = [(until, place) for until, place in self._found if until > tick]
+        known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        for record in self._hearsay.others.values():
+            age = (tick - record.stamp) * settings.tick
+            within = settings.radius + ABOUT + settings.speed * age
+            known.append(Known((record.x, record.y), within, set(record.held) - mine))
+        return known
 
     # ---- layer 2: which way
 
@@ -265,6 +310,7 @@ class Traffic:
         stopped: bool,
         events: list[Event],
         sends: bool,
+        floor: tuple[int, ...],
     ) -> TrafficOutputs:
         pose, held = inputs.pose, walk.ledger.held
         place = walk.place(self.cells.cell_of(pose.x, pose.y))
@@ -274,13 +320,12 @@ class Traffic:
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         waypoints = [self.cells.centre(cell) for cell in held[place:]]
         if walk.head == self._goal and self._wish is not None:
-            waypoints[-1] = self.cells.moved_inside(
-                self._goal, self._wish, self.settings.radius + 2 * self.settings.margin
-            )
+            waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,
-            drivable=self._hearsay.alone_in(held, pose, inputs.tick),
+            drivable=(*self._hearsay.alone_in(held, pose, inputs.tick), *floor),
+            at_large=bool(floor),
             waypoints=tuple(waypoints),
             may_drive=not stopped,
             face=face,

@@ -53,6 +53,15 @@ class Walk(NamedTuple):
         step = self.next_step if self.following else ALONE
         return self._replace(ledger=ledger, steps=(*self.steps, step), route=self.route[1:])
 
+    def widened(self, cells: Collection[int]) -> "Walk":
+        """Hold these cells too, beside the way."""
+        extra = tuple(sorted(set(cells) - set(self.ledger.held)))
+        if not extra:
+            return self
+        return self._replace(
+            ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(ALONE,) * len(extra) + self.steps
+        )
+
     def released(self, touched: Collection[int], body: int) -> "Walk":
         """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on."""
         held = self.ledger.held

@@ -9,7 +9,7 @@ from swarm.geometry import Pose
 from swarm.traffic.cells import CellMap
 from swarm.traffic.hearsay import Event
 
-STUCK = 10.0  # s without getting on, after which a circle of waits counts as a deadlock
+STUCK = 10.0  # s of standing in a circle of waits that count as a deadlock
 NUMERIC = 1e-6  # m, what rounding may add to a body's radius
 
 
@@ -46,13 +46,14 @@ class Watch:
     faults: list[Fault] = field(default_factory=list)
     conflicts: int = 0  # times a robot began to wait for another
     joint_plans: int = 0
-    deadlocks: int = 0  # times robots waited for each other in a circle and none of them got on for 10 s
+    deadlocks: int = 0  # times robots that stood waited for each other in a circle for 10 s
     longest_wait: float = 0.0  # s
     waiting: dict[str, float] = field(default_factory=dict)  # s, of each robot, in all
     least_gap: float = float("inf")  # m, between two bodies
     _running: set[tuple[str, tuple[str, ...]]] = field(default_factory=set)
     _still: dict[str, int] = field(default_factory=dict)  # ticks since it last got on, while it wants to
     _waits: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    _circling: dict[str, int] = field(default_factory=dict)  # ticks in a circle of waits among those that stand
     _stuck: set[str] = field(default_factory=set)
 
     def look(self, tick: int, robots: Mapping[str, Seen], events: Iterable[Event] = ()) -> list[Fault]:
@@ -109,11 +110,13 @@ class Watch:
             self._waits[robot] = seen.waits if held_up else ()
             if held_up:
                 self.waiting[robot] = self.waiting.get(robot, 0.0) + self.tick
-            still = 0 if seen.moved or not seen.wants_to_move else self._still.get(robot, 0) + 1
-            self._still[robot] = still
-            self.longest_wait = max(self.longest_wait, still * self.tick)
-        still_long = {robot for robot in robots if self._still[robot] * self.tick >= STUCK}
-        stuck = {robot for robot in still_long if self._circles_back(robot, still_long)}
+            ticks = 0 if seen.moved or not seen.wants_to_move else self._still.get(robot, 0) + 1
+            self._still[robot] = ticks
+            self.longest_wait = max(self.longest_wait, ticks * self.tick)
+        still = {robot for robot in robots if self._still[robot] * self.tick >= STUCK}
+        circling = {robot for robot in still if self._circles_back(robot, still)}
+        self._circling = {robot: self._circling.get(robot, 0) + 1 for robot in circling}
+        stuck = {robot for robot, ticks in self._circling.items() if ticks * self.tick >= STUCK}
         self.deadlocks += bool(stuck - self._stuck)
         self._stuck = stuck
 
