@@ -198,7 +198,7 @@ def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
             continue
         here = cells.cell_of(*pose[name][:2])
         ends = [cells.cell_of(*stop) for stop, time in zip(world.stops(name), row, strict=True) if time is None]
-        if all(cells.distances(end, frozenset(shut))[here] < FAR for end in ends):
+        if all(end not in shut and cells.distances(end, shut)[here] < FAR for end in ends):
             lacking.append(name)
     return lacking
 

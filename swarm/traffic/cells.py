@@ -19,6 +19,7 @@ from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 KEPT: Final = 256  # distance tables
+SIGHT: Final = 0.1  # m; what passes a wall nearer than that is no sight to rely on
 PHASES: Final = 4  # lattice offsets tried along each axis
 
 Flags = NDArray[np.bool_]
@@ -58,6 +59,7 @@ class CellMap:
         self.stands: tuple[bool, ...] = tuple(stands.ravel().tolist())
         self.neighbours: tuple[tuple[int, ...], ...] = _joined(stands, right, up)
         self._open: tuple[bool, ...] = tuple(self._wholly_free().ravel().tolist())
+        self._blind: dict[tuple[int, int], bool] = {}
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
 
     def __len__(self) -> int:
@@ -142,6 +144,26 @@ class CellMap:
             return hypot(centre[0] - x, centre[1] - y)
 
         return min(standable, key=away)
+
+    def leaning(self, cell: int, towards: int, radius: float) -> Point:
+        """Give the place in a cell [m, map frame] next to a joined cell, as near as a disc inside the cell can be."""
+        (x0, y0), (x1, y1) = self.centre(cell), self.centre(towards)
+        share = max(0.0, 0.5 - radius / self.side)
+        return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+
+    def is_blind(self, cell: int, towards: int) -> bool:
+        """Tell whether walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
+        key = (cell, towards)
+        if key not in self._blind:
+            here = self.centre(cell)
+            others = (self.centre(other) for other in self.neighbours[towards] if other != cell)
+            self._blind[key] = not all(self._in_sight(here, other) for other in others)
+        return self._blind[key]
+
+    def _in_sight(self, a: Point, b: Point) -> bool:
+        count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
+        along = ((a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count))
+        return all(self._disc_is_clear(x, y, SIGHT) for x, y in along)
 
     # ---- distances
 

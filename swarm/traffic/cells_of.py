@@ -1,5 +1,6 @@
 """The cells of a scenario: the same for every robot and for the world that watches them."""
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Final
 
@@ -13,6 +14,7 @@ from swarm.traffic.settings import TrafficSettings
 
 RADII: Final = 6.0  # a cell's side, where the scenario says nothing: a robot turns in it under the paper's controller
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
+IN_SIGHT: Final = 20  # ticks before a claim can become a hold where walls stop the radio: five broadcasts
 STANDS: Final = 0.05  # m, off the point it drives to
 
 
@@ -58,7 +60,7 @@ def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None
 def traffic_settings(settings: Settings) -> TrafficSettings:
     """Give traffic its constants for a scenario."""
     robot = settings.robot
-    return TrafficSettings(
+    constants = TrafficSettings(
         tick=1.0 / settings.rate,
         every=settings.radio.every,
         radius=robot.radius,
@@ -66,3 +68,4 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
         speed=4.0 * robot.speed_scale,
         sensor_range=settings.sensors.range,
     )
+    return replace(constants, in_sight=True, horizon=1, ripe=IN_SIGHT, absent=600, plan_stuck=400) if settings.radio.line_of_sight else constants

@@ -12,6 +12,7 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
+LEANS: Final = 0.1  # m, off the place where a robot leans round a corner
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 
 
@@ -67,12 +68,20 @@ class Claiming:
                 return walk, ()
             if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 return walk, ()
+            if self.settings.in_sight and not self._would_be_heard(walk.head, cell, pose):
+                return walk, ()
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
             against = obstacle(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
                 return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
             walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
         return walk, ()
+
+    def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
+        """Tell whether all who may claim that cell hear me: where it lies round a corner, they lean towards it, as I do."""
+        if not self.cells.is_blind(head, cell):
+            return self.cells.cell_of(pose.x, pose.y) == head
+        return distance(self.cells.leaning(head, cell, self.settings.standing_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
         """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""

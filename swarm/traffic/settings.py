@@ -12,6 +12,7 @@ class TrafficSettings:
     radius: float = 0.2  # m, of the robot's footprint
     margin: float = 0.03  # m, kept between the footprint and the edge of the held cells
     radio_range: float = 8.0  # m
+    in_sight: bool = False  # walls stop the radio: round a corner nobody is heard
     speed: float = 0.9  # m/s, nobody is faster: what a record may have moved since the last one
     sensor_range: float = 1.6  # m, from the robot's edge
 

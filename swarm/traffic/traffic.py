@@ -142,7 +142,7 @@ class Traffic:
         The body then holds what it and its brake need, and nothing hems in the fuzzy tables. () where others are near,
         and where the goal is: it is come to rest at inside held cells.
         """
-        if tick < self._listen_until or self._joint.frozen is not None or not walk.route:
+        if tick < self._listen_until or self._joint.frozen is not None or not walk.route or self.settings.in_sight:
             return ()
         cells, settings = self.cells, self.settings
         if any(hypot(record.x - pose.x, record.y - pose.y) < settings.alone for record in fresh.values()):
@@ -319,7 +319,9 @@ class Traffic:
             others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         waypoints = [self.cells.centre(cell) for cell in held[place:]]
-        if walk.head == self._goal and self._wish is not None:
+        if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
+            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.standing_room)
+        elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(
             broadcast=broadcast,
