@@ -1,16 +1,31 @@
-"""What lies over the floor at a moment: the rules that fire in one robot, the cells held, and who waits for whom."""
+"""What lies over the floor at a moment: fired rules of one robot, cells held, who waits for whom, and joint plans."""
 
 from math import degrees
-from typing import Protocol
+from typing import Final, NamedTuple, Protocol
 
+from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
 from swarm.errors import SwarmError
-from swarm.messages import Body, Truth
+from swarm.messages import Body, Broadcast, Truth
 from swarm.robot.fuzzy import Controller, Profile
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.cells import CellMap
+from swarm.traffic.cells_of import cells_of, traffic_settings
+from swarm.traffic.record import Epoch, JointPlan, Record
+
+SPREAD: Final = 0.7  # of a cell's side: how far the lines of one plan lie apart where they share a way
+NAMED: Final = 8  # robots named in an order at most
 
 Box = tuple[float, float, float, float]  # m: x and y of the lower corner, width, height
-Arrow = tuple[tuple[float, float], tuple[float, float]]
+Spot = tuple[float, float]  # m
+Arrow = tuple[Spot, Spot]
+
+
+class Drawing(NamedTuple):
+    """A joint plan as it is drawn."""
+
+    leader: str
+    lines: list[list[Spot]]  # m, the way still to come of each that follows it, from where it is
+    orders: list[tuple[Spot, str]]  # m, a cell's middle, and who enters it after whom
 
 
 class Layers(Protocol):
@@ -25,6 +40,9 @@ class Layers(Protocol):
     def show_waits(self, time: float, arrows: list[Arrow]) -> None:
         """Show who waits for whom."""
 
+    def show_plans(self, time: float, plans: list[Drawing]) -> None:
+        """Show the joint plans under way."""
+
 
 class Overlays:
     """Made for one scene; ``selected`` is the robot whose rules are shown, None for the first."""
@@ -35,6 +53,26 @@ class Overlays:
         self._controller = Controller(Profile.from_builtins(scene.profile)) if scene.profile is not None else None
         holds = scene.settings.traffic.rule == "holds"
         self._cells = cells_of(scene.map, scene.settings) if holds else None
+        self._absent = traffic_settings(scene.settings).absent
+        self._run = -1
+        self._records: dict[str, Record] = {}  # the newest of each robot
+        self._plans: dict[Epoch, JointPlan] = {}
+
+    def hear(self, message: Broadcast) -> None:
+        """Take in what a robot says of its traffic."""
+        if message.traffic is None:
+            return
+        if message.run != self._run:
+            self._run, self._records, self._plans = message.run, {}, {}
+        own = message.traffic.own
+        known = self._records.get(message.robot)
+        if known is not None and known.stamp >= own.stamp:
+            return
+        self._records[message.robot] = own
+        if own.plan is not None and own.plan.epoch not in self._plans:
+            in_use = {record.epoch for record in self._records.values()}
+            self._plans = {epoch: plan for epoch, plan in self._plans.items() if epoch in in_use}
+            self._plans[own.plan.epoch] = own.plan
 
     def draw(self, view: Layers, truth: Truth) -> None:
         """Draw them as they are at a moment."""
@@ -47,6 +85,7 @@ class Overlays:
         if self._cells is not None:
             view.show_held(truth.time, {name: self.boxes(body) for name, body in bodies.items()})
             view.show_waits(truth.time, waits(bodies))
+            view.show_plans(truth.time, self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else [])
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Explain what a robot's tables make of what it senses, as markdown."""
@@ -60,6 +99,15 @@ class Overlays:
         return (
             f"**{body.robot}** {body.activity.value}, driven by {body.steering.value}{joint}\n\n```\n{told.text()}\n```"
         )
+
+    def plans(self, cells: CellMap, tick: int, bodies: dict[str, Body]) -> list[Drawing]:
+        """Draw the joint plans under way; whoever is silent for so long that its turns pass has no part in them."""
+        heard = {
+            robot: record
+            for robot, record in self._records.items()
+            if robot in bodies and tick - record.stamp <= self._absent
+        }
+        return [drawn(plan, cells, bodies) for plan in followed(heard, self._plans)]
 
     def boxes(self, body: Body) -> list[Box]:
         """Give the cells a robot holds."""
@@ -78,3 +126,28 @@ def waits(bodies: dict[str, Body]) -> list[Arrow]:
         for other in body.waits
         if other in bodies
     ]
+
+
+def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
+    """Draw a joint plan: the lines of all lie side by side, so that each can be seen where they share cells."""
+    lines = []
+    for number, (robot, way) in enumerate(plan.ways.items()):
+        body = bodies[robot]
+        here = cells.cell_of(body.x, body.y)
+        passed = way.index(here) + 1 if here in way else 1
+        aside = cells.side * SPREAD * ((number + 0.5) / len(plan.ways) - 0.5)
+        middles = [cells.centre(cell) for cell in way[passed:] if 0 <= cell < len(cells)]
+        if middles:
+            lines.append([(body.x, body.y), *((x + aside, y + aside) for x, y in middles)])
+    orders = [(cells.centre(cell), in_words(order)) for cell, order in plan.turns.items() if 0 <= cell < len(cells)]
+    return Drawing(plan.leader, lines, orders)
+
+
+def in_words(order: tuple[str, ...]) -> str:
+    """Write who comes after whom, the first few by name.
+
+    >>> in_words(("r3", "r1", "r2", "r3"))
+    'r3 > r1 > r2 > r3'
+    """
+    more = [f"+{len(order) - NAMED}"] if len(order) > NAMED else []
+    return " > ".join([*order[:NAMED], *more])

@@ -42,6 +42,12 @@ def faded(colour: Colour) -> Colour:
     return red, green, blue
 
 
+def lightened(colour: Colour) -> Colour:
+    """Bring a colour halfway to white."""
+    red, green, blue = ((part + 255) // 2 for part in colour)
+    return red, green, blue
+
+
 def stop(number: int, stops: int) -> Colour:
     """Give the colour of stop ``number`` of ``stops``: dark for the first, bright for the last."""
     at = number / max(1, stops - 1) * (len(VIRIDIS) - 1)

@@ -8,7 +8,7 @@ from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
-from swarm.messages import Event, Floor, Message, Truth
+from swarm.messages import Broadcast, Event, Floor, Message, Truth
 
 
 class Show:
@@ -52,6 +52,8 @@ class Show:
         self.progress = fold(before, message)
         if isinstance(message, Truth) and message.run == self.progress.run:
             self._truth = message
+        if isinstance(message, Broadcast) and message.run == self.progress.run and self._overlays is not None:
+            self._overlays.hear(message)
         if self.progress is before:
             return
         if self.progress.run != before.run or self.progress.order != before.order:

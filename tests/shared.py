@@ -9,6 +9,7 @@ import msgspec
 from swarm.maps.text import from_text
 from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario, checked
+from swarm.traffic.cells_of import with_lattice
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
@@ -33,7 +34,8 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
     }
     raw |= fields
     settings = checked(raw, "test")
-    return Scenario(settings, from_text(text, settings.map.cell), profile or load_profile("paper"))
+    floor = from_text(text, settings.map.cell)
+    return Scenario(with_lattice(settings, floor), floor, profile or load_profile("paper"))
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:
@@ -41,7 +43,7 @@ def with_settings(scenario: Scenario, **sections: object) -> Scenario:
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
-    return Scenario(checked(raw, "test"), scenario.map, scenario.profile)
+    return Scenario(with_lattice(checked(raw, "test"), scenario.map), scenario.map, scenario.profile)
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:

@@ -45,9 +45,9 @@ def test_one_robot_keeps_every_promise_on_twenty_seeds(paper: Scenario, seed: in
 def assert_four_robots_finish(paper: Scenario, seed: int) -> None:
     report = run(paper, 4, seed)
     assert report["complete"], report["reason"]
-    assert report["contacts"]["wall"] == report["contacts"]["obstacle"] == 0
-    assert report["traffic"]["deadlocks"] == 0
-    assert report["fuzzy_share"] >= 0.9
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+    assert report["traffic"]["deadlocks"] == report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
+    assert report["fuzzy_share"] >= 0.6
 
 
 @pytest.mark.parametrize("seed", [1, 7])
@@ -133,7 +133,7 @@ def test_rules_rewritten_unchanged_drive_the_very_same_run(paper: Scenario) -> N
 
 Number = (int, float)
 # fmt: off
-REPORT = {  # docs: the report of `swarm run --report`
+REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "scenario": str, "seed": int, "robots": int, "pace": str, "complete": bool, "reason": str,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "contacts": {"robot": int, "wall": int, "obstacle": int},
@@ -142,6 +142,7 @@ REPORT = {  # docs: the report of `swarm run --report`
     "per_robot": dict,
     "digest": str,
 }
+OF_HOLDS = {"overlaps": int, "outside": int}  # further fields of its traffic under that rule
 PER_ROBOT = {
     "targets": int, "reached": list, "path_length": float, "shortest_length": float, "waiting": float,
     "replans": int, "contacts": int, "struck": int, "unreachable": list,
@@ -159,10 +160,19 @@ def assert_of_form(value: object, form: object, where: str) -> None:
         assert type(value) is form, f"{where}: {value!r}"
 
 
+# fmt: off
+FORMS = {
+    "holds":    REPORT | {"traffic": REPORT["traffic"] | OF_HOLDS},
+    "give_way": REPORT,
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("rule", FORMS)
 @pytest.mark.parametrize("robots", [1, 3])
-def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, robots: int) -> None:
-    report = run(paper, robots, 1, limit=45.0)
-    assert_of_form(report, REPORT, "report")
+def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, robots: int, rule: str) -> None:
+    report = run(with_settings(paper, traffic={"rule": rule}), robots, 1, limit=45.0)
+    assert_of_form(report, FORMS[rule], "report")
     assert list(report["per_robot"]) == [f"r{number}" for number in range(1, robots + 1)]
     for name, row in report["per_robot"].items():
         assert_of_form(row, PER_ROBOT, name)

@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
-from swarm.traffic.cells_of import with_lattice
+from tests.shared import with_settings
 from world.simulate import Simulation
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
@@ -17,14 +16,6 @@ HARD = Path(__file__).parents[2] / "shared" / "data" / "mapf" / "hard"
 
 def run(scenario: Scenario, robots: int, seed: int = 1, limit: float = 400.0) -> dict[str, Any]:
     return Simulation.of(scenario, robots, seed).run(limit=limit)
-
-
-def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
-    settings = scenario.settings
-    for name, fields in sections.items():
-        section = msgspec.structs.replace(getattr(settings, name), **fields)
-        settings = msgspec.structs.replace(settings, **{name: section})
-    return Scenario(with_lattice(settings, scenario.map), scenario.map, scenario.profile)
 
 
 def assert_clean(report: dict[str, Any]) -> None:
@@ -51,15 +42,14 @@ def test_many_pass(name: str, robots: int) -> None:
 
 @pytest.mark.slow
 def test_broadcasts_lost_cost_time_and_nothing_else() -> None:
-    scenario = changed(load(SCENARIOS / "doorway.yaml"), radio={"loss": 0.3, "range": 5.0})
+    scenario = with_settings(load(SCENARIOS / "doorway.yaml"), radio={"loss": 0.3, "range": 5.0})
     assert_clean(run(scenario, 8, seed=2))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robots", [4, 8])
 def test_shared_targets_are_taken_in_turn(paper: Scenario, robots: int) -> None:
-    scenario = changed(paper, traffic={"rule": "holds"}, start={"area": (0.8, 0.8, 6.2, 6.2)})
-    assert_clean(run(scenario, robots, limit=600.0))
+    assert_clean(run(paper, robots, limit=600.0))
 
 
 def test_a_swap_without_a_bay_is_found_out_and_named(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import rerun as rr
 
 from dashboard import naming, palette, shapes
 from dashboard.collect import Batch
+from dashboard.overlays import Drawing
 from dashboard.scene import Scene
 from dashboard.view.layout import TIMELINE
 from swarm.geometry import Pose
@@ -35,6 +36,7 @@ class View:
         self._frames_seen = 0
         self._words = dict.fromkeys(robots, naming.READY)
         self._homes_known = False
+        self._leaders: list[str] = []  # of the joint plans shown
 
     # --- what stands still ---
 
@@ -117,7 +119,7 @@ class View:
         for time, name, word in batch.lanes:
             self._at(time, f"progress/{name}", rr.StateChange(state=word))
             self._words[name] = word
-            self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
+            self._name_robots(time)
         for time, paths in batch.paths[-PATHS:]:
             strips = [np.array(paths[name], dtype=np.float32).reshape(-1, 2) for name in self.robots]
             self._at(time, "world/paths", rr.LineStrips2D.from_fields(strips=strips))
@@ -171,9 +173,14 @@ class View:
         text = naming.plain(f"{who}{event.kind.replace('_', ' ')}: {event.text}".replace("\n", " "))
         self._at(event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=colour))
 
+    def _name_robots(self, time: float) -> None:
+        self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
+
     def _label(self, name: str) -> str:
+        words = [naming.LEADS] if name in self._leaders else []
         word = self._words[name]
-        return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
+        words += [word] if word in {naming.WAITS, naming.BLOCKED} else []
+        return f"{name} {', '.join(words)}".rstrip()
 
     # --- layers that whoever knows more can fill ---
 
@@ -195,6 +202,39 @@ class View:
         vectors = np.array([end for _, end in arrows], dtype=np.float32).reshape(-1, 2) - origins
         shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=_pixels(1.0), draw_order=32.0)
         self._at(time, "world/waits", shown)
+
+    def show_plans(self, time: float, plans: Sequence[Drawing]) -> None:
+        """Show the joint plans under way, each in its leader's colour: ways still to come, who comes after whom."""
+        leaders = [plan.leader for plan in plans]
+        if not leaders and not self._leaders:
+            return
+        shades = [
+            palette.lightened(self._colours[self.robots.index(name)]) if name in self.robots else palette.TARGET
+            for name in leaders
+        ]
+        lines = [
+            (np.array(line, np.float32), shade)
+            for plan, shade in zip(plans, shades, strict=True)
+            for line in plan.lines
+        ]
+        strips = rr.LineStrips2D(
+            [line for line, _ in lines], colors=[shade for _, shade in lines], radii=_pixels(0.8), draw_order=6.5
+        )
+        self._at(time, "world/plans", strips)
+        orders = [(*order, shade) for plan, shade in zip(plans, shades, strict=True) for order in plan.orders]
+        spots = np.array([spot for spot, _, _ in orders], dtype=np.float32).reshape(-1, 2)
+        marks = rr.Points2D(
+            spots,
+            colors=[shade for _, _, shade in orders],
+            radii=_pixels(4.5),
+            labels=[naming.plain(text) for _, text, _ in orders],
+            show_labels=True,
+            draw_order=33.0,
+        )
+        self._at(time, "world/plans/order", marks)
+        if leaders != self._leaders:
+            self._leaders = leaders
+            self._name_robots(time)
 
     # --- inside ---
 

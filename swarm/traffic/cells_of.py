@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -14,7 +14,8 @@ from swarm.traffic.settings import TrafficSettings
 
 RADII: Final = 6.0  # a cell's side, where the scenario says nothing: a robot turns in it under the paper's controller
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
-IN_SIGHT: Final = 20  # ticks before a claim can become a hold where walls stop the radio: five broadcasts
+# where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
+IN_SIGHT: Final[dict[str, Any]] = {"in_sight": True, "horizon": 1, "ripe": 20, "absent": 600, "plan_stuck": 400}
 STANDS: Final = 0.05  # m, off the point it drives to
 
 
@@ -68,4 +69,4 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
         speed=4.0 * robot.speed_scale,
         sensor_range=settings.sensors.range,
     )
-    return replace(constants, in_sight=True, horizon=1, ripe=IN_SIGHT, absent=600, plan_stuck=400) if settings.radio.line_of_sight else constants
+    return replace(constants, **IN_SIGHT) if settings.radio.line_of_sight else constants

@@ -78,7 +78,7 @@ class Claiming:
         return walk, ()
 
     def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
-        """Tell whether all who may claim that cell hear me: where it lies round a corner, they lean towards it, as I do."""
+        """Tell whether all who may claim that cell hear me: round a corner they lean towards it, as I do."""
         if not self.cells.is_blind(head, cell):
             return self.cells.cell_of(pose.x, pose.y) == head
         return distance(self.cells.leaning(head, cell, self.settings.standing_room), pose) <= LEANS

@@ -98,6 +98,7 @@ class Driver:
         self._ticks = max(1, round(LOOK / dt))
         self._fastest = fastest  # m/s, of the blend
         self._turning = False
+        self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
 
     def braking(self, body: Body) -> tuple[Point, ...]:
         """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
@@ -189,7 +190,9 @@ class Driver:
 
     def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
-        cells = self._cells
+        cells, held = self._cells, frozenset(held)
+        if held == self._shut_for[0]:
+            return self._shut_for[1]
         side, columns, (x0, y0) = cells.side, cells.columns, cells.offset
         mine = {divmod(cell, columns) for cell in held}
         beside = sorted(
@@ -202,7 +205,8 @@ class Driver:
             }
         )
         corner = np.array([(x0 + column * side, y0 + row * side) for row, column in beside], np.float64)
-        return np.hstack([corner, corner + side])
+        self._shut_for = held, np.hstack([corner, corner + side])
+        return self._shut_for[1]
 
     def _room(
         self,

@@ -35,17 +35,14 @@ class Known(NamedTuple):
 
 
 def unexplained(
-    readings: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
+    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
 ) -> Point | None:
-    """Find a body near by that nobody told of: give where it seems to be [m], else None.
+    """Find, among ``bodies`` that the sectors show, one that nobody told of: give where it seems to be [m], else None.
 
     Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
     not to drive.
     """
-    for reading in readings:
-        if not reading.is_body(settings):
-            continue
-        measured, _, bearing, half_width = reading
+    for measured, _, bearing, half_width in bodies:
         hits = [_hit(pose, bearing + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
         if not any(_is(body, hit, cells) for body in known if measured >= body.nearest for hit in hits):
             return hits[0]

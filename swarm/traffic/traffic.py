@@ -183,7 +183,8 @@ class Traffic:
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
         """Stop before a body that is not where the others, the silent ones too, said they are."""
-        place = unexplained(inputs.readings, inputs.pose, self.cells, self._known(walk, inputs), self.settings)
+        seen = [reading for reading in inputs.readings if reading.is_body(self.settings)]
+        place = unexplained(seen, inputs.pose, self.cells, self._known(walk, inputs), self.settings) if seen else None
         tick = inputs.tick
         if place is None:
             self._halted_since = None

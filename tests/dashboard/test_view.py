@@ -57,6 +57,7 @@ def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recordi
     assert recording.entities == (
         {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
         | {f"/world/{name}" for name in MOVING}
+        | {"/world/held", "/world/waits"}
         | {"/rules", "/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
         | {f"/progress/r{number}" for number in (1, 2, 3)}
     )

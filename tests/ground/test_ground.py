@@ -33,7 +33,11 @@ START = Pose(2.5, 2.5, 0.0)
 def unknown(**sensors: object) -> Scenario:
     """An unknown room, each cell half a metre."""
     scenario = scenario_of(
-        TEXT, map={"text": TEXT, "cell": 1.0, "known": False}, start={"poses": [[*START]]}, targets=[[7.5, 2.5]]
+        TEXT,
+        map={"text": TEXT, "cell": 1.0, "known": False},
+        start={"poses": [[*START]]},
+        targets=[[7.5, 2.5]],
+        traffic={"rule": "give_way"},
     )
     return with_settings(scenario, sensors=sensors) if sensors else scenario
 

@@ -1,6 +1,7 @@
 """Good scenarios: over the wire and back, starts drawn with the seed, and what paper.yaml promises."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
+from typing import Any
 
 import msgpack
 import numpy as np
@@ -8,14 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.errors import SwarmError
+from swarm.errors import ConfigError, SwarmError
 from swarm.geometry import distance
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.starts import names, number_of, starts
-from tests.shared import ROOT, scenario_of, with_settings
+from swarm.traffic.cells_of import cells_of
+from tests.shared import ROOM, ROOT, scenario_of, with_settings
 
 ALL = sorted((ROOT / "scenarios").glob("*.yaml"))
 
@@ -37,7 +39,7 @@ def test_a_broken_scenario_on_the_wire_is_refused(paper: Scenario, broken: dict[
 
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_the_paper_scenario_passes_its_check_with_many_robots(paper: Scenario, paper_grid: Grid, seed: int) -> None:
-    assert len(check(paper, paper_grid, 8, seed)) == 8
+    assert len(check(paper, paper_grid, 12, seed)) == 12
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
@@ -52,9 +54,10 @@ def test_the_shortest_way_of_the_paper_scenario_is_well_longer_than_the_straight
     assert legs[-1][1] == start[:2], "home"
 
 
-@given(st.integers(0, 2**53), st.integers(1, 6))
-def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(seed: int, robots: int) -> None:
-    scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]})
+@pytest.mark.parametrize("rule", ["holds", "give_way"])
+@given(seed=st.integers(0, 2**53), robots=st.integers(1, 6))
+def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(rule: str, seed: int, robots: int) -> None:
+    scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]}, traffic={"rule": rule})
     grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
     poses = starts(scenario, grid, robots, seed)
     assert poses == starts(scenario, grid, robots, seed)
@@ -62,8 +65,52 @@ def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(see
         assert 1.1 <= pose.x <= 6.5
         assert 1.1 <= pose.y <= 4.9
         assert min(pose.x - 1, pose.y - 1, 5 - pose.y) >= 0.2 + 0.2 - 0.1, "walls are a radius and a gap away"
-    for one, other in pairwise(poses):
+    for one, other in combinations(poses, 2):
         assert distance(one, other) >= 0.6
+
+
+@given(st.integers(0, 2**53))
+def test_starts_drawn_under_holds_have_a_cell_each(paper: Scenario, paper_grid: Grid, seed: int) -> None:
+    cells = cells_of(paper.map, paper.settings)
+    radius = paper.settings.robot.radius
+    touched = [cells.touched(pose.x, pose.y, radius) for pose in starts(paper, paper_grid, 12, seed)]
+    assert all(len(under) == 1 for under in touched)
+    assert len(set(touched)) == 12
+
+
+def test_an_unknown_floor_is_driven_on_by_giving_way() -> None:
+    scenario = scenario_of(map={"text": ROOM, "cell": 1.0, "known": False}, traffic={"rule": "give_way"})
+    assert not scenario.settings.map.known
+    with pytest.raises(ConfigError, match=r"traffic\.rule: expected `give_way` where `map.known` is false"):
+        with_settings(scenario, traffic={"rule": "holds"})
+
+
+def corner_target(reach: float, **traffic: object) -> Scenario:
+    """Give a target where four cells of 1 m meet, unless the lattice lies elsewhere."""
+    return scenario_of(targets=[[5.0, 3.0]], reach=reach, traffic={"cell": 1.0, "offset": [0.0, 0.0]} | traffic)
+
+
+# fmt: off
+CORNERS: dict[str, tuple[float, dict[str, Any], bool]] = {  # reach [m], traffic, whether it is refused;
+    "too near to the corner": (0.3, {}, True),
+    "a longer reach":         (0.5, {}, False),
+    "another lattice":        (0.3, {"offset": [-0.25, -0.25]}, False),
+    "the best lattice":       (0.3, {"cell": 1.2, "offset": None}, False),
+    "another rule":           (0.3, {"rule": "give_way"}, False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", CORNERS)
+def test_a_stop_that_cannot_be_reached_from_inside_its_cell_is_refused(name: str) -> None:
+    reach, traffic, refused = CORNERS[name]
+    scenario = corner_target(reach, **traffic)
+    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
+    if refused:
+        with pytest.raises(ConfigError, match=r"target 1 of r1 at \(5, 3\): expected a place that is reached within"):
+            check(scenario, grid, 2, 1)
+    else:
+        assert len(check(scenario, grid, 2, 1)) == 2
 
 
 def test_the_first_robots_start_where_they_did_when_more_join(paper: Scenario, paper_grid: Grid) -> None:
