@@ -1,0 +1,132 @@
+"""What a drill does to robots: drawn with a seed, lasting as long as it says."""
+
+from collections.abc import Mapping
+from itertools import groupby
+from math import inf
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.shared import scenario_of
+from world.faults import LASTS, Drill, Faults, Health
+from world.simulate import Simulation
+
+DT = 0.05  # s
+FLEET = ("r1", "r2", "r3")
+HOUR = 3600.0  # s
+
+
+def histories(
+    faults: Faults, seed: int = 1, until: float = 200.0, leads: Mapping[str, float] | None = None
+) -> dict[str, list[Health]]:
+    """Ask after every robot, tick by tick; ``leads``: from when on [s] a robot leads."""
+    drill = Drill(faults, seed, DT)
+    since = leads or {}
+    found: dict[str, list[Health]] = {name: [] for name in FLEET}
+    for tick in range(round(until / DT)):
+        for name in FLEET:
+            found[name].append(drill.health(name, tick * DT, leads=tick * DT >= since.get(name, inf)))
+    return found
+
+
+def spells(history: list[Health], kind: Health) -> list[int]:
+    """List how many ticks each fault of a kind lasts; the last one may be cut off by the end."""
+    return [len(list(ticks)) for health, ticks in groupby(history) if health is kind]
+
+
+@given(st.integers(0, 2**53))
+def test_the_same_seed_draws_the_same_faults(seed: int) -> None:
+    faults = Faults(held_up=20.0, suspended=30.0)
+    assert histories(faults, seed, until=60.0) == histories(faults, seed, until=60.0)
+
+
+def test_another_seed_draws_others() -> None:
+    faults = Faults(held_up=20.0, suspended=30.0)
+    assert histories(faults, 1) != histories(faults, 2)
+
+
+# fmt: off
+KINDS = {  # faults, what may befall a robot
+    "nothing":    (Faults(), {Health.WELL}),
+    "held up":    (Faults(held_up=20.0), {Health.WELL, Health.HELD_UP}),
+    "suspended":  (Faults(suspended=20.0), {Health.WELL, Health.SUSPENDED}),
+    "both":       (Faults(held_up=20.0, suspended=20.0), {Health.WELL, Health.HELD_UP, Health.SUSPENDED}),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_only_what_is_asked_for_befalls_a_robot_and_all_of_that_does(name: str) -> None:
+    faults, kinds = KINDS[name]
+    for history in histories(faults).values():
+        assert set(history) == kinds
+
+
+@pytest.mark.parametrize("kind", [Health.HELD_UP, Health.SUSPENDED])
+def test_what_passes_passes_after_five_seconds(kind: Health) -> None:
+    assert LASTS == 5.0
+    faults = Faults(held_up=100.0) if kind is Health.HELD_UP else Faults(suspended=100.0)
+    for history in histories(faults, until=HOUR / 4).values():
+        lasted = spells(history[: -round(LASTS / DT)], kind)
+        assert lasted
+        one = round(LASTS / DT)
+        assert all(one <= ticks <= one + 1 or ticks >= 2 * one for ticks in lasted), "a new one may follow at once"
+
+
+@pytest.mark.parametrize("often", [30.0, 120.0])
+def test_faults_come_about_as_often_as_asked_for(often: float) -> None:
+    well = 0.0
+    began = 0
+    for history in histories(Faults(held_up=often), until=4 * HOUR).values():
+        well += history.count(Health.WELL) * DT
+        began += len(spells(history, Health.HELD_UP))
+    assert well / began == pytest.approx(often, rel=0.15)
+
+
+def test_the_first_that_leads_from_then_on_dies_and_no_other_leader_does() -> None:
+    leads = {"r1": 0.0, "r2": 30.0, "r3": 15.0}
+    history = histories(Faults(kill_leader_at=20.0), until=60.0, leads=leads)
+    died = round(20.0 / DT)
+    assert set(history["r1"][:died]) == {Health.WELL}
+    assert set(history["r1"][died:]) == {Health.DEAD}
+    assert set(history["r2"]) == set(history["r3"]) == {Health.WELL}
+
+
+def test_nobody_dies_where_nobody_leads() -> None:
+    assert all(set(history) == {Health.WELL} for history in histories(Faults(kill_leader_at=0.0)).values())
+
+
+def test_those_named_die_when_they_are_to_whatever_else_goes_wrong() -> None:
+    history = histories(Faults(held_up=20.0, killed={"r2": 50.0}))
+    died = round(50.0 / DT)
+    assert Health.DEAD not in history["r2"][:died]
+    assert set(history["r2"][died:]) == {Health.DEAD}
+    assert all(Health.DEAD not in history[name] for name in ("r1", "r3"))
+
+
+def test_the_drill_keeps_account_of_the_dead_and_the_struck() -> None:
+    drill = Drill(Faults(killed={"r1": 1.0}, held_up=1e-9), 1, DT)
+    for name in FLEET:
+        drill.health(name, 1.0, leads=False)
+    assert drill.dead == {"r1": 1.0}
+    assert drill.struck == {"r1"}, "who is held up still speaks"
+    suspended = Drill(Faults(suspended=1e-9), 1, DT)
+    assert suspended.health("r2", 0.0, leads=False) is Health.SUSPENDED
+    assert suspended.struck == {"r2"}
+
+
+def test_a_robot_that_is_dead_in_a_run_stands_and_its_fellow_drives() -> None:
+    simulation = Simulation.of(scenario_of(), 2, 1, Faults(killed={"r1": 0.0}))
+    before = simulation.world.poses()
+    simulation.run(10.0)
+    after = simulation.world.poses()
+    assert after[0] == before[0]
+    assert after[1] != before[1]
+
+
+def test_a_robot_held_up_for_ever_gets_nowhere() -> None:
+    simulation = Simulation.of(scenario_of(), 1, 1, Faults(held_up=1e-9))
+    before = simulation.world.poses()
+    simulation.run(10.0)
+    assert simulation.world.poses() == before
