@@ -97,7 +97,8 @@ class Hearsay:
         if own.stamp <= self._direct.get(own.robot, -1):
             yield from self._name(tick, own.robot, f"sent the record of tick {own.stamp} again")
             return
-        self._direct[own.robot] = own.stamp
+        if own.stamp <= tick + SKEW:
+            self._direct[own.robot] = own.stamp
         yield from self._merge(tick, own, 1)
         for hops, record in broadcast.others:
             if record.robot != self.me and hops <= self._settings.hops:

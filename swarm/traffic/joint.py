@@ -52,6 +52,7 @@ class JointPlanning:
         self._since = NEVER  # frozen
         self._lead_from = NEVER
         self._published = NEVER
+        self._unconfirmed: JointPlan | None = None  # made by me, and not yet seen whether all take it up
         self._spent: set[Epoch] = set()
         self._asked: dict[str, int] = {}  # leader -> how often it was named without answering
         self._passed_over: dict[str, int] = {}  # leader -> until when
@@ -132,14 +133,31 @@ class JointPlanning:
 
     def step(self, situation: Situation) -> list[Event]:
         """Follow calls, lead when named, plan a little, adopt what came."""
+        events = self._name_who_ignores(situation)
         self._join_a_call(situation)
         if self.frozen is None and self._named(situation):
             self._begin_to_collect(situation)
         if self.collect is not None:
-            return self._lead(situation)
+            return events + self._lead(situation)
         if self.frozen is not None:
             self._await_plan(situation)
-        return []
+        return events
+
+    def _name_who_ignores(self, situation: Situation) -> list[Event]:
+        """Name, once, the members heard that have not taken up the plan I made: the others go on without them."""
+        plan = self._unconfirmed
+        if plan is None or situation.tick - self._published <= 2 * SETTLE:
+            return []
+        self._unconfirmed = None
+        ignoring = tuple(
+            robot
+            for robot in sorted(plan.ways)
+            if (record := situation.fresh.get(robot)) is not None
+            and record.stamp > self._published + SETTLE
+            and (record.epoch is None or record.epoch < plan.epoch)
+            and record.frozen is None
+        )
+        return [Event("plan_ignored", (robot,), f"{robot} does not follow the plan of {self.me}") for robot in ignoring]
 
     def _named(self, situation: Situation) -> bool:
         if situation.tick < self._lead_from:
@@ -287,6 +305,7 @@ class JointPlanning:
             },
         )
         self._published = tick
+        self._unconfirmed = self.plan
         self._lead_from = tick + self._settings.again
         self.plans_made += 1
         self._adopt(self.plan, situation)
