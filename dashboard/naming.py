@@ -4,7 +4,6 @@ from dashboard.progress import Robot
 from swarm.messages import Activity
 
 WAITS, BLOCKED, READY, DONE, HOME = "gives way", "blocked", "ready", "done", "home"
-LEADS = "leads"  # a joint plan
 
 
 def stop_name(number: int, stops: int, home: bool) -> str:

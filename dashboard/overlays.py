@@ -13,6 +13,7 @@ from swarm.traffic.cells_of import cells_of, traffic_settings
 from swarm.traffic.record import Epoch, JointPlan, Record
 
 SPREAD: Final = 0.7  # of a cell's side: how far the lines of one plan lie apart where they share a way
+ORDERS: Final = 3  # of one plan, at most
 NAMED: Final = 8  # robots named in an order at most
 
 Box = tuple[float, float, float, float]  # m: x and y of the lower corner, width, height
@@ -24,6 +25,7 @@ class Drawing(NamedTuple):
     """A joint plan as it is drawn."""
 
     leader: str
+    leads: list[Spot]  # m, where its leader is, if anywhere
     lines: list[list[Spot]]  # m, the way still to come of each that follows it, from where it is
     orders: list[tuple[Spot, str]]  # m, a cell's middle, and who enters it after whom
 
@@ -140,7 +142,8 @@ def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
         if middles:
             lines.append([(body.x, body.y), *((x + aside, y + aside) for x, y in middles)])
     orders = [(cells.centre(cell), in_words(order)) for cell, order in plan.turns.items() if 0 <= cell < len(cells)]
-    return Drawing(plan.leader, lines, orders)
+    leads = [(bodies[plan.leader].x, bodies[plan.leader].y)] if plan.leader in bodies else []
+    return Drawing(plan.leader, leads, lines, orders[:ORDERS])
 
 
 def in_words(order: tuple[str, ...]) -> str:

@@ -1,6 +1,7 @@
 """Messages in, recordings out: the fold and the drawing put together, without the wire."""
 
 from collections.abc import Callable
+from typing import Final
 
 from dashboard.collect import Collector
 from dashboard.overlays import Overlays
@@ -9,6 +10,9 @@ from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
 from swarm.messages import Broadcast, Event, Floor, Message, Truth
+
+OVERLAY: Final = 0.75  # s, simulated, between two overlays; in real time every drawing has one, and that is enough
+OVERLAYS: Final = 10  # in one drawing, about, where time runs faster
 
 
 class Show:
@@ -34,6 +38,9 @@ class Show:
         self._selected = selected  # the robot whose rules are shown
         self._overlays: Overlays | None = None
         self._truth: Truth | None = None
+        self._laid = 0.0  # s, simulated time of the last overlay
+        self._drawn = 0.0  # s, simulated time of the last drawing
+        self._gap = OVERLAY
         self._shown = -1
         self._view: View | None = None
         self._collector: Collector | None = None
@@ -50,28 +57,35 @@ class Show:
             return
         before = self.progress
         self.progress = fold(before, message)
-        if isinstance(message, Truth) and message.run == self.progress.run:
-            self._truth = message
         if isinstance(message, Broadcast) and message.run == self.progress.run and self._overlays is not None:
             self._overlays.hear(message)
         if self.progress is before:
             return
         if self.progress.run != before.run or self.progress.order != before.order:
             self.draw()
-            self._collector = None
+            self._collector, self._laid, self._drawn = None, 0.0, 0.0
         fresh = self._collector is None
         if fresh:
             self._begin()
         if self._collector is not None and not (fresh and isinstance(message, Event)):  # a fresh one has all events
             self._collector.take(self.progress, message)
+        if isinstance(message, Truth):
+            self._truth = message
+            if message.time >= self._laid + self._gap:
+                self._lay_over()
 
     def draw(self) -> None:
         """Draw what has gathered."""
         if self._view is not None and self._collector is not None:
             self._view.draw(self._collector.batch())
-            if self._overlays is not None and self._truth is not None:
-                self._overlays.draw(self._view, self._truth)
-                self._truth = None
+            self._lay_over()
+            self._gap = max(OVERLAY, (self.progress.time - self._drawn) / OVERLAYS)
+            self._drawn = self.progress.time
+
+    def _lay_over(self) -> None:
+        if self._view is not None and self._overlays is not None and self._truth is not None:
+            self._overlays.draw(self._view, self._truth)
+            self._laid, self._truth = self._truth.time, None
 
     def _take_floor(self, floor: Floor) -> None:
         try:

@@ -21,6 +21,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
 TRAIL_EVERY: Final = 5  # frames between two pictures of the trails
+RING: Final = 2.0  # radii, about who leads a joint plan
 PATHS: Final = 20  # pictures of all paths in one batch, at most
 
 
@@ -36,7 +37,7 @@ class View:
         self._frames_seen = 0
         self._words = dict.fromkeys(robots, naming.READY)
         self._homes_known = False
-        self._leaders: list[str] = []  # of the joint plans shown
+        self._plans_shown = False
 
     # --- what stands still ---
 
@@ -119,7 +120,7 @@ class View:
         for time, name, word in batch.lanes:
             self._at(time, f"progress/{name}", rr.StateChange(state=word))
             self._words[name] = word
-            self._name_robots(time)
+            self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
         for time, paths in batch.paths[-PATHS:]:
             strips = [np.array(paths[name], dtype=np.float32).reshape(-1, 2) for name in self.robots]
             self._at(time, "world/paths", rr.LineStrips2D.from_fields(strips=strips))
@@ -173,14 +174,9 @@ class View:
         text = naming.plain(f"{who}{event.kind.replace('_', ' ')}: {event.text}".replace("\n", " "))
         self._at(event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=colour))
 
-    def _name_robots(self, time: float) -> None:
-        self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
-
     def _label(self, name: str) -> str:
-        words = [naming.LEADS] if name in self._leaders else []
         word = self._words[name]
-        words += [word] if word in {naming.WAITS, naming.BLOCKED} else []
-        return f"{name} {', '.join(words)}".rstrip()
+        return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
 
     # --- layers that whoever knows more can fill ---
 
@@ -205,36 +201,27 @@ class View:
 
     def show_plans(self, time: float, plans: Sequence[Drawing]) -> None:
         """Show the joint plans under way, each in its leader's colour: ways still to come, who comes after whom."""
-        leaders = [plan.leader for plan in plans]
-        if not leaders and not self._leaders:
+        if not plans and not self._plans_shown:
             return
-        shades = [
-            palette.lightened(self._colours[self.robots.index(name)]) if name in self.robots else palette.TARGET
-            for name in leaders
-        ]
-        lines = [
-            (np.array(line, np.float32), shade)
-            for plan, shade in zip(plans, shades, strict=True)
-            for line in plan.lines
-        ]
-        strips = rr.LineStrips2D(
-            [line for line, _ in lines], colors=[shade for _, shade in lines], radii=_pixels(0.8), draw_order=6.5
-        )
+        self._plans_shown = bool(plans)
+        lines, line_colours = [], []
+        spots, texts, spot_colours = [], [], []
+        for plan in plans:
+            number = self.robots.index(plan.leader) if plan.leader in self.robots else -1
+            colour = palette.lightened(self._colours[number]) if number >= 0 else palette.TARGET
+            rings = shapes.rings(plan.leads, self._scene.settings.robot.radius * RING)
+            lines += [*(np.array(line, dtype=np.float32) for line in plan.lines), *rings]
+            line_colours += [colour] * (len(plan.lines) + len(rings))
+            spots += [spot for spot, _ in plan.orders]
+            texts += [naming.plain(text) for _, text in plan.orders]
+            spot_colours += [colour] * len(plan.orders)
+        strips = rr.LineStrips2D(lines, colors=line_colours, radii=_pixels(0.8), draw_order=6.5)
         self._at(time, "world/plans", strips)
-        orders = [(*order, shade) for plan, shade in zip(plans, shades, strict=True) for order in plan.orders]
-        spots = np.array([spot for spot, _, _ in orders], dtype=np.float32).reshape(-1, 2)
+        points = np.array(spots, dtype=np.float32).reshape(-1, 2)
         marks = rr.Points2D(
-            spots,
-            colors=[shade for _, _, shade in orders],
-            radii=_pixels(4.5),
-            labels=[naming.plain(text) for _, text, _ in orders],
-            show_labels=True,
-            draw_order=33.0,
+            points, colors=spot_colours, radii=_pixels(4.5), labels=texts, show_labels=True, draw_order=33
         )
         self._at(time, "world/plans/order", marks)
-        if leaders != self._leaders:
-            self._leaders = leaders
-            self._name_robots(time)
 
     # --- inside ---
 

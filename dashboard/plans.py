@@ -1,0 +1,83 @@
+"""The joint plans as they are being followed: by whom, which way is still to come, and who enters a cell after whom.
+
+Pure: told from what each robot says of itself and from the plans that leaders sent. Cells are numbers of the
+``CellMap``.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from swarm.traffic.record import Epoch, JointPlan, Record
+
+Visit = tuple[str, int]  # a robot, and the place of the cell within its way
+
+
+class Followed(NamedTuple):
+    """A joint plan under way."""
+
+    leader: str
+    ways: dict[str, tuple[int, ...]]  # of each robot that follows it, the cells from the hindmost it holds to the end
+    turns: dict[int, tuple[str, ...]]  # cell -> who enters it from now on, in order; the same order is told once
+
+
+def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[Followed]:
+    """Tell which plans are under way, the oldest first; one that nobody has anything left to drive of is done.
+
+    ``records`` is the newest of each robot. Of a plan that is not among ``plans`` only the next cells are known.
+    """
+    found = []
+    for epoch in sorted({record.epoch for record in records.values() if record.epoch is not None}):
+        members = {robot: record for robot, record in sorted(records.items()) if record.epoch == epoch}
+        plan = plans.get(epoch)
+        ways = {robot: _way(record, plan) for robot, record in members.items()}
+        if any(len(way) > 1 for way in ways.values()):
+            found.append(Followed(epoch.leader, ways, {} if plan is None else _turns(plan, members)))
+    return found
+
+
+def _way(record: Record, plan: JointPlan | None) -> tuple[int, ...]:
+    known = plan.ways.get(record.robot) if plan is not None else None
+    return known[record.left :] if known is not None else (*record.held, *record.ahead)
+
+
+def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[str, ...]]:
+    """Give the order at each cell that two or more have still to enter; not where another cell tells the same."""
+    orders: list[tuple[int, tuple[str, ...]]] = []
+    for cell, visits in _visits(plan).items():
+        order = tuple(robot for robot, step in visits if robot in members and step > members[robot].entered)
+        if len(set(order)) > 1:
+            orders.append((cell, order))
+    told: dict[int, tuple[str, ...]] = {}
+    for cell, order in sorted(orders, key=lambda item: -len(item[1])):  # of equal ones, the first on a way
+        if not any(_within(order, other) for other in told.values()):
+            told[cell] = order
+    return told
+
+
+def _visits(plan: JointPlan) -> dict[int, list[Visit]]:
+    """List who enters each cell after whom; a visit waits for the one before it, which may be the robot's own."""
+    after: dict[Visit, Visit] = {}  # a visit -> the next one of the same cell
+    first: dict[Visit, int] = {}  # the first visits -> their cells
+    for robot, way in plan.ways.items():
+        entries = {entry.step: (entry.robot, entry.place) for entry in plan.after.get(robot, ())}
+        own: dict[int, Visit] = {}
+        for step, cell in enumerate(way):
+            before = entries.get(step) or own.get(cell)
+            if before is None:
+                first[robot, step] = cell
+            else:
+                after[before] = (robot, step)
+            own[cell] = (robot, step)
+    visits: dict[int, list[Visit]] = {}
+    for visit, cell in sorted(first.items(), key=lambda item: item[0][1]):
+        here: Visit | None = visit
+        while here is not None:
+            visits.setdefault(cell, []).append(here)
+            here = after.pop(here, None)
+    return visits
+
+
+def _within(order: Iterable[str], other: tuple[str, ...]) -> bool:
+    """Tell whether ``other`` says the same and perhaps more: whether ``order`` is left when some are left out of it."""
+    rest = iter(other)
+    return all(robot in rest for robot in order)
