@@ -5,6 +5,7 @@ Pure: told from what each robot says of itself and from the plans that leaders s
 """
 
 from collections.abc import Iterable, Mapping
+from itertools import groupby
 from typing import NamedTuple
 
 from swarm.traffic.record import Epoch, JointPlan, Record
@@ -44,8 +45,9 @@ def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[st
     """Give the order at each cell that two or more have still to enter; not where another cell tells the same."""
     orders: list[tuple[int, tuple[str, ...]]] = []
     for cell, visits in _visits(plan).items():
-        order = tuple(robot for robot, step in visits if robot in members and step > members[robot].entered)
-        if len(set(order)) > 1:
+        to_come = (robot for robot, step in visits if robot in members and step > members[robot].entered)
+        order = tuple(robot for robot, _ in groupby(to_come))
+        if len(order) > 1:
             orders.append((cell, order))
     told: dict[int, tuple[str, ...]] = {}
     for cell, order in sorted(orders, key=lambda item: -len(item[1])):  # of equal ones, the first on a way

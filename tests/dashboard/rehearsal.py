@@ -1,7 +1,7 @@
 """A made-up run that sends what a real fleet would: for looking at the dashboard without a fleet.
 
-Robots follow a drawn way past three targets and home, one after the other, and give way now and then. It is a function
-of the tick; nothing here simulates anything.
+Robots follow a drawn way past three targets and home, one after the other, and give way now and then. To each stop they
+go by a joint plan, which the robot of that number leads. It is a function of the tick; nothing here simulates anything.
 """
 
 import itertools
@@ -35,6 +35,8 @@ from swarm.messages import (
 )
 from swarm.robot.fuzzy import load_profile
 from swarm.scenario.load import Scenario, checked
+from swarm.traffic.cells_of import cells_of
+from swarm.traffic.record import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 
 RATE: Final = 20  # Hz
 SPEED: Final = 0.8  # m/s
@@ -105,6 +107,8 @@ class Rehearsal:
         self.names = tuple(f"r{number}" for number in range(1, robots + 1))
         self.run = run
         self._legs = [self._way(number) for number in range(robots)]
+        self._cells = cells_of(self.scenario.map, self.scenario.settings)
+        self._plans = [self._joint(stop) for stop in range(len(WAY))]
         self.ticks = max(self._over(number) for number in range(robots)) + RATE
 
     def _way(self, number: int) -> list[list[Point]]:
@@ -118,6 +122,42 @@ class Rehearsal:
             legs.append(leg)
             here = leg[-1]
         return legs
+
+    def _joint(self, stop: int) -> JointPlan:
+        """Plan the way of all to a stop: into each cell one after the other, in the order of their numbers."""
+        ways, after, last = {}, {}, dict[int, tuple[str, int]]()
+        for name, legs in zip(self.names, self._legs, strict=True):
+            leg = legs[stop]
+            spots = (along(leg, 0.1 * step) for step in range(int(length(leg) / 0.1) + 1))
+            ways[name] = tuple(cell for cell, _ in itertools.groupby(self._cells.cell_of(*spot) for spot in spots))
+            before = {step: last[cell] for step, cell in enumerate(ways[name]) if step and cell in last}
+            after[name] = tuple(Entry(step, *visit) for step, visit in before.items())
+            last |= {cell: (name, step) for step, cell in enumerate(ways[name])}
+        return JointPlan(epoch=Epoch(stop, self.names[stop % len(self.names)]), ways=ways, after=after)
+
+    def _record(self, number: int, tick: int, now: At) -> Record:
+        held = self._held(number, now)
+        plan = self._plans[now.target] if now.target < len(self._plans) else None
+        way = plan.ways[self.names[number]] if plan is not None else ()
+        left = way.index(held[0]) if held[0] in way else 0
+        return Record(
+            robot=self.names[number],
+            stamp=tick,
+            x=now.x,
+            y=now.y,
+            goal=way[-1] if way else held[0],
+            held=held,
+            ahead=way[left + len(held) :][:6],
+            epoch=plan.epoch if plan is not None else None,
+            left=left,
+            entered=left + len(held) - 1 if way else 0,
+            plan=self._plans[number] if number < len(self._plans) else None,
+        )
+
+    def _held(self, number: int, now: At) -> tuple[int, ...]:
+        """Give the cell a robot is in and the next one of its way."""
+        spots = [(now.x, now.y), *self._ahead(number, now)[:4]]
+        return tuple(dict.fromkeys(self._cells.cell_of(*spot) for spot in spots))
 
     def _starts(self, number: int) -> int:
         return 10 + number * 4 * RATE
@@ -154,6 +194,7 @@ class Rehearsal:
         """Give everything that is sent at a tick."""
         time = tick / RATE
         all_at = [self.at(number, tick) for number in range(len(self.names))]
+        records = [self._record(number, tick, now) for number, now in enumerate(all_at)]
         if tick % RATE == 0 or tick == self.ticks:
             yield CLOCK, self.clock(tick), {}
         for number, (name, now) in enumerate(zip(self.names, all_at, strict=True)):
@@ -171,6 +212,10 @@ class Rehearsal:
                         distance=now.distance,
                         reached=now.reached,
                         ahead=self._ahead(number, now),
+                        traffic=TrafficBroadcast(
+                            own=records[number],
+                            others=tuple(Relayed(1, record) for record in records if record.robot != name),
+                        ),
                         robot=name,
                         run=self.run,
                         tick=tick,
@@ -237,6 +282,8 @@ class Rehearsal:
                     heading=0.0,
                     steering=Steering.FUZZY if now.moving else Steering.REST,
                     activity=now.activity,
+                    held=list(self._held(number, now)),
+                    waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
                 )
             )
         return Truth(run=self.run, tick=tick, time=tick / RATE, bodies=bodies)

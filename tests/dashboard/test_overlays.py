@@ -1,12 +1,14 @@
 from typing import Any
 
 import msgspec
+import pytest
 
-from dashboard.overlays import Overlays, waits
+from dashboard.overlays import Drawing, Overlays, in_words, waits
 from dashboard.scene import scene_of
-from swarm.messages import Activity, Body, Floor, Steering, Truth
+from swarm.messages import Activity, Body, Broadcast, Floor, Steering, Truth
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of
+from swarm.traffic.record import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 
 
 class Drawn:
@@ -16,6 +18,7 @@ class Drawn:
         self.rules = ""
         self.held: dict[str, Any] = {}
         self.waits: list[Any] = []
+        self.plans: list[Drawing] = []
 
     def show_rules(self, time: float, text: str) -> None:
         self.rules = text
@@ -25,6 +28,9 @@ class Drawn:
 
     def show_waits(self, time: float, arrows: list[Any]) -> None:
         self.waits = arrows
+
+    def show_plans(self, time: float, plans: list[Drawing]) -> None:
+        self.plans = plans
 
 
 def body(robot: str, **changes: Any) -> Body:  # noqa: ANN401
@@ -74,3 +80,86 @@ def test_held_cells_lie_where_the_robots_hold_them(paper: Scenario) -> None:
 
 def test_nobody_waits_for_a_robot_that_is_not_there() -> None:
     assert waits({"r1": body("r1", waits=["r9"])}) == []
+
+
+EPOCH = Epoch(10, "r2")
+
+
+def said(robot: str, tick: int, run: int = 0, **traffic: Any) -> Broadcast:  # noqa: ANN401
+    own = Record(robot=robot, stamp=tick, x=0.0, y=0.0, goal=0, **traffic)
+    return Broadcast(
+        robot=robot, run=run, tick=tick, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
+        reached=[False], ahead=[], traffic=TrafficBroadcast(own=own),
+    )  # fmt: skip
+
+
+def planned(paper: Scenario) -> tuple[Overlays, list[tuple[float, float]], list[Body]]:
+    """Two robots of one plan, r2 to go first along three cells in a row and r1 to come after it."""
+    scenario = held_rule(paper)
+    cells = cells_of(scenario.map, scenario.settings)
+    first = cells.cell_of(3.0, 3.0)
+    way = (first, first + 1, first + 2)
+    plan = JointPlan(epoch=EPOCH, ways={"r2": way[1:], "r1": way}, after={"r1": (Entry(1, "r2", 0), Entry(2, "r2", 1))})
+    overlays = Overlays(scene_of(floor_of(scenario)))
+    overlays.hear(said("r2", 20, epoch=EPOCH, plan=plan))
+    overlays.hear(said("r1", 21, epoch=EPOCH))
+    spots = [cells.centre(cell) for cell in way]
+    return overlays, spots, [body("r1", x=spots[0][0], y=spots[0][1]), body("r2", x=spots[1][0], y=spots[1][1])]
+
+
+def drawn(overlays: Overlays, bodies: list[Body], tick: int = 30, run: int = 0) -> list[Drawing]:
+    drawing = Drawn()
+    overlays.draw(drawing, Truth(run=run, tick=tick, time=tick / 20, bodies=bodies))
+    return drawing.plans
+
+
+def test_a_joint_plan_is_a_line_from_each_member_along_its_way(paper: Scenario) -> None:
+    overlays, spots, bodies = planned(paper)
+    [plan] = drawn(overlays, bodies)
+    assert (plan.leader, plan.leads) == ("r2", [spots[1]])
+    assert [len(line) for line in plan.lines] == [3, 2]
+    assert [line[0] for line in plan.lines] == spots[:2], "lines begin at the robots"
+    (x1, y1), (x2, y2) = (line[-1] for line in plan.lines)
+    assert ((x1 + x2) / 2, (y1 + y2) / 2) == pytest.approx(spots[2]), "side by side about the middle of the cell"
+    assert x1 != x2
+
+
+def test_a_line_is_as_long_as_the_way_still_to_come(paper: Scenario) -> None:
+    overlays, spots, bodies = planned(paper)
+    bodies[0] = msgspec.structs.replace(bodies[0], x=spots[1][0])  # it has not said so yet
+    assert [len(line) for line in drawn(overlays, bodies)[0].lines] == [2, 2]
+    overlays.hear(said("r1", 40, epoch=EPOCH, left=2, entered=2))
+    assert [len(line) for line in drawn(overlays, bodies)[0].lines] == [2]
+    overlays.hear(said("r2", 41))
+    assert drawn(overlays, bodies) == []
+
+
+def test_the_order_stands_where_two_have_still_to_go(paper: Scenario) -> None:
+    overlays, spots, bodies = planned(paper)
+    assert drawn(overlays, bodies)[0].orders == [(spots[2], "r2 > r1")]
+    overlays.hear(said("r2", 40, epoch=EPOCH, left=1, entered=1))
+    assert drawn(overlays, bodies)[0].orders == []
+
+
+def test_the_newest_word_counts(paper: Scenario) -> None:
+    overlays, _, bodies = planned(paper)
+    overlays.hear(said("r1", 5))
+    assert len(drawn(overlays, bodies)[0].lines) == 2
+
+
+def test_who_is_silent_for_long_or_not_there_has_no_line(paper: Scenario) -> None:
+    overlays, _, bodies = planned(paper)
+    assert drawn(overlays, bodies, tick=1000) == []
+    [plan] = drawn(overlays, bodies[:1])
+    assert (plan.leads, len(plan.lines)) == ([], 1)
+
+
+def test_a_plan_ends_with_its_run(paper: Scenario) -> None:
+    overlays, _, bodies = planned(paper)
+    assert drawn(overlays, bodies, run=1) == []
+    overlays.hear(said("r1", 1, run=1))
+    assert drawn(overlays, bodies, run=1) == []
+
+
+def test_long_orders_are_cut() -> None:
+    assert in_words(tuple(f"r{number}" for number in range(1, 11))).endswith("> r8 > +2")

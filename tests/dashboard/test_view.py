@@ -8,6 +8,7 @@ import pytest
 
 from dashboard import palette
 from dashboard.collect import Batch
+from dashboard.overlays import Drawing
 from dashboard.scene import scene_of
 from dashboard.show import Show
 from dashboard.view import Recorder
@@ -17,6 +18,7 @@ from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import TARGETS, Rehearsal
 
 pytestmark = pytest.mark.usefixtures("strict")
+PLANS = "LineStrips2D:strips"
 MOVING = ("robots", "heading", "sensors", "trails", "paths", "movers")
 
 
@@ -57,7 +59,7 @@ def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recordi
     assert recording.entities == (
         {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
         | {f"/world/{name}" for name in MOVING}
-        | {"/world/held", "/world/waits"}
+        | {"/world/held", "/world/waits", "/world/plans", "/world/plans/order"}
         | {"/rules", "/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
         | {f"/progress/r{number}" for number in (1, 2, 3)}
     )
@@ -113,6 +115,34 @@ def test_targets_and_homes_stand_where_they_are(whole: tuple[Rehearsal, Recordin
     (_, squares), *_ = recording.rows("/world/homes", "LineStrips2D:strips")
     middles = [np.mean(square[:4], axis=0) for square in squares]
     np.testing.assert_allclose(middles, [(body.x, body.y) for body in rehearsal.truth(0).bodies], atol=1e-5)
+
+
+def test_held_cells_are_those_sent(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    rows = recording.rows("/world/held", "Boxes2D:half_sizes")
+    assert rows[-1][0] == pytest.approx(rehearsal.ticks / 20, abs=0.1)
+    for time, sizes in rows[:: len(rows) // 10]:
+        assert len(sizes) == sum(len(body.held) for body in rehearsal.truth(round(time * 20)).bodies)
+
+
+def test_a_joint_plan_is_drawn_from_where_the_robots_are_until_it_is_done(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    rows = recording.rows("/world/plans", PLANS)
+    for time, strips in rows[1 : len(rows) // 2]:
+        starts = [tuple(strip[0]) for strip in strips]
+        spots = [(body.x, body.y) for body in rehearsal.truth(round(time * 20)).bodies]
+        on_the_way = [spot for spot in spots if any(np.allclose(spot, start, atol=1e-5) for start in starts)]
+        assert len(on_the_way) >= len(spots) - 1, "one may be in the last cell of its way"
+    assert rows[-1][1] == []
+    orders = [labels for _, labels in recording.rows("/world/plans/order", "Points2D:labels")]
+    assert ["r1 > r2 > r3"] in [labels[:1] for labels in orders]
+    assert orders[-1] == []
+
+
+def test_what_lies_over_the_floor_is_drawn_as_often_when_drawings_are_rare(tmp_path: Path) -> None:
+    """A fleet faster than real time: the lines of a joint plan vanish when it is done, not a drawing later."""
+    times = [time for time, _ in played(tmp_path / "a.rrd", Rehearsal(2), every=400).rows("/world/plans", PLANS)]
+    assert max(np.diff(times[10:])) <= 2.5
 
 
 def test_y_is_up(whole: tuple[Rehearsal, Recording]) -> None:
@@ -232,10 +262,19 @@ def test_the_layers_for_later_can_be_filled(tmp_path: Path) -> None:
     view.show_held(0.5, {"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]})
     view.show_waits(0.5, [((1.0, 1.0), (2.0, 1.0))])
     view.show_waits(1.0, [])
+    view.show_plans(0.5, [])
+    line = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
+    view.show_plans(1.0, [Drawing("r2", [(1.0, 1.0)], [line], [((2.0, 1.0), "r2 > r1 \u2192")])])
+    view.show_plans(1.5, [Drawing("nobody", [], [line], [])])
+    view.show_plans(2.0, [])
+    view.show_plans(2.5, [])
     recorder.close()
     recording = Recording(tmp_path / "run.rrd")
     assert {"/rules", "/world/held", "/world/waits"} <= recording.entities
     assert len(recording.rows("/world/held", "Boxes2D:half_sizes")[0][1]) == 1
+    plans = recording.rows("/world/plans", PLANS)
+    assert [(time, len(strips)) for time, strips in plans] == [(1.0, 2), (1.5, 1), (2.0, 0)], "the ring is about r2"
+    assert recording.rows("/world/plans/order", "Points2D:labels")[0][1] == ["r2 > r1 ?"]
 
 
 def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
