@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from math import inf
 
 from swarm.geometry import Twist, bearing, distance
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Steering
 from swarm.planning.rays import nearest_on_map
 from swarm.robot.fuzzy import Controller
@@ -11,6 +12,8 @@ from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.sectors import sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
+from swarm.robot.surprise import Surprise
+from swarm.robot.within_cells import comes_near
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import traffic_settings
@@ -40,12 +43,14 @@ class CellPilot:
     def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
         robot = settings.robot
         self._settings = settings
+        self._cells = cells
         self._controller = controller
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
         self._sectors = sectors(settings.sensors)
         self._constants = traffic_settings(settings)
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._supervisor = Supervisor(settings)
+        self._surprise = Surprise(settings)
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
             acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
@@ -69,7 +74,9 @@ class CellPilot:
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )
         )
-        speeds, heading = self._wheels(situation, granted, body, readings)
+        others = [(other.x, other.y) for other in situation.others.values()]
+        halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
+        speeds, heading = self._wheels(situation, granted, body, readings, halt)
         return Move(
             speeds,
             heading,
@@ -81,10 +88,18 @@ class CellPilot:
             traffic=granted.broadcast,
         )
 
+    def can_reach(self, here: Point, goal: Point) -> bool:
+        """Tell whether cells lead from ``here`` to ``goal`` [m] too."""
+        return comes_near(self._cells, here, goal, self._settings)
+
     def _wheels(
-        self, situation: Situation, granted: TrafficOutputs, body: Body, readings: Sequence[Reading]
+        self, situation: Situation, granted: TrafficOutputs, body: Body, readings: Sequence[Reading], halt: bool
     ) -> tuple[WheelSpeeds, float]:
-        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
+        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend.
+
+        ``halt``: something unexplained is near. It counts only where the robot is at large: there what traffic found
+        once is no explanation, for it may move.
+        """
         sense, pose, driver = situation.sense, situation.pose, self._driver
         if granted.face is not None:
             return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
@@ -105,7 +120,7 @@ class CellPilot:
             return self._supervisor.stop(), heading
         room = driver.room_in(pose, granted.drivable)
         return self._supervisor.check(
-            sense, situation.navigator.grid, (), not granted.may_drive, *tables, room
+            sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
         ), heading
 
     def _activity(self, situation: Situation, granted: TrafficOutputs) -> Activity:
