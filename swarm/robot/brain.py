@@ -151,7 +151,8 @@ class Robot:
         navigator = self._navigator
         here = (pose.x, pose.y)
         while (goal := self.mission.goal) is not None and navigator.path is None:
-            if navigator.head_for(here, goal, standing) or navigator.head_for(here, goal):
+            drivable = self._pilot.can_reach(here, goal)
+            if drivable and (navigator.head_for(here, goal, standing) or navigator.head_for(here, goal)):
                 self._planned_at = sense.time
             elif not self._settings.map.known and self._forgot_for != self.mission.target:
                 self._forgot_for = self.mission.target

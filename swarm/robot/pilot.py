@@ -50,6 +50,10 @@ class Pilot(Protocol):
         """Decide for one tick."""
         ...
 
+    def can_reach(self, here: Point, goal: Point) -> bool:
+        """Tell whether a path that the map has from ``here`` to ``goal`` [m] can be driven by this rule."""
+        ...
+
 
 def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float) -> tuple[float, float]:
     """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right."""

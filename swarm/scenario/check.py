@@ -7,6 +7,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
+from swarm.robot.within_cells import comes_near
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names, starts
 from swarm.traffic.cells_of import cells_of, short_of
@@ -39,7 +40,6 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    _within_cells(scenario, poses)
     shared: dict[tuple[Point, Point], bool] = {}
     for number, (name, pose) in enumerate(zip(names(robots), poses, strict=True)):
         here = pose[:2]
@@ -54,23 +54,32 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
                     "found none; open the map or move the target"
                 )
             here = there
+    _within_cells(scenario, poses)
     return poses
 
 
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
-    """Refuse a stop so near the edge of its cell that a robot that keeps to the cell is never near enough."""
+    """Refuse a stop that a robot that keeps to cells never comes near enough to: at a cell's edge, or cut off."""
     settings = scenario.settings
     if settings.traffic.rule != "holds":
         return
     cells = cells_of(scenario.map, settings)
     for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
-        for stop, there in enumerate(scenario.stops(number, pose[:2]), start=1):
+        here = pose[:2]
+        for stop, there in enumerate(scenario.stops(number, here), start=1):
             if (short := short_of(cells, there, settings)) > settings.reach:
                 raise ConfigError(
                     f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a place that "
                     f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, the nearest is "
                     f"{short:.2f} m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"
                 )
+            if not comes_near(cells, here, there, settings):
+                raise ConfigError(
+                    f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way over "
+                    f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
+                    "`traffic.cell` or `traffic.offset`"
+                )
+            here = there
 
 
 def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:

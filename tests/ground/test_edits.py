@@ -118,6 +118,17 @@ def test_a_target_that_becomes_unreachable_is_told_everywhere_and_the_next_one_i
     assert report["contacts"]["wall"] == report["contacts"]["obstacle"] == 0
 
 
+def test_a_target_that_only_a_way_between_the_cells_leads_to_is_given_up() -> None:
+    """The lower door lies where no cell of 1.2 m from the corner on does: the map has a way, holds have none."""
+    scenario = two_doors(traffic={"offset": [0.0, 0.0]})
+    report = run(scenario, {20: (edit(Kind.WALL, UPPER),)})
+    assert report["reason"] == "not reached: r1 target 1 (no path)"
+    row = report["per_robot"]["r1"]
+    assert [time is not None for time in row["reached"]] == [False, True, True]
+    assert row["shortest_length"] is not None
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+
+
 def test_a_robot_walled_in_gives_up_everything_but_where_it_stands() -> None:
     scenario = two_doors(start={"poses": [[1.5, 6.5, 0.0]]}, reach=0.2, targets=[[9.5, 6.5], [4.5, 4.5]])
     cage = (

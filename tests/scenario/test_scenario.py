@@ -113,6 +113,29 @@ def test_a_stop_that_cannot_be_reached_from_inside_its_cell_is_refused(name: str
         assert len(check(scenario, grid, 2, 1)) == 2
 
 
+# fmt: off
+LATTICES = {  # traffic, whether it is refused; the floor has a door from 3 m to 4 m
+    "no row of cells in the door": ({"cell": 1.0, "offset": [0.0, -0.5]}, True),
+    "one in the middle of it":     ({"cell": 1.0, "offset": [0.0, 0.0]}, False),
+    "the best lattice":            ({}, False),
+    "another rule":                ({"rule": "give_way"}, False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", LATTICES)
+def test_a_stop_that_no_way_over_cells_leads_to_is_refused(name: str) -> None:
+    traffic, refused = LATTICES[name]
+    door = "##########\n#...#....#\n#........#\n#...#....#\n#...#....#\n##########\n"
+    scenario = scenario_of(door, start={"poses": [[2.5, 2.5, 0.0]]}, reach=0.6, traffic=traffic)
+    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
+    if refused:
+        with pytest.raises(ConfigError, match=r"target 1 of r1 at \(7.5, 3.5\): expected a way over cells of 1 m from"):
+            check(scenario, grid, 1, 1)
+    else:
+        assert check(scenario, grid, 1, 1) == [(2.5, 2.5, 0.0)]
+
+
 def test_the_first_robots_start_where_they_did_when_more_join(paper: Scenario, paper_grid: Grid) -> None:
     assert starts(paper, paper_grid, 8, 3)[:4] == starts(paper, paper_grid, 4, 3)
 
