@@ -21,7 +21,7 @@ class Batch:
     frames: list[Truth] = field(default_factory=list)
     distances: list[list[float]] = field(default_factory=list)  # m, of each robot at each frame
     lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, what it is about from then on
-    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, all paths
+    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, all followed
     events: list[Event] = field(default_factory=list)
     summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
 
@@ -46,6 +46,7 @@ class Collector:
         self._mark: tuple[int, Phase] | None = None
         self._batch = Batch()
         self._lane: dict[str, str] = {}
+        self._planned: frozenset[str] = frozenset()  # robots in joint plans
         for name in progress.order:
             self._lanes(progress, name, progress.time)
         if any(robot.path for robot in progress.robots.values()):
@@ -59,6 +60,10 @@ class Collector:
                 self._batch.frames.append(message)
                 self._batch.distances.append([progress.robot(name).distance for name in self._order])
                 self._sum_up(progress)
+                planned = frozenset(body.robot for body in message.bodies if body.members)
+                if planned != self._planned:
+                    self._planned = planned
+                    self._paths(progress, message.time)
             case Clock():
                 self._sum_up(progress)
             case Event():
@@ -88,7 +93,9 @@ class Collector:
             self._batch.lanes.append((max(0.0, time), name, word))
 
     def _paths(self, progress: Progress, time: float) -> None:
-        self._batch.paths.append((time, {name: progress.robot(name).path for name in self._order}))
+        """Note all paths; who follows a joint plan does not follow its own."""
+        paths = {name: () if name in self._planned else progress.robot(name).path for name in self._order}
+        self._batch.paths.append((time, paths))
 
 
 def summary(progress: Progress, home: bool) -> str:

@@ -26,7 +26,7 @@ class Drawing(NamedTuple):
 
     leader: str
     leads: list[Spot]  # m, where its leader is, if anywhere
-    lines: list[list[Spot]]  # m, the way still to come of each that follows it, from where it is
+    lines: dict[str, list[Spot]]  # m, the way still to come of each that follows it, from where it is
     orders: list[tuple[Spot, str]]  # m, a cell's middle, and who enters it after whom
 
 
@@ -132,7 +132,7 @@ def waits(bodies: dict[str, Body]) -> list[Arrow]:
 
 def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
     """Draw a joint plan: the lines of all lie side by side, so that each can be seen where they share cells."""
-    lines = []
+    lines = {}
     for number, (robot, way) in enumerate(plan.ways.items()):
         body = bodies[robot]
         here = cells.cell_of(body.x, body.y)
@@ -140,7 +140,7 @@ def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
         aside = cells.side * SPREAD * ((number + 0.5) / len(plan.ways) - 0.5)
         middles = [cells.centre(cell) for cell in way[passed:] if 0 <= cell < len(cells)]
         if middles:
-            lines.append([(body.x, body.y), *((x + aside, y + aside) for x, y in middles)])
+            lines[robot] = [(body.x, body.y), *((x + aside, y + aside) for x, y in middles)]
     orders = [(cells.centre(cell), in_words(order)) for cell, order in plan.turns.items() if 0 <= cell < len(cells)]
     leads = [(bodies[plan.leader].x, bodies[plan.leader].y)] if plan.leader in bodies else []
     return Drawing(plan.leader, leads, lines, orders[:ORDERS])

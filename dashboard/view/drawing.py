@@ -169,10 +169,10 @@ class View:
 
     def _draw_event(self, event: Event) -> None:
         who = f"{event.robot} " if event.robot else ""
-        number = self.robots.index(event.robot) if event.robot in self.robots else -1
-        colour = self._colours[number] if number >= 0 else palette.TARGET
         text = naming.plain(f"{who}{event.kind.replace('_', ' ')}: {event.text}".replace("\n", " "))
-        self._at(event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=colour))
+        self._at(
+            event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=self._colour(event.robot or ""))
+        )
 
     def _label(self, name: str) -> str:
         word = self._words[name]
@@ -194,8 +194,8 @@ class View:
 
     def show_waits(self, time: float, arrows: Sequence[tuple[Point, Point]]) -> None:
         """Show who waits for whom: from where the one stands to where the other does."""
-        origins = np.array([start for start, _ in arrows], dtype=np.float32).reshape(-1, 2)
-        vectors = np.array([end for _, end in arrows], dtype=np.float32).reshape(-1, 2) - origins
+        origins = _array([start for start, _ in arrows])
+        vectors = _array([end for _, end in arrows]) - origins
         shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=_pixels(1.0), draw_order=32.0)
         self._at(time, "world/waits", shown)
 
@@ -205,23 +205,29 @@ class View:
             return
         self._plans_shown = bool(plans)
         lines, line_colours = [], []
+        ends, end_colours = [], []
         spots, texts, spot_colours = [], [], []
         for plan in plans:
-            number = self.robots.index(plan.leader) if plan.leader in self.robots else -1
-            colour = palette.lightened(self._colours[number]) if number >= 0 else palette.TARGET
+            colour = palette.lightened(self._colour(plan.leader))
             rings = shapes.rings(plan.leads, self._scene.settings.robot.radius * RING)
-            lines += [*(np.array(line, dtype=np.float32) for line in plan.lines), *rings]
+            lines += [*(np.array(line, dtype=np.float32) for line in plan.lines.values()), *rings]
             line_colours += [colour] * (len(plan.lines) + len(rings))
+            ends += [line[-1] for line in plan.lines.values()]
+            end_colours += [self._colour(name) for name in plan.lines]
             spots += [spot for spot, _ in plan.orders]
             texts += [naming.plain(text) for _, text in plan.orders]
             spot_colours += [colour] * len(plan.orders)
         strips = rr.LineStrips2D(lines, colors=line_colours, radii=_pixels(0.8), draw_order=6.5)
         self._at(time, "world/plans", strips)
-        points = np.array(spots, dtype=np.float32).reshape(-1, 2)
+        dots = rr.Points2D(_array(ends), colors=end_colours, radii=_pixels(3.5), draw_order=6.6)
+        self._at(time, "world/plans/ends", dots)
         marks = rr.Points2D(
-            points, colors=spot_colours, radii=_pixels(4.5), labels=texts, show_labels=True, draw_order=33
+            _array(spots), colors=spot_colours, radii=_pixels(4.5), labels=texts, show_labels=True, draw_order=33.0
         )
         self._at(time, "world/plans/order", marks)
+
+    def _colour(self, name: str) -> palette.Colour:
+        return self._colours[self.robots.index(name)] if name in self.robots else palette.TARGET
 
     # --- inside ---
 
@@ -234,6 +240,10 @@ class View:
 
     def _columns(self, entity: str, times: list[float], columns: Iterable[rr.ComponentColumn]) -> None:
         self._stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=times)], columns)
+
+
+def _array(spots: Sequence[Point]) -> shapes.Floats:
+    return np.array(spots, dtype=np.float32).reshape(-1, 2)
 
 
 def _pixels(radius: float) -> float:

@@ -1,7 +1,7 @@
 """A made-up run that sends what a real fleet would: for looking at the dashboard without a fleet.
 
-Robots follow a drawn way past three targets and home, one after the other, and give way now and then. To each stop they
-go by a joint plan, which the robot of that number leads. It is a function of the tick; nothing here simulates anything.
+Robots follow a drawn way past three targets and home, one after the other, and give way now and then. To the
+first and the third stop they go by a joint plan. It is a function of the tick; nothing here simulates anything.
 """
 
 import itertools
@@ -108,7 +108,7 @@ class Rehearsal:
         self.run = run
         self._legs = [self._way(number) for number in range(robots)]
         self._cells = cells_of(self.scenario.map, self.scenario.settings)
-        self._plans = [self._joint(stop) for stop in range(len(WAY))]
+        self._plans = {stop: self._joint(stop, leader) for stop, leader in ((0, self.names[0]), (2, self.names[-1]))}
         self.ticks = max(self._over(number) for number in range(robots)) + RATE
 
     def _way(self, number: int) -> list[list[Point]]:
@@ -123,7 +123,7 @@ class Rehearsal:
             here = leg[-1]
         return legs
 
-    def _joint(self, stop: int) -> JointPlan:
+    def _joint(self, stop: int, leader: str) -> JointPlan:
         """Plan the way of all to a stop: into each cell one after the other, in the order of their numbers."""
         ways, after, last = {}, {}, dict[int, tuple[str, int]]()
         for name, legs in zip(self.names, self._legs, strict=True):
@@ -133,11 +133,11 @@ class Rehearsal:
             before = {step: last[cell] for step, cell in enumerate(ways[name]) if step and cell in last}
             after[name] = tuple(Entry(step, *visit) for step, visit in before.items())
             last |= {cell: (name, step) for step, cell in enumerate(ways[name])}
-        return JointPlan(epoch=Epoch(stop, self.names[stop % len(self.names)]), ways=ways, after=after)
+        return JointPlan(epoch=Epoch(stop, leader), ways=ways, after=after)
 
     def _record(self, number: int, tick: int, now: At) -> Record:
         held = self._held(number, now)
-        plan = self._plans[now.target] if now.target < len(self._plans) else None
+        plan = self._plans.get(now.target)
         way = plan.ways[self.names[number]] if plan is not None else ()
         left = way.index(held[0]) if held[0] in way else 0
         return Record(
@@ -151,7 +151,7 @@ class Rehearsal:
             epoch=plan.epoch if plan is not None else None,
             left=left,
             entered=left + len(held) - 1 if way else 0,
-            plan=self._plans[number] if number < len(self._plans) else None,
+            plan=next((made for made in self._plans.values() if made.epoch.leader == self.names[number]), None),
         )
 
     def _held(self, number: int, now: At) -> tuple[int, ...]:
@@ -284,6 +284,7 @@ class Rehearsal:
                     activity=now.activity,
                     held=list(self._held(number, now)),
                     waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
+                    members=list(self.names) if now.target in self._plans else [],
                 )
             )
         return Truth(run=self.run, tick=tick, time=tick / RATE, bodies=bodies)

@@ -117,9 +117,9 @@ def test_a_joint_plan_is_a_line_from_each_member_along_its_way(paper: Scenario) 
     overlays, spots, bodies = planned(paper)
     [plan] = drawn(overlays, bodies)
     assert (plan.leader, plan.leads) == ("r2", [spots[1]])
-    assert [len(line) for line in plan.lines] == [3, 2]
-    assert [line[0] for line in plan.lines] == spots[:2], "lines begin at the robots"
-    (x1, y1), (x2, y2) = (line[-1] for line in plan.lines)
+    assert {robot: len(line) for robot, line in plan.lines.items()} == {"r1": 3, "r2": 2}
+    assert [line[0] for line in plan.lines.values()] == spots[:2], "lines begin at the robots"
+    (x1, y1), (x2, y2) = (line[-1] for line in plan.lines.values())
     assert ((x1 + x2) / 2, (y1 + y2) / 2) == pytest.approx(spots[2]), "side by side about the middle of the cell"
     assert x1 != x2
 
@@ -127,9 +127,9 @@ def test_a_joint_plan_is_a_line_from_each_member_along_its_way(paper: Scenario) 
 def test_a_line_is_as_long_as_the_way_still_to_come(paper: Scenario) -> None:
     overlays, spots, bodies = planned(paper)
     bodies[0] = msgspec.structs.replace(bodies[0], x=spots[1][0])  # it has not said so yet
-    assert [len(line) for line in drawn(overlays, bodies)[0].lines] == [2, 2]
+    assert [len(line) for line in drawn(overlays, bodies)[0].lines.values()] == [2, 2]
     overlays.hear(said("r1", 40, epoch=EPOCH, left=2, entered=2))
-    assert [len(line) for line in drawn(overlays, bodies)[0].lines] == [2]
+    assert [len(line) for line in drawn(overlays, bodies)[0].lines.values()] == [2]
     overlays.hear(said("r2", 41))
     assert drawn(overlays, bodies) == []
 

@@ -59,7 +59,7 @@ def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recordi
     assert recording.entities == (
         {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
         | {f"/world/{name}" for name in MOVING}
-        | {"/world/held", "/world/waits", "/world/plans", "/world/plans/order"}
+        | {"/world/held", "/world/waits", "/world/plans", "/world/plans/ends", "/world/plans/order"}
         | {"/rules", "/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
         | {f"/progress/r{number}" for number in (1, 2, 3)}
     )
@@ -128,21 +128,37 @@ def test_held_cells_are_those_sent(whole: tuple[Rehearsal, Recording]) -> None:
 def test_a_joint_plan_is_drawn_from_where_the_robots_are_until_it_is_done(whole: tuple[Rehearsal, Recording]) -> None:
     rehearsal, recording = whole
     rows = recording.rows("/world/plans", PLANS)
-    for time, strips in rows[1 : len(rows) // 2]:
-        starts = [tuple(strip[0]) for strip in strips]
-        spots = [(body.x, body.y) for body in rehearsal.truth(round(time * 20)).bodies]
-        on_the_way = [spot for spot in spots if any(np.allclose(spot, start, atol=1e-5) for start in starts)]
-        assert len(on_the_way) >= len(spots) - 1, "one may be in the last cell of its way"
+    ends = dict(recording.rows("/world/plans/ends", "Points2D:positions"))
+    checked = 0
+    for time, strips in rows:
+        bodies = rehearsal.truth(round(time * 20)).bodies
+        following = {(np.float32(body.x), np.float32(body.y)) for body in bodies if body.members}
+        lines = [strip for strip in strips if len(strip) < 33]  # the others are rings
+        starts = {(np.float32(line[0][0]), np.float32(line[0][1])) for line in lines}
+        assert starts <= following
+        assert sorted(map(tuple, ends[time])) == sorted(tuple(line[-1]) for line in lines)
+        checked += len(starts)
+    assert checked > 100
     assert rows[-1][1] == []
     orders = [labels for _, labels in recording.rows("/world/plans/order", "Points2D:labels")]
     assert ["r1 > r2 > r3"] in [labels[:1] for labels in orders]
     assert orders[-1] == []
 
 
-def test_what_lies_over_the_floor_is_drawn_as_often_when_drawings_are_rare(tmp_path: Path) -> None:
+def test_who_follows_a_joint_plan_has_no_path_of_its_own(whole: tuple[Rehearsal, Recording]) -> None:
+    rehearsal, recording = whole
+    rows = recording.rows("/world/paths", PLANS)
+    for frame in range(0, rehearsal.ticks, 60):
+        paths = next(strips for time, strips in reversed(rows) if time <= frame / 20)
+        for path, body in zip(paths, rehearsal.truth(frame).bodies, strict=True):
+            assert not (path and body.members)
+    assert any(path for _, paths in rows for path in paths)
+
+
+def test_what_lies_over_the_floor_is_not_left_out_when_drawings_are_rare(tmp_path: Path) -> None:
     """A fleet faster than real time: the lines of a joint plan vanish when it is done, not a drawing later."""
-    times = [time for time, _ in played(tmp_path / "a.rrd", Rehearsal(2), every=400).rows("/world/plans", PLANS)]
-    assert max(np.diff(times[10:])) <= 2.5
+    rows = played(tmp_path / "run.rrd", Rehearsal(2), every=400).rows("/world/held", "Boxes2D:half_sizes")
+    assert max(np.diff([time for time, _ in rows])) < 2.5, "of 20 s between two drawings"
 
 
 def test_y_is_up(whole: tuple[Rehearsal, Recording]) -> None:
@@ -264,8 +280,8 @@ def test_the_layers_for_later_can_be_filled(tmp_path: Path) -> None:
     view.show_waits(1.0, [])
     view.show_plans(0.5, [])
     line = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
-    view.show_plans(1.0, [Drawing("r2", [(1.0, 1.0)], [line], [((2.0, 1.0), "r2 > r1 \u2192")])])
-    view.show_plans(1.5, [Drawing("nobody", [], [line], [])])
+    view.show_plans(1.0, [Drawing("r2", [(1.0, 1.0)], {"r2": line}, [((2.0, 1.0), "r2 > r1 \u2192")])])
+    view.show_plans(1.5, [Drawing("nobody", [], {"nobody": line}, [])])
     view.show_plans(2.0, [])
     view.show_plans(2.5, [])
     recorder.close()
