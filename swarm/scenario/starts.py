@@ -11,7 +11,8 @@ from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of
 
-GAP: Final = 0.2  # m, left free between two drawn robots, and between a drawn robot and a wall
+GAP: Final = 0.2  # m, left free between a drawn robot and a wall
+BESIDE: Final = 0.6  # m, between two: nearer to one that is back already, the tables steer round and round a home
 TRIES: Final = 2000  # for each robot
 
 
@@ -51,7 +52,7 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
         return _in_cells(scenario, robots, seed)
     chance = np.random.default_rng([seed, 0])
     x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
-    gap = 2 * settings.robot.radius + GAP
+    gap = 2 * settings.robot.radius + BESIDE
     poses: list[Pose] = []
     for number in range(robots):
         for _ in range(TRIES):
