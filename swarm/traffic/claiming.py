@@ -37,7 +37,8 @@ class Claiming:
         while walk.route:
             cell = walk.route[0]
             step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
-            if cell in walk.ledger.held and not walk.ledger.claims and step_free:
+            mine = cell in walk.ledger.held and not any(cell in record.held for record in situation.fresh.values())
+            if mine and not walk.ledger.claims and step_free:
                 walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
                 continue
             if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:

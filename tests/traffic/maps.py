@@ -1,13 +1,20 @@
 """Small maps drawn in the tests, and public ones where they are at hand."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, bearing
 from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.robot.fuzzy import load_profile
+from swarm.scenario.benchmark import ROBOT, SENSORS
+from swarm.scenario.load import Scenario
+from swarm.scenario.schema import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
 from swarm.traffic.cells import CellMap
+from world.faults import Faults
+from world.simulate import Simulation
 
 SIDE = 1.2  # m
 PUBLIC = Path(__file__).resolve().parents[3] / "shared" / "data" / "mapf"
@@ -40,6 +47,41 @@ class Drawn:
     def points(self, names: str) -> list[Point]:
         """Give the centres of several names [m]."""
         return [self.cells.centre(cell) for cell in self.at(names)]
+
+    def scenario(
+        self, starts: Sequence[Point], stops: Sequence[Sequence[Point]], *, reach: float = 8.0, loss: float = 0.0
+    ) -> Scenario:
+        """Make a mission on it; robots face their first stops. ``reach`` [m] and ``loss`` are the radio's."""
+        settings = Settings(
+            name="drawn",
+            map=MapSettings(cell=SIDE),
+            start=StartSettings(
+                poses=[(x, y, bearing(Pose(x, y, 0.0), row[0])) for (x, y), row in zip(starts, stops, strict=True)]
+            ),
+            own_targets=[list(row) for row in stops],
+            return_home=False,
+            reach=0.3,
+            robot=ROBOT,
+            sensors=SENSORS,
+            radio=RadioSettings(range=reach, loss=loss),
+            traffic=TrafficSettings(cell=SIDE, offset=(0.0, 0.0)),
+        )
+        return Scenario(settings, self.occupancy, load_profile("paper"))
+
+    def fleet(
+        self,
+        starts: str,
+        goals: str,
+        *,
+        reach: float = 8.0,
+        loss: float = 0.0,
+        faults: Faults | None = None,
+        seed: int = 1,
+    ) -> Simulation:
+        """Set robots up at the places of some names, to go to those of others."""
+        points = self.points(starts)
+        scenario = self.scenario(points, [[point] for point in self.points(goals)], reach=reach, loss=loss)
+        return Simulation.of(scenario, len(points), seed, faults)
 
 
 def public(name: str, agents: int | None = None) -> tuple[Drawn, tuple[int, ...], tuple[int, ...]]:
