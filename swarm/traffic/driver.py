@@ -33,12 +33,14 @@ PURSUIT: Final = 3.0  # 1/s, yaw rate per heading error of the blend
 GAP: Final = 0.1  # m, kept to whatever is seen ahead
 NEAR: Final = 0.04  # m, so near its last point a robot stands
 
-TIGHT: Final = 0.01  # m, enough for the last of CHANGES: out of a corner into which somebody was pushed
+TIGHT: Final = 0.01  # m, room enough out of a corner into which somebody was pushed,
+CREEP: Final = 0.12  # m/s, as slow as that,
+DETOURS: Final = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)  # rad, so far off the aim
 
 # (share of the speed, blend towards the aim), mildest first; those with no blend keep the tables' own ratio
 CHANGES: Final = (
     (1.0, 0.0), (0.7, 0.0), (0.45, 0.0), (1.0, 0.25), (0.6, 0.25), (1.0, 0.5), (0.6, 0.5), (0.3, 0.0),
-    (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0), (0.2, 1.0),
+    (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0),
 )  # fmt: skip
 
 
@@ -144,9 +146,8 @@ class Driver:
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
         here = self._room(shut, body, 0.0, 0.0, 0) - 1e-3
-        for number, (share, blend) in enumerate(CHANGES):
-            margin = self._margin if number < len(CHANGES) - 1 else TIGHT
-            need = min(self._radius + margin, here)
+        need = min(self._radius + self._margin, here)
+        for share, blend in CHANGES:
             twist = Twist(
                 (1 - blend) * wanted.linear + blend * pursuit.linear,
                 (1 - blend) * wanted.angular + blend * pursuit.angular,
@@ -157,7 +158,18 @@ class Driver:
             left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
             if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
                 return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
-        return self._turn(body, error) if abs(error) > TURN_UNTIL else self._rest()
+        return self._creep(body, shut, error, min(self._radius + TIGHT, here))
+
+    def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:
+        """Get out of a corner: turn to the way nearest the aim that leaves the room needed, and creep along it."""
+        for off in DETOURS:
+            x, y, yaw = body.pose
+            if self._room(shut, Body(Pose(x, y, yaw + error + off), 0.0, 0.0), CREEP, CREEP, self._ticks) < need:
+                continue
+            if abs(error + off) > TURN_UNTIL:
+                return self._turn(body, error + off)
+            return Wheels(CREEP, CREEP, Whose.BLEND)
+        return self._rest()
 
     def room_in(self, pose: Pose, held: Sequence[int]) -> Callable[[RimSpeeds, RimSpeeds], float]:
         """Make the measure of the room in held cells [m] that rim speeds now and those wanted leave the centre."""
