@@ -13,10 +13,9 @@ from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.sectors import sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
-from swarm.robot.within_cells import comes_near
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import traffic_settings
+from swarm.traffic.cells_of import comes_near, traffic_settings
 from swarm.traffic.driver import Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs

@@ -7,10 +7,9 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
-from swarm.robot.within_cells import comes_near
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names, starts
-from swarm.traffic.cells_of import cells_of, short_of
+from swarm.traffic.cells_of import cells_of, comes_near, short_of
 
 
 def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:

@@ -77,7 +77,7 @@ def load(path: Path) -> Scenario:
         except ConfigError as fault:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
-        floor = load_map(base / str(where.file), base=base, cell=where.cell)
+        floor = load_map(Path(str(where.file)), base=base, cell=where.cell)
     return Scenario(with_lattice(settings, floor), floor, load_profile(settings.controller, base=base))
 
 

@@ -87,13 +87,15 @@ class TrafficSettings(Section, frozen=True, kw_only=True):
     """Who goes first where robots meet."""
 
     rule: Annotated[
-        Literal["holds", "give_way"],
+        Literal["auto", "holds", "give_way"],
         Meta(
-            description="`holds`: a cell is for who holds it; `give_way`, for floors nobody is given the map of: "
-            "nearer the end of its mission first"
+            description="`holds`: a cell is for who holds it; `give_way`: nearer the end of its mission first; "
+            "`auto`: `holds` where all know the floor and cells lead to every stop"
         ),
-    ] = "holds"
-    cell: Annotated[float | None, Meta(description="m; side of the cells that are held; by default 6 radii")] = None
+    ] = "auto"
+    cell: Annotated[
+        float | None, Meta(description="m; side of the cells that are held; by default 6 radii, 4 at least")
+    ] = None
     offset: Annotated[
         Coordinates | None, Meta(description="m; corner of cell 0 in the map's frame; by default what opens most ways")
     ] = None

@@ -9,7 +9,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance, wrap
 from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.cells_of import cells_of, cells_within
 
 GAP: Final = 0.2  # m, left free between a drawn robot and a wall
 BESIDE: Final = 0.6  # m, between two: nearer to one that is back already, the tables steer round and round a home
@@ -76,16 +76,11 @@ def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
     assert area is not None
     chance = np.random.default_rng([seed, 0])
     cells = cells_of(scenario.map, settings)
-    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
-    room = [
-        cell
-        for cell, (x, y) in ((cell, cells.centre(cell)) for cell in range(len(cells)))
-        if cells.stands[cell] and x0 <= x <= x1 and y0 <= y <= y1
-    ]
+    room = cells_within(cells, area)
     if robots > len(room):
         raise ConfigError(
             f"{settings.name}: start.area: expected a cell of {cells.side:g} m for each of {robots} robots, found "
-            f"{len(room)}; enlarge the area, make traffic.cell smaller or run fewer robots"
+            f"{len(room)}; enlarge the area, make traffic.cell smaller, run fewer robots, or set traffic.rule: give_way"
         )
     poses = []
     for number in chance.permutation(len(room))[:robots].tolist():

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from math import inf
 from typing import Any, Final
 
 import msgspec
@@ -9,10 +10,11 @@ import msgspec
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.schema import Settings
-from swarm.traffic.cells import CellMap, best_offset
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
+from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 
-RADII: Final = 6.0  # a cell's side, where the scenario says nothing: a robot turns in it under the paper's controller
+# a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
+RADII: Final = (6.0, 5.0, 4.0)
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
 # where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
 IN_SIGHT: Final[dict[str, Any]] = {"in_sight": True, "horizon": 1, "ripe": 20, "absent": 600, "plan_stuck": 400}
@@ -22,34 +24,93 @@ STANDS: Final = 0.05  # m, off the point it drives to
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
     """Lay the lattice over a floor, where the scenario says it lies: all must give a cell the same number."""
     radius = settings.robot.radius
-    return _lattice(floor, settings.traffic.cell or RADII * radius, radius + SPARE, settings.traffic.offset)
+    return _lattice(floor, settings.traffic.cell or RADII[0] * radius, radius + SPARE, settings.traffic.offset)
 
 
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
-    """Settle where the lattice lies, once for a run: edits of the floor must not shift it.
+    """Settle the rule of traffic, and where the lattice lies, once for a run: edits of the floor must not shift it.
 
-    A map whose own cells are as large is its own lattice; else the offset is taken that lets most stops be reached
-    within their cells, and of those the one that opens most ways.
+    Cells are as large as lets every stop be reached from the starts over cells, 6 radii at most and 4 at least. Where
+    none are, or nobody knows the floor, the rule is ``give_way``, unless the scenario insists on ``holds``.
     """
-    traffic, fits = settings.traffic, settings.robot.radius + SPARE
-    if traffic.rule != "holds" or traffic.offset is not None:
-        return settings
-    side = traffic.cell or RADII * settings.robot.radius
+    traffic = settings.traffic
+    if traffic.rule == "give_way" or (traffic.rule == "auto" and not settings.map.known):
+        return _settled(settings, rule="give_way")
+    largest = traffic.cell or RADII[0] * settings.robot.radius
+    if traffic.offset is not None:
+        return _settled(settings, rule="holds", cell=largest)
+    sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
+    fits = settings.robot.radius + SPARE
+    first: Point | None = None
+    for side in sides:
+        offset = (
+            (0.0, 0.0)  # a map whose own cells are as large is its own lattice
+            if side == floor.resolution
+            else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
+        )
+        first = offset if first is None else first
+        if _serves(_lattice(floor, side, fits, offset), settings):
+            return _settled(settings, rule="holds", cell=side, offset=offset)
+    if traffic.rule == "auto":
+        return _settled(settings, rule="give_way")
+    return _settled(settings, rule="holds", cell=largest, offset=first)
+
+
+def _settled(settings: Settings, **fields: object) -> Settings:
+    return msgspec.structs.replace(settings, traffic=msgspec.structs.replace(settings.traffic, **fields))
+
+
+def _stops(settings: Settings) -> list[Point]:
+    """List the places to go to that are known before the starts are drawn."""
     stops = [*settings.targets, *(stop for stops in settings.own_targets for stop in stops)]
-    if settings.return_home:
-        stops += [pose[:2] for pose in settings.start.poses or ()]
+    return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
-    def missed(cells: CellMap) -> int:
-        return sum(short_of(cells, stop, settings) > settings.reach for stop in stops)
 
-    own = side == floor.resolution
-    offset = (0.0, 0.0) if own else best_offset(floor, side=side, radius=fits, missed=missed)
-    return msgspec.structs.replace(settings, traffic=msgspec.structs.replace(traffic, offset=offset))
+def _missed(cells: CellMap, settings: Settings) -> int:
+    return sum(short_of(cells, stop, settings) > settings.reach for stop in _stops(settings))
+
+
+def _serves(cells: CellMap, settings: Settings) -> bool:
+    """Tell whether all stops can be reached from all starts by who keeps to these cells."""
+    if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
+        return False
+    places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
+    joined = [cells.nearest_standable(*place) for place in places]
+    if settings.start.area is not None:
+        drawn = cells_within(cells, settings.start.area)
+        if len(drawn) < settings.robots:
+            return False
+        joined += drawn
+    return not joined or (OUTSIDE not in joined and max(cells.distances(joined[0])[cell] for cell in joined) < FAR)
+
+
+def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> list[int]:
+    """List the cells to stand in whose centres lie between two corners [m]."""
+    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
+    centres = ((cell, cells.centre(cell)) for cell in range(len(cells)) if cells.stands[cell])
+    return [cell for cell, (x, y) in centres if x0 <= x <= x1 and y0 <= y <= y1]
+
+
+def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
+    """Tell whether a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
+
+    True also where no cell that can be stood in is under it: then nothing can be said.
+    """
+    under = [cell for cell in cells.touched(*here, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
+    goal = cells.cell_of(*there)
+    if not under or (goal != OUTSIDE and any(cells.distances(goal)[cell] < FAR for cell in under)):
+        return True
+    reachable = {cell for start in under for cell, steps in enumerate(cells.distances(start)) if steps < FAR}
+    nearest = min(reachable, key=lambda cell: (distance(cells.centre(cell), there), cell))
+    stand = cells.moved_inside(nearest, there, traffic_settings(settings).standing_room)
+    return distance(stand, there) <= settings.reach
 
 
 def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
     """Give how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
     cell = cells.nearest_standable(*stop)
+    if cell == OUTSIDE:
+        return inf
     return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + STANDS
 
 

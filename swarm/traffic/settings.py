@@ -1,6 +1,9 @@
 """Every constant of traffic, with its unit and where it comes from."""
 
 from dataclasses import dataclass
+from typing import Final
+
+LEAST_CLAIM: Final = 1.2  # cells, how far a robot must be able to claim
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,7 +22,7 @@ from swarm.traffic.look import Known, sees_through, unexplained
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import ALONE, Walk
 
@@ -42,10 +42,11 @@ class Traffic:
     """One robot's traffic. ``slot`` is its place in the round of broadcasts."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, *, slot: int = 0) -> None:
-        if settings.claim_radius < 1.2 * cells.side:
+        if settings.claim_radius < LEAST_CLAIM * cells.side:
             raise ConfigError(
                 f"radio range {settings.radio_range} m is too short for cells of {cells.side} m: a robot claims no "
-                f"farther than (range - 1)/2, which must be at least 1.2 cells; make cells smaller or the range longer"
+                f"farther than (range - 1)/2, which must be at least {LEAST_CLAIM} cells; "
+                "make cells smaller or the range longer"
             )
         self.me = me
         self.cells = cells

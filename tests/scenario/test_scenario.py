@@ -1,6 +1,7 @@
 """Good scenarios: over the wire and back, starts drawn with the seed, and what paper.yaml promises."""
 
 from itertools import combinations, pairwise
+from pathlib import Path
 from typing import Any
 
 import msgpack
@@ -160,3 +161,46 @@ def test_every_scenario_that_comes_with_the_project_can_be_driven(path) -> None:
 
     scenario = load(path)
     assert check(scenario, planning_grid(scenario), scenario.settings.robots, scenario.settings.seed)
+
+
+@pytest.mark.parametrize(("folder", "path"), [(".", "scenarios/office.yaml"), ("scenarios", "depot.yaml")])
+def test_a_map_file_is_found_beside_the_scenario_wherever_one_stands(
+    monkeypatch: pytest.MonkeyPatch, folder: str, path: str
+) -> None:
+    monkeypatch.chdir(ROOT / folder)
+    assert load(Path(path)).map.shape > (1, 1)
+
+
+LONG_AND_NARROW = """\
+###############
+#.............#
+###############
+"""
+
+
+@pytest.mark.parametrize(
+    ("cell", "fields", "rule", "side"),
+    [
+        (1.2, {}, "holds", 1.2),
+        (0.6, {}, "holds", 1.2),  # cells may reach into walls
+        (0.45, {}, "give_way", None),  # no room to stray in
+        (1.2, {"radio": {"range": 3.0}}, "holds", 0.8),  # two that claim a cell must hear each other
+        (1.2, {"radio": {"range": 2.5}}, "give_way", None),
+        (1.2, {"traffic": {"rule": "give_way"}}, "give_way", None),
+    ],
+)
+def test_the_rule_is_holds_with_the_largest_cells_that_serve(
+    cell: float, fields: dict[str, Any], rule: str, side: float | None
+) -> None:
+    middle = 1.5 * cell
+    scenario = scenario_of(
+        LONG_AND_NARROW,
+        map={"text": LONG_AND_NARROW, "cell": cell},
+        start={"poses": [[middle, middle, 0.0]]},
+        targets=[[10.5 * cell, middle]],
+        return_home=False,
+        **fields,
+    )
+    traffic = scenario.settings.traffic
+    assert traffic.rule == rule
+    assert traffic.cell == (None if side is None else pytest.approx(side))
