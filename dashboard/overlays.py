@@ -53,7 +53,7 @@ class Overlays:
         self._scene = scene
         self._selected = selected
         self._controller = Controller(Profile.from_builtins(scene.profile)) if scene.profile is not None else None
-        holds = scene.settings.traffic.rule == "holds"
+        holds = scene.settings.traffic.rule != "give_way"
         self._cells = cells_of(scene.map, scene.settings) if holds else None
         self._absent = traffic_settings(scene.settings).absent
         self._run = -1

@@ -64,7 +64,7 @@ class World:
         self._commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
-        holds = settings.traffic.rule == "holds"
+        holds = settings.traffic.rule != "give_way"
         self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
         self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
         self._unsolvable_at: float | None = None

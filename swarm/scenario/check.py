@@ -60,7 +60,7 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
     """Refuse a stop that a robot that keeps to cells never comes near enough to: at a cell's edge, or cut off."""
     settings = scenario.settings
-    if settings.traffic.rule != "holds":
+    if settings.traffic.rule == "give_way":
         return
     cells = cells_of(scenario.map, settings)
     for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):

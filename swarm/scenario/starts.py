@@ -48,7 +48,7 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
         middles = ((x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), turn) for turn in around)
         return [Pose(px, py, wrap(turn + pi)) for px, py, turn in middles]
     assert area is not None  # swarm.scenario.load: one of the three is given
-    if settings.traffic.rule == "holds":
+    if settings.traffic.rule != "give_way":
         return _in_cells(scenario, robots, seed)
     chance = np.random.default_rng([seed, 0])
     x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])

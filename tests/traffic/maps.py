@@ -64,7 +64,7 @@ class Drawn:
             robot=ROBOT,
             sensors=SENSORS,
             radio=RadioSettings(range=reach, loss=loss),
-            traffic=TrafficSettings(cell=SIDE, offset=(0.0, 0.0)),
+            traffic=TrafficSettings(rule="holds", cell=SIDE, offset=(0.0, 0.0)),
         )
         return Scenario(settings, self.occupancy, load_profile("paper"))
 
