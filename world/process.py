@@ -42,7 +42,7 @@ from swarm.scenario.starts import starts
 from swarm.stopping import told_to_stop
 from world.pace import Pace, Stopwatch, Timetable
 from world.report import missing, report, write
-from world.world import World
+from world.world import World, merged
 
 LOOK: Final = 0.25  # s between two looks whether we are told to stop
 SILENT: Final = 5.0  # s that lockstep waits for a robot which is there and does not answer
@@ -289,8 +289,7 @@ class Host:
                 if message.tick < world.tick:
                     self._late += 1
                 known = self._commands.get(name)
-                if known is None or message.tick > known.tick:
-                    self._commands[name] = message
+                self._commands[name] = message if known is None else merged(message, known)
             case State():
                 self._states[name] = message
             case Plan():

@@ -6,6 +6,7 @@ own.
 
 from collections.abc import Iterator, Mapping
 
+import msgspec
 from shapely import Point as ShapelyPoint
 from shapely import Polygon
 
@@ -32,6 +33,16 @@ REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, steering=Steering.REST, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
+
+
+def merged(one: Command, other: Command) -> Command:
+    """Give the later of two commands of one robot (the second, of one tick), with all that either tells only once.
+
+    A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
+    what happened nor that it broadcast may be lost.
+    """
+    older, newer = sorted((one, other), key=lambda command: command.tick)
+    return msgspec.structs.replace(newer, notes=[*older.notes, *newer.notes], sent=older.sent or newer.sent)
 
 
 class World:

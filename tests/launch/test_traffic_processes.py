@@ -15,7 +15,7 @@ ASLEEP = 100  # ticks, 5 s
 
 def test_a_suspended_robot_is_waited_for_or_driven_round(tmp_runtime: Path) -> None:
     with (
-        Fleet(DOORWAY, "--pace", "3", robots=4, runtime=tmp_runtime) as fleet,
+        Fleet(DOORWAY, "--pace", "3", robots=8, runtime=tmp_runtime) as fleet,
         fleet.bus() as bus,
     ):
         bus.listen(EVENT)
@@ -34,7 +34,7 @@ def test_a_suspended_robot_is_waited_for_or_driven_round(tmp_runtime: Path) -> N
 
 def test_a_leader_that_dies_with_its_plan_just_made_is_replaced(tmp_runtime: Path) -> None:
     with (
-        Fleet(DOORWAY, "--pace", "3", robots=4, runtime=tmp_runtime) as fleet,
+        Fleet(DOORWAY, "--pace", "3", robots=8, runtime=tmp_runtime) as fleet,
         fleet.bus() as bus,
     ):
         bus.listen(EVENT)

@@ -14,7 +14,7 @@ from tests.shared import ROOM, scenario_of, with_settings
 from world.clearance import ClearanceJudge
 from world.ether import Ether
 from world.recorder import DEADLOCK
-from world.world import REST, World
+from world.world import REST, World, merged
 
 AT = Pose(2.5, 2.5, 0.0)
 
@@ -266,3 +266,12 @@ def test_without_anything_to_touch_the_gap_is_infinite() -> None:
     judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2, 1)
     judge.observe(np.array([[1.0, 1.0]]))
     assert judge.smallest == float("inf")
+
+
+@pytest.mark.parametrize("late_first", [True, False])
+def test_of_two_commands_within_a_tick_nothing_told_once_is_lost(late_first: bool) -> None:
+    late = msgspec.structs.replace(REST, tick=4, left=0.1, notes=[("joint_plan", "r1 leads 8 robots")], sent=True)
+    latest = msgspec.structs.replace(REST, tick=5, left=0.3, notes=[("halted", "something is near")])
+    got = merged(late, latest) if late_first else merged(latest, late)
+    assert (got.tick, got.left, got.sent) == (5, 0.3, True)
+    assert got.notes == [("joint_plan", "r1 leads 8 robots"), ("halted", "something is near")]
