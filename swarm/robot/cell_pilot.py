@@ -106,7 +106,7 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        if not granted.at_large:
+        if not granted.at_large or driver.faces_away(heading):
             free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
             stop_at = distance_along(pose, granted.waypoints)
             may_drive = granted.may_drive

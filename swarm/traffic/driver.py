@@ -25,6 +25,7 @@ from swarm.traffic.sweep import braking_points, line_room, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
+BEHIND: Final = 2.0  # rad, off the aim: between walls the paper's tables would drive on, and away from it
 TURN_RATE: Final = 2.5  # rad/s at most on the spot
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
@@ -117,6 +118,11 @@ class Driver:
             ):
                 return point
         return waypoints[0]
+
+    def faces_away(self, error: float) -> bool:
+        """Tell whether an aim so far off the heading [rad] is to be turned to on the spot, though the floor is free."""
+        self._turning = abs(error) > (TURN_UNTIL if self._turning else BEHIND)
+        return self._turning
 
     def wheels(
         self,

@@ -84,6 +84,8 @@ class Traffic:
         if floor:
             touched = self.cells.swept(course, footprint + 2 * self.settings.speed * self.settings.tick)
             walk = walk.widened(touched)
+            if walk.strayed(body):
+                walk = self._begun(walk.ledger.number, touched, pose)
         self._cleared = frozenset(pair for pair in self._cleared if pair[0] not in fresh)
         self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
         walk = self._release(walk, touched, body, tick)
@@ -128,9 +130,12 @@ class Traffic:
         self._hearsay.wake(tick)
         if walk is not None and touched <= set(walk.ledger.held):
             return walk.awoken(touched)
+        return self._begun(walk.ledger.number if walk is not None else tick * 64 + 1, touched, pose)
+
+    def _begun(self, number: int, touched: frozenset[int], pose: Pose) -> Walk:
+        """Begin a way where the robot is, and hold no more than it touches."""
         self._joint.leave()
         self._route_for = None
-        number = walk.ledger.number if walk is not None else tick * 64 + 1
         head = self.cells.nearest_standable(pose.x, pose.y, touched)
         held = (*sorted(touched - {head}), head)
         return Walk(Ledger(held, (), number), (ALONE,) * len(held))
@@ -320,7 +325,8 @@ class Traffic:
         if sends:
             others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
-        waypoints = [self.cells.centre(cell) for cell in held[place:]]
+        way = (*held[place:], *walk.route)
+        waypoints = [self.cells.centre(cell) for cell in (way[: VIEW + 1] if floor else held[place:])]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
             waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.standing_room)
         elif walk.head == self._goal and self._wish is not None:
@@ -336,7 +342,7 @@ class Traffic:
             waits=waits,
             activity=self._activity(walk, waits, face, stopped, inputs.tick),
             events=tuple(events),
-            way=(*held[place:], *walk.route),
+            way=way,
             members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
         )
 

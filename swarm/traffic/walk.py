@@ -6,12 +6,13 @@ from typing import NamedTuple
 from swarm.traffic.holds import Ledger
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
+BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
 
 
 class Walk(NamedTuple):
     """A way over the cells: ``ledger.held`` is under the robot and before it, ``route`` follows.
 
-    ``steps`` numbers the held cells within the joint plan followed, ALONE where there is none.
+    ``steps`` numbers the held cells within the joint plan followed, ALONE where there is none, BESIDE off the way.
     """
 
     ledger: Ledger
@@ -41,12 +42,18 @@ class Walk(NamedTuple):
 
     def onto(self, way: tuple[int, ...]) -> "Walk":
         """Follow a joint plan's way; it begins at the head."""
-        behind = len(self.steps) - 1
-        return self._replace(steps=(ALONE,) * behind + (0,), route=way[1:], following=True)
+        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True)
 
     def alone(self, route: tuple[int, ...]) -> "Walk":
         """Follow a way of one's own."""
-        return self._replace(steps=(ALONE,) * len(self.steps), route=route, following=False)
+        return self._replace(steps=self._as_if_alone(), route=route, following=False)
+
+    def _as_if_alone(self) -> tuple[int, ...]:
+        return tuple(min(step, ALONE) for step in self.steps)
+
+    def strayed(self, body: int) -> bool:
+        """Tell whether the body is off the way."""
+        return self.steps[self.place(body)] == BESIDE
 
     def grown(self, ledger: Ledger) -> "Walk":
         """Go on to the first cell of the route, which ``ledger`` has at its head now."""
@@ -59,7 +66,7 @@ class Walk(NamedTuple):
         if not extra:
             return self
         return self._replace(
-            ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(ALONE,) * len(extra) + self.steps
+            ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(BESIDE,) * len(extra) + self.steps
         )
 
     def released(self, touched: Collection[int], body: int) -> "Walk":
