@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import inf
 
-from swarm.geometry import Twist, bearing, distance
+from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Steering
 from swarm.planning.rays import nearest_on_map
@@ -106,7 +106,7 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        if not granted.at_large or driver.faces_away(heading):
+        if not granted.at_large or (self._hemmed_in(pose) and driver.faces_away(heading)):
             free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
             stop_at = distance_along(pose, granted.waypoints)
             may_drive = granted.may_drive
@@ -121,6 +121,12 @@ class CellPilot:
         return self._supervisor.check(
             sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
         ), heading
+
+    def _hemmed_in(self, pose: Pose) -> bool:
+        """Tell whether there are walls about the cell it is in: there the paper's tables find no room to turn round."""
+        cells = self._cells
+        about = cells.around(cells.cell_of(pose.x, pose.y), 1)
+        return not about or not all(cells.stands[cell] for cell in about)
 
     def _activity(self, situation: Situation, granted: TrafficOutputs) -> Activity:
         if situation.done and distance(situation.pose, situation.goal) <= self._settings.reach:

@@ -120,7 +120,7 @@ class Driver:
         return waypoints[0]
 
     def faces_away(self, error: float) -> bool:
-        """Tell whether an aim so far off the heading [rad] is to be turned to on the spot, though the floor is free."""
+        """Tell whether an aim so far off the heading [rad] is to be turned to on the spot, though nobody is near."""
         self._turning = abs(error) > (TURN_UNTIL if self._turning else BEHIND)
         return self._turning
 

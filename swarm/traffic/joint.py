@@ -8,10 +8,11 @@ next; whoever is called by two follows the lower id; who stood in vain for ``fre
 gives a right to a cell: lost, late or half adopted it costs time only.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from random import Random
 from typing import NamedTuple
 
+from swarm.geometry import distance
 from swarm.traffic.assign import assign
 from swarm.traffic.cells import CellMap
 from swarm.traffic.hearsay import Event
@@ -263,7 +264,7 @@ class JointPlanning:
         strangers = {
             cell
             for robot, record in situation.others.items()
-            if robot not in heads
+            if robot not in heads and self._is_among(record, heads.values())
             for cell in (*record.held, *(claim.cell for claim in record.claims))
         }
         in_the_way = strangers | situation.blocked if with_strangers else set()
@@ -285,6 +286,14 @@ class JointPlanning:
         )
         exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)
         self._task = Task(members, starts, ends, exact, last=not in_the_way)
+
+    def _is_among(self, record: Record, heads: Collection[int]) -> bool:
+        """Tell whether somebody who takes no part was last heard so near the members that it must be asleep or dead.
+
+        Who was farther off has gone out of hearing, and on: it is nowhere that could be planned round.
+        """
+        near = self._settings.radio_range / 2
+        return any(distance(self._cells.centre(head), (record.x, record.y)) <= near for head in heads)
 
     def _finish(self, situation: Situation, task: Task, result: Result) -> list[Event]:
         """Publish the plan, or say that there is none and wait before trying again."""
