@@ -82,7 +82,7 @@ class Claiming:
         """Tell whether all who may claim that cell hear me: round a corner they lean towards it, as I do."""
         if not self.cells.is_blind(head, cell):
             return self.cells.cell_of(pose.x, pose.y) == head
-        return distance(self.cells.leaning(head, cell, self.settings.standing_room), pose) <= LEANS
+        return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
         """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""

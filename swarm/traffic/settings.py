@@ -64,6 +64,11 @@ class TrafficSettings:
         return self.radius + 2 * self.margin
 
     @property
+    def leaning_room(self) -> float:
+        """The disc [m] round which a robot leans out of its cell: also where it stops badly, it is in that cell only."""
+        return self.standing_room + 0.05
+
+    @property
     def alone(self) -> float:
         """How far off the next robot must be [m] to count as nobody: its claims, and a second of both driving."""
         return self.claim_radius + 2.5

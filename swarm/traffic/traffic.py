@@ -328,7 +328,7 @@ class Traffic:
         way = (*held[place:], *walk.route)
         waypoints = [self.cells.centre(cell) for cell in (way[: VIEW + 1] if floor else held[place:])]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
-            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.standing_room)
+            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
         elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(
