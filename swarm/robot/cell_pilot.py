@@ -47,6 +47,7 @@ class CellPilot:
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
         self._sectors = sectors(settings.sensors)
         self._constants = traffic_settings(settings)
+        self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._supervisor = Supervisor(settings)
         self._surprise = Surprise(settings)
@@ -57,7 +58,8 @@ class CellPilot:
 
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
-        sense, pose, goal = situation.sense, situation.pose, situation.goal
+        sense, pose = situation.sense, situation.pose
+        idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
         path = situation.navigator.path
         self._driver.grid = situation.navigator.grid
         readings = self._readings(situation)
@@ -66,7 +68,7 @@ class CellPilot:
             TrafficInputs(
                 tick=sense.tick,
                 pose=pose,
-                goal=goal,
+                goal=None if idle else situation.goal,
                 braking=self._driver.braking(body),
                 readings=readings,
                 path=() if path is None or situation.done else path.points,
@@ -79,7 +81,7 @@ class CellPilot:
         return Move(
             speeds,
             heading,
-            self._activity(situation, granted),
+            self._activity(situation, granted, idle=idle),
             held=granted.held,
             waits=granted.waits,
             members=granted.members,
@@ -128,8 +130,8 @@ class CellPilot:
         about = cells.around(cells.cell_of(pose.x, pose.y), 1)
         return not about or not all(cells.stands[cell] for cell in about)
 
-    def _activity(self, situation: Situation, granted: TrafficOutputs) -> Activity:
-        if situation.done and distance(situation.pose, situation.goal) <= self._settings.reach:
+    def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
+        if idle or (situation.done and distance(situation.pose, situation.goal) <= self._settings.reach):
             return Activity.DONE
         if granted.activity is TrafficActivity.CUT_OFF:
             return Activity.BLOCKED
@@ -146,6 +148,13 @@ class CellPilot:
             half = (max(angles) - min(angles)) / 2
             found.append(Reading(measured, expected, angles[len(angles) // 2], half))
         return tuple(found)
+
+
+def _targets_of_others(settings: Settings, number: int) -> list[Point]:
+    """List where robots other than that number have to go, home left out: nobody may keep its last place there."""
+    if not settings.own_targets:
+        return settings.targets
+    return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]
 
 
 def _by(wheels: Wheels) -> WheelSpeeds:

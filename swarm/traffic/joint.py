@@ -92,12 +92,12 @@ class JointPlanning:
         return record is not None and record.epoch == self.epoch and record.left <= entry.place <= record.entered
 
     def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
-        """Name the member, still following, whose way ends in a cell: it has the first turn there."""
+        """Name the member, still following, whose way ends in a cell it is not just put into: it has the first turn."""
         if self.epoch is None or self.plan is None:
             return None
         for robot, way in sorted(self.plan.ways.items()):
             record = fresh.get(robot) if way[-1] == cell and robot != self.me else None
-            if record is not None and (record.epoch == self.epoch or self._about_to_follow(record)):
+            if record is not None and not record.idle and (record.epoch == self.epoch or self._about_to_follow(record)):
                 return robot
         return None
 
@@ -256,6 +256,9 @@ class JointPlanning:
         epoch = self.collect.epoch
         heads = {self.me: situation.head}
         wishes = {self.me: situation.goal}
+        idle = {robot for robot, record in situation.fresh.items() if record.idle}
+        if situation.idle:
+            idle.add(self.me)
         since = {self.me: situation.moved} | {robot: record.moved for robot, record in situation.fresh.items()}
         for robot, record in situation.fresh.items():
             if record.frozen == epoch and record.held and record.held[-1] not in heads.values():
@@ -269,7 +272,7 @@ class JointPlanning:
         }
         in_the_way = strangers | situation.blocked if with_strangers else set()
         in_the_way -= set(heads.values())
-        goals = assign(self._cells, heads, wishes, in_the_way, since)
+        goals = assign(self._cells, heads, wishes, in_the_way, since, idle)
         members = tuple(sorted(heads))
         blocked = frozenset(in_the_way)
         starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)

@@ -69,6 +69,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     x: Metres
     y: Metres
     goal: Cell
+    idle: bool = False  # wants to be nowhere: makes room, and chooses last where to stand
     ahead: tuple[Cell, ...] = ()  # of its way, beyond the head
     waits: tuple[Id, ...] = ()  # whom it waits for
     moved: Tick = 0  # when it last left a cell or got a new one

@@ -65,7 +65,7 @@ class TrafficSettings:
 
     @property
     def leaning_room(self) -> float:
-        """The disc [m] round which a robot leans out of its cell: also where it stops badly, it is in that cell only."""
+        """The disc [m] round which a robot leans out of its cell, and stays in it where it stops badly."""
         return self.standing_room + 0.05
 
     @property

@@ -12,6 +12,7 @@ class Situation(NamedTuple):
     tick: int
     head: int  # cell
     goal: int  # cell
+    idle: bool  # stands there only because it has to stand somewhere
     moved: int  # tick at which it last got on
     blocked: frozenset[int]  # cells a look found occupied
     others: Mapping[str, Record]

@@ -93,7 +93,14 @@ class Traffic:
         walk, stopped = self._halt(walk, inputs, touched, events)
 
         situation = Situation(
-            tick, walk.head, self._goal, self._moved, frozenset(self._obstacles), self._hearsay.others, fresh
+            tick,
+            walk.head,
+            self._goal,
+            inputs.goal is None,
+            self._moved,
+            frozenset(self._obstacles),
+            self._hearsay.others,
+            fresh,
         )
         events += self._joint.step(situation)
         walk = self._find_way(walk, situation, inputs.path)
@@ -230,6 +237,8 @@ class Traffic:
         joint, tick = self._joint, situation.tick
         if joint.way is not None:
             way, joint.way = joint.way, None
+            if situation.idle:
+                self._goal = way[-1]
             self._moved = tick
             return self._without_stale_claims(walk.onto(way))
         if joint.epoch is not None and (walk.route or walk.head == self._goal):
@@ -293,6 +302,7 @@ class Traffic:
             x=inputs.pose.x,
             y=inputs.pose.y,
             goal=self._goal,
+            idle=inputs.goal is None,
             held=walk.ledger.held,
             claims=walk.ledger.claims,
             acks=acknowledged(self.me, walk.ledger, self._hearsay.others),

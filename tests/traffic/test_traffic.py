@@ -2,14 +2,18 @@
 
 from typing import Any
 
+import msgspec
 import pytest
 
 from swarm.errors import ConfigError
+from swarm.scenario.load import Scenario
+from swarm.scenario.schema import StartSettings
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import BAY, CORRIDOR, DOOR, TREE, Drawn
 from world.faults import Faults
 from world.simulate import Simulation
+from world.world import World
 
 
 def assert_clean(report: dict[str, Any]) -> None:
@@ -52,6 +56,35 @@ def test_one_target_for_all_is_taken_in_turn() -> None:
     report = Simulation.of(scenario, 4, 1).run(300)
     assert report["complete"], report["reason"]
     assert_clean(report)
+
+
+def test_a_last_target_for_all_is_left_to_the_next() -> None:
+    target = DOOR.points("d")[0]
+    scenario = DOOR.scenario(DOOR.points("aceg"), [[target]] * 4, loss=0.3)
+    simulation = Simulation.of(scenario, 4, 1)
+    report = simulation.run(300)
+    assert report["complete"], report["reason"]
+    assert_clean(report)
+    assert simulation.world.finished, "who is done is done wherever it has been moved to"
+
+
+def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
+    drawn = Drawn("#" * 22, "#a" + "." * 18 + "b#", "#" * 22)
+    (start,), ((x, y),) = drawn.points("b"), drawn.points("a")
+    scenario = drawn.scenario([start], [[(x, y)]])
+    away = (*start, 0.0)
+    settings = msgspec.structs.replace(scenario.settings, start=StartSettings(poses=[away]))
+    simulation = Simulation.of(Scenario(settings, scenario.map, scenario.profile), 1, 1)
+    held: list[int] = []
+
+    def watch(world: World) -> None:
+        held.extend(len(spoken.traffic.own.held) for spoken in simulation.spoken.values() if spoken.traffic is not None)
+
+    report = simulation.run(120, watch=watch)
+    assert report["complete"], report["reason"]
+    assert_clean(report)
+    assert report["per_robot"]["r1"]["path_length"] < 1.1 * report["per_robot"]["r1"]["shortest_length"]
+    assert max(held) <= 6, "no cells far behind"
 
 
 def test_a_robot_at_rest_makes_room() -> None:

@@ -1,0 +1,46 @@
+"""What a leader makes of those it hears, and of those it does not."""
+
+import pytest
+
+from swarm.traffic.assign import assign
+from swarm.traffic.cells import OUTSIDE
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.record import Record
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+ROUND = Drawn("a.n......f.b", ".##########.", "............")
+ROW = Drawn("abcde")
+
+
+@pytest.mark.parametrize(("where", "round_it"), [("n", True), ("f", False)], ids=["near", "out of hearing"])
+def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_it: bool) -> None:
+    (start, goal, cell), (x, y) = ROUND.at("ab" + where), ROUND.points(where)[0]
+    silent = Record(robot="r9", stamp=0, x=x, y=y, goal=cell, held=(cell,))
+    joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
+    joint.need = "r1"
+    for tick in range(100, 200):
+        joint.step(Situation(tick, start, goal, False, 0, frozenset(), {"r9": silent}, {}))
+        if joint.plan is not None:
+            break
+    assert joint.plan is not None
+    assert (cell not in joint.plan.ways["r1"]) is round_it
+    assert joint.plan.ways["r1"][-1] == goal
+
+
+@pytest.mark.parametrize(
+    ("wishes", "idle", "expected"),
+    [
+        ("bd", "", "bd"),
+        ("cc", "", "bc"),  # r2 is nearer
+        ("dd", "r2", "de"),  # but has nothing to do there
+        ("d-", "r2", "de"),
+        ("e-", "r2", "ed"),
+    ],
+)
+def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
+    heads = dict(zip(("r1", "r2"), ROW.at("ad"), strict=True))
+    wanted = {robot: OUTSIDE if wish == "-" else ROW.at(wish)[0] for robot, wish in zip(heads, wishes, strict=True)}
+    goals = assign(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle.split())
+    assert (goals["r1"], goals["r2"]) == ROW.at(expected)
