@@ -32,8 +32,8 @@ def assign(
     for robot in queue:
         if robot not in goals:
             near, table = cells.distances(wish[robot]), reach[robot]
-            comes = reach[taken.get(wish[robot], robot)]  # from where its place is taken: an idle one stays ahead
+            comes = [0] * len(cells) if robot not in idle else reach[taken.get(wish[robot], robot)]
             free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-            goals[robot] = min(free, key=lambda cell: (near[cell], -comes[cell] if robot in idle else 0, table[cell], cell))
+            goals[robot] = min(free, key=lambda cell: (near[cell], -comes[cell], table[cell], cell))
             taken[goals[robot]] = robot
     return goals

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from swarm.geometry import Pose
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
@@ -83,11 +82,10 @@ class Hearsay:
         ]
         return tuple(Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed])
 
-    def alone_in(self, held: Sequence[int], pose: Pose, tick: int) -> tuple[int, ...]:
+    def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
         """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
         theirs = {cell for record in self.fresh(tick).values() for cell in record.held}
-        body = self._cells.cell_of(pose.x, pose.y)
-        return tuple(cell for cell in held if cell == body or cell not in theirs)
+        return tuple(cell for cell in held if cell not in theirs)
 
     def _hear_one(self, tick: int, broadcast: TrafficBroadcast) -> Iterator[Event]:
         own = broadcast.own

@@ -221,7 +221,7 @@ class Traffic:
     def _known(self, walk: Walk, inputs: TrafficInputs) -> list[Known]:
         """List bodies that need no explaining: robots near where they were last heard, and things found before."""
         tick, settings = inputs.tick, self.settings
-        mine = set(self._hearsay.alone_in(walk.ledger.held, inputs.pose, tick))
+        mine = set(self._hearsay.alone_in(walk.ledger.held, tick))
         self._found = [(until, place) for until, place in self._found if until > tick]
         known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
         for record in self._hearsay.others.values():
@@ -336,7 +336,11 @@ class Traffic:
             others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         way = (*held[place:], *walk.route)
-        waypoints = [self.cells.centre(cell) for cell in (way[: VIEW + 1] if floor else held[place:])]
+        alone = self._hearsay.alone_in(held, inputs.tick)
+        ahead = way[: VIEW + 1] if floor else held[place:]
+        if held[place] not in alone and len(ahead) > 1:
+            ahead = ahead[1:]  # not to the middle of a cell in which somebody else is too
+        waypoints = [self.cells.centre(cell) for cell in ahead]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
             waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
         elif walk.head == self._goal and self._wish is not None:
@@ -344,7 +348,7 @@ class Traffic:
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,
-            drivable=(*self._hearsay.alone_in(held, pose, inputs.tick), *floor),
+            drivable=tuple(dict.fromkeys((*alone, held[place], *floor))),
             at_large=bool(floor),
             waypoints=tuple(waypoints),
             may_drive=not stopped,
