@@ -41,6 +41,7 @@ DATA: Final = ROOT.parent / "shared" / "data" / "mapf"
 CIRCLES: Final = {8: 14.0, 16: 19.0, 32: 29.0}  # robots: diameter [m]
 HARD: Final = ("tree", "corners", "tunnel", "string")
 MAPS: Final = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
+ROWS: Final = 50  # of a benchmark's file, for one seed
 SCENARIOS: Final = (
     ("corridor", 2),
     ("l_corner", 2),
@@ -120,8 +121,21 @@ def scenario_of(name: str) -> Scenario:
     if name in HARD:
         return from_benchmark(DATA / "hard" / f"{name}.map", DATA / "hard" / f"{name}.scen", None)
     if name in MAPS:
-        return from_benchmark(DATA / f"{name}.map", DATA / f"{name}-random-1.scen", 50)
+        return from_benchmark(DATA / f"{name}.map", DATA / f"{name}-random-1.scen", None)
     return load(ROOT / "scenarios" / f"{name}.yaml")
+
+
+def rows_for(scenario: Scenario, seed: int) -> Scenario:
+    """Take other rows of a benchmark's file for another seed: the next ROWS of them, from the top again at the end."""
+    settings = scenario.settings
+    blocks = len(settings.own_targets) // ROWS
+    if scenario.settings.name not in MAPS or blocks < 1:
+        return scenario
+    rows = slice(first := (seed - 1) % blocks * ROWS, first + ROWS)
+    assert settings.start.poses is not None
+    start = msgspec.structs.replace(settings.start, poses=settings.start.poses[rows])
+    chosen = msgspec.structs.replace(settings, start=start, own_targets=settings.own_targets[rows])
+    return Scenario(chosen, scenario.map, scenario.profile)
 
 
 def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
@@ -153,7 +167,7 @@ class Ran(NamedTuple):
 
 def run(case: Case, seed: int) -> Ran:
     """Run one case with one seed, to the end."""
-    scenario = changed(scenario_of(case.scenario), radio=case.radio)
+    scenario = changed(rows_for(scenario_of(case.scenario), seed), radio=case.radio)
     simulation = Simulation.of(scenario, case.robots, seed, case.faults)
     world, settings = simulation.world, scenario.settings
     settling = Settling(simulation)
