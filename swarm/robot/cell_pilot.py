@@ -14,7 +14,7 @@ from swarm.robot.sectors import sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import comes_near, traffic_settings
 from swarm.traffic.driver import Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
@@ -125,10 +125,10 @@ class CellPilot:
         ), heading
 
     def _hemmed_in(self, pose: Pose) -> bool:
-        """Tell whether there are walls about the cell it is in: there the paper's tables find no room to turn round."""
-        cells = self._cells
-        about = cells.around(cells.cell_of(pose.x, pose.y), 1)
-        return not about or not all(cells.stands[cell] for cell in about)
+        """Tell whether it is in a passage one cell wide: there the paper's tables find no room to turn round."""
+        cell = self._cells.cell_of(pose.x, pose.y)
+        joined = set() if cell == OUTSIDE else {abs(other - cell) for other in self._cells.neighbours[cell]}
+        return joined != {1, self._cells.columns}
 
     def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (situation.done and distance(situation.pose, situation.goal) <= self._settings.reach):
