@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from math import inf
 
+import numpy as np
+
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Steering
@@ -102,6 +104,7 @@ class CellPilot:
         once is no explanation, for it may move.
         """
         sense, pose, driver = situation.sense, situation.pose, self._driver
+        driver.bodies = np.array(granted.beside, np.float64).reshape(-1, 2)
         if granted.face is not None:
             return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
         aim = driver.aim(pose, granted.drivable, granted.waypoints)

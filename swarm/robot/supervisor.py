@@ -27,6 +27,7 @@ SPARE: Final = 0.03  # m, kept between the footprint and a wall
 LOOK: Final = 0.4  # s, that far the way is looked ahead before the brake
 GAP: Final = 0.1  # m, kept to whatever the front sector sees
 BODY_SPARE: Final = 0.07  # m, kept beyond SPARE from another robot's last known place
+STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
 PATIENCE: Final = 0.5  # s without a way ahead: the tables have had the time to turn out of it
 CREEPS: Final = 0.1  # share of the forward speed that gets nowhere
 HALTED: Final = 6  # times as long, where something unexplained is near: that may go away by itself
@@ -87,6 +88,8 @@ class Supervisor:
         def room(now: RimSpeeds, wanted: RimSpeeds) -> float:
             return min(self._room(grid, pose, now, wanted, bodies), beside(now, wanted))
 
+        if halt and abs(sense.linear) > STANDS:
+            return WheelSpeeds(0.0, 0.0, Steering.SUPERVISOR)  # to turn at once would take longer to come to a stand
         need = min(self._radius + SPARE, room((0.0, 0.0), (0.0, 0.0)) - 1e-3)
         if self._escape:
             ahead = sense.front >= ESCAPED and room(now, (STRAIGHT, STRAIGHT)) >= need

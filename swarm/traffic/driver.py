@@ -92,6 +92,7 @@ class Driver:
         grid: Grid | None = None,
     ) -> None:
         self.grid = grid  # of the floor as it is known now; None: the cells are free all over
+        self.bodies = NO_BODIES  # m, (n, 2): those in the cell it is in
         self._cells = cells
         self._drive = drive
         self._radius = radius
@@ -239,7 +240,7 @@ class Driver:
         if self.grid is None:
             return room
         walls = least_clearance(
-            self.grid, body.pose, (body.left, body.right), (left, right), NO_BODIES, body_radius=self._radius,
+            self.grid, body.pose, (body.left, body.right), (left, right), self.bodies, body_radius=self._radius,
             track_width=self._drive.track_width, acceleration=self._acceleration, dt=self._dt, ticks=ticks,
         )  # fmt: skip
         return min(room, walls)

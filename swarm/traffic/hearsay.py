@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from swarm.maps.occupancy import Point
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
@@ -86,6 +87,10 @@ class Hearsay:
         """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
         theirs = {cell for record in self.fresh(tick).values() for cell in record.held}
         return tuple(cell for cell in held if cell not in theirs)
+
+    def holders_of(self, cell: int, tick: int) -> tuple[Point, ...]:
+        """List where live robots are that hold a cell [m]."""
+        return tuple((record.x, record.y) for record in self.fresh(tick).values() if cell in record.held)
 
     def _hear_one(self, tick: int, broadcast: TrafficBroadcast) -> Iterator[Event]:
         own = broadcast.own

@@ -24,7 +24,7 @@ from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import ALONE, Walk
+from swarm.traffic.walk import ALONE, BESIDE, Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
@@ -84,7 +84,7 @@ class Traffic:
         if floor:
             touched = self.cells.swept(course, footprint + 2 * self.settings.speed * self.settings.tick)
             walk = walk.widened(touched)
-            if walk.strayed(body):
+            if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
         self._cleared = frozenset(pair for pair in self._cleared if pair[0] not in fresh)
         self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
@@ -145,7 +145,7 @@ class Traffic:
         self._route_for = None
         head = self.cells.nearest_standable(pose.x, pose.y, touched)
         held = (*sorted(touched - {head}), head)
-        return Walk(Ledger(held, (), number), (ALONE,) * len(held))
+        return Walk(Ledger(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
 
     def _floor_for_me_alone(
         self, walk: Walk, tick: int, body: int, pose: Pose, fresh: Mapping[str, Record]
@@ -213,10 +213,15 @@ class Traffic:
             if cell != self.cells.cell_of(*inputs.pose[:2]):
                 self._obstacles[cell] = tick + self.settings.obstacle
             if len(walk.ledger.held) > 1:
-                walk = walk.given_back(touched)
-                self._joint.leave()
-                self._route_for = None
+                walk = self._given_back(walk, touched, inputs.pose)
         return walk, True
+
+    def _given_back(self, walk: Walk, touched: frozenset[int], pose: Pose) -> Walk:
+        if BESIDE in walk.steps:  # the one further back need not be one to stand in
+            return self._begun(walk.ledger.number, touched, pose)
+        self._joint.leave()
+        self._route_for = None
+        return walk.given_back(touched)
 
     def _known(self, walk: Walk, inputs: TrafficInputs) -> list[Known]:
         """List bodies that need no explaining: robots near where they were last heard, and things found before."""
@@ -338,9 +343,9 @@ class Traffic:
         way = (*held[place:], *walk.route)
         alone = self._hearsay.alone_in(held, inputs.tick)
         ahead = way[: VIEW + 1] if floor else held[place:]
-        if held[place] not in alone and len(ahead) > 1:
-            ahead = ahead[1:]  # not to the middle of a cell in which somebody else is too
         waypoints = [self.cells.centre(cell) for cell in ahead]
+        if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
+            waypoints = waypoints[1:] or [(pose.x, pose.y)]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
             waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
         elif walk.head == self._goal and self._wish is not None:
@@ -351,6 +356,7 @@ class Traffic:
             drivable=tuple(dict.fromkeys((*alone, held[place], *floor))),
             at_large=bool(floor),
             waypoints=tuple(waypoints),
+            beside=self._hearsay.holders_of(held[place], inputs.tick),
             may_drive=not stopped,
             face=face,
             waits=waits,

@@ -26,6 +26,7 @@ class Drawn:
     """A map of one character a cell: # is wall, a letter or digit names a free cell."""
 
     def __init__(self, *rows: str, side: float = SIDE) -> None:
+        self.side = side
         solid = np.array([[character == "#" for character in row] for row in rows], dtype=np.uint8)
         self.occupancy = OccupancyMap(solid[::-1].copy(), side, Pose(0.0, 0.0, 0.0))
         self.cells = CellMap(self.occupancy, side=side, radius=0.23)
@@ -54,7 +55,7 @@ class Drawn:
         """Make a mission on it; robots face their first stops. ``reach`` [m] and ``loss`` are the radio's."""
         settings = Settings(
             name="drawn",
-            map=MapSettings(cell=SIDE),
+            map=MapSettings(cell=self.side),
             start=StartSettings(
                 poses=[(x, y, bearing(Pose(x, y, 0.0), row[0])) for (x, y), row in zip(starts, stops, strict=True)]
             ),
@@ -64,7 +65,7 @@ class Drawn:
             robot=ROBOT,
             sensors=SENSORS,
             radio=RadioSettings(range=reach, loss=loss),
-            traffic=TrafficSettings(rule="holds", cell=SIDE, offset=(0.0, 0.0)),
+            traffic=TrafficSettings(rule="holds", cell=self.side, offset=(0.0, 0.0)),
         )
         return Scenario(settings, self.occupancy, load_profile("paper"))
 

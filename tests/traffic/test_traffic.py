@@ -69,7 +69,7 @@ def test_a_last_target_for_all_is_left_to_the_next() -> None:
 
 
 def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
-    drawn = Drawn("#" * 22, "#a" + "." * 18 + "b#", "#" * 22)
+    drawn = Drawn("#" * 22, "#a" + "." * 18 + "b#", "#" * 22, side=1.0)
     (start,), ((x, y),) = drawn.points("b"), drawn.points("a")
     scenario = drawn.scenario([start], [[(x, y)]])
     away = (*start, 0.0)
@@ -110,10 +110,18 @@ def test_the_leader_dies_with_its_plan_just_made() -> None:
     assert arrived == set(simulation.world.robots) - {"r1"}
 
 
-def test_bodies_that_start_in_corners_of_one_cell_part() -> None:
+@pytest.mark.parametrize(
+    "places",
+    [
+        ((0.45, 0.0), (1.95, 0.0)),  # both reach into the cell between them
+        ((1.45, 0.3), (0.95, 0.1)),  # both are in it, back to back
+        ((1.0, 0.3), (1.5, -0.2)),  # they have to pass each other in it
+    ],
+)
+def test_bodies_that_start_in_one_cell_part(places: tuple[tuple[float, float], tuple[float, float]]) -> None:
     drawn = Drawn(".......", "a.....b", ".......")
     x, y = drawn.cells.centre(drawn.at("a")[0] + 1)
-    starts = [(x + 0.45, y), (x + 1.95, y)]  # both reach into the cell between them
+    starts = [(x + dx, y + dy) for dx, dy in places]
     report = Simulation.of(drawn.scenario(starts, [[point] for point in drawn.points("ba")]), 2, 1).run(100)
     assert report["complete"], report["reason"]
     assert report["contacts"]["robot"] == 0
