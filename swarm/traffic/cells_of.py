@@ -11,14 +11,13 @@ from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
-from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 
 # a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
 # where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
 IN_SIGHT: Final[dict[str, Any]] = {"in_sight": True, "horizon": 1, "ripe": 20, "absent": 600, "plan_stuck": 400}
-STANDS: Final = 0.05  # m, off the point it drives to
 
 
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
@@ -111,7 +110,7 @@ def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
     cell = cells.nearest_standable(*stop)
     if cell == OUTSIDE:
         return inf
-    return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + STANDS
+    return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + NEAR
 
 
 @lru_cache(maxsize=4)

@@ -21,18 +21,23 @@ from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
+from swarm.traffic.settings import NEAR
 from swarm.traffic.sweep import braking_points, line_room, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
 BEHIND: Final = 2.0  # rad, off the aim: between walls the paper's tables would drive on, and away from it
+ABOUT: Final = 2.6  # rad, off the aim: to turn either way is as good
 TURN_RATE: Final = 2.5  # rad/s at most on the spot
+STILL_FAST: Final = 1.5  # rad/s; who turns so fast when it faces its aim already has its commands come late,
+CAREFUL: Final = 20.0  # s for which it then drives with care:
+SETTLING: Final = 5.0  # 1/s, turn per heading error at most,
+STOPPING: Final = 3.0  # 1/s, and speed per distance left
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
 PURSUIT: Final = 3.0  # 1/s, yaw rate per heading error of the blend
 GAP: Final = 0.1  # m, kept to whatever is seen ahead
-NEAR: Final = 0.04  # m, so near its last point a robot stands
 
 TIGHT: Final = 0.01  # m, room enough out of a corner into which somebody was pushed,
 CREEP: Final = 0.12  # m/s, as slow as that,
@@ -77,7 +82,7 @@ class Body(NamedTuple):
 
 
 class Driver:
-    """Keeps one robot's footprint in the cells it holds. It remembers only whether it is turning on the spot."""
+    """Keeps one robot's footprint in the cells it holds. It remembers only how it turns on the spot."""
 
     def __init__(
         self,
@@ -102,6 +107,7 @@ class Driver:
         self._ticks = max(1, round(LOOK / dt))
         self._fastest = fastest  # m/s, of the blend
         self._turning = False
+        self._careful = 0  # ticks for which it drives with care
         self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
 
     def braking(self, body: Body) -> tuple[Point, ...]:
@@ -110,11 +116,12 @@ class Driver:
         return tuple((x, y) for x, y in path.tolist())
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
-        """Choose the farthest waypoint that the footprint reaches straight through held cells."""
+        """Choose the farthest waypoint that the footprint reaches straight through held cells, at no edge nearer."""
         shut = self._shut(held)
         x, y, _ = self._local(pose)
+        need = min(self._radius + AIM_SPARE, max(self._radius + TIGHT, line_room(shut, x, y, x, y)))
         for point in reversed(waypoints[1:]):
-            if line_room(shut, x, y, *self._flat(point)) >= self._radius + AIM_SPARE and (
+            if line_room(shut, x, y, *self._flat(point)) >= need and (
                 self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
             ):
                 return point
@@ -144,12 +151,14 @@ class Driver:
         error = bearing(body.pose, aim)
         if stop_at <= NEAR:
             return self._rest()
-        self._turning = abs(error) > (TURN_UNTIL if self._turning else TURN_FROM)
+        turned, self._turning = self._turning, abs(error) > (TURN_UNTIL if self._turning else TURN_FROM)
+        late = turned and not self._turning and abs(self._drive.twist(body.left, body.right).angular) > STILL_FAST
+        self._careful = round(CAREFUL / self._dt) if late else max(0, self._careful - 1)
         room = min(stop_at, (free - GAP) / SLOW_BRAKE)
         if self._turning or not may_drive or room <= 0.0:
             return self._turn(body, error)
         wanted = self._drive.twist(*tables)
-        most = sqrt(2 * SLOW_BRAKE * self._acceleration * room)
+        most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
         here = self._room(shut, body, 0.0, 0.0, 0) - 1e-3
@@ -195,8 +204,11 @@ class Driver:
         """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
         if abs(body.left + body.right) > 0.04:
             return Wheels(0.0, 0.0, Whose.TURN)
+        if abs(error) > ABOUT and (body.right - body.left) * error < 0.0:
+            error = -error  # as good a way round, and the one it is on
         angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
-        rate = min(TURN_RATE, sqrt(angular_brake * max(0.0, abs(error) - TURN_UNTIL / 2)))
+        left = max(0.0, abs(error) - TURN_UNTIL / 2)
+        rate = min(TURN_RATE, sqrt(angular_brake * left), SETTLING * left if self._careful else inf)
         return Wheels(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))), Whose.TURN)
 
     # ---- cells as boxes, in the lattice's own frame

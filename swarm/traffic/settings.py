@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 LEAST_CLAIM: Final = 1.2  # cells, how far a robot must be able to claim
+NEAR: Final = 0.04  # m, so near the last point of its way a robot stands
+SPARE: Final = 0.01  # m, for what it rolls on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,13 +62,13 @@ class TrafficSettings:
 
     @property
     def standing_room(self) -> float:
-        """The disc [m] that has to fit in a cell where a robot stands at its goal."""
-        return self.radius + 2 * self.margin
+        """The disc [m] that has to fit in a cell where a robot stands at its goal, or a little beside it."""
+        return self.radius + self.margin + NEAR + SPARE
 
     @property
     def leaning_room(self) -> float:
         """The disc [m] round which a robot leans out of its cell, and stays in it where it stops badly."""
-        return self.standing_room + 0.05
+        return self.standing_room + 0.03
 
     @property
     def alone(self) -> float:

@@ -135,7 +135,7 @@ class Traffic:
         self._moved = tick
         self._joint.reset(tick)
         self._hearsay.wake(tick)
-        if walk is not None and touched <= set(walk.ledger.held):
+        if walk is not None and touched <= set(walk.ledger.held) and not walk.strayed(body):
             return walk.awoken(touched)
         return self._begun(walk.ledger.number if walk is not None else tick * 64 + 1, touched, pose)
 

@@ -108,7 +108,7 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "an area in a wall":           (together(put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), GIVE_WAY), "found it for 0; enlarge the area or run fewer robots"),
     "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1.2 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, run fewer robots, or set traffic.rule: give_way"),
     "an area without a cell":      (together(put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), put("traffic", value={"rule": "holds"})), "start.area: expected a cell of 1.2 m for each of 2 robots, found 0; enlarge the area"),
-    "a target at a cell's corner": (together(put("targets", value=[[9.5, 2.0], [4.0, 2.0]]), put("traffic", value={"cell": 1.0, "offset": [0.0, 0.0]}), put("reach", value=0.35)), "target 2 of r1 at (4, 2): expected a place that is reached within 0.35 m from inside its cell of 1 m, the nearest is 0.42 m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"),
+    "a target at a cell's corner": (together(put("targets", value=[[9.5, 2.0], [4.0, 2.0]]), put("traffic", value={"cell": 1.0, "offset": [0.0, 0.0]}), put("reach", value=0.35)), "target 2 of r1 at (4, 2): expected a place that is reached within 0.35 m from inside its cell of 1 m, the nearest is 0.44 m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"),
     "a robot wider than its ways": (put("robot", "radius", value=1.2), "from any wall, for the robot's radius; move it"),
 }
 FILES = {

@@ -1,10 +1,11 @@
 """The driver keeps the footprint in held cells whatever the tables say, and leaves them alone where it can."""
 
-from math import pi
+from collections import deque
+from math import hypot, pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, integrate
@@ -50,6 +51,45 @@ def test_no_wheel_speeds_lead_out_of_the_held_cells(
         right = min(body.right + most, max(body.right - most, wheels.right))
         body = Body(integrate(body.pose, DRIVE.twist(left, right), DT), left, right)
         assert DOOR.cells.fits(held, body.pose.x, body.pose.y, RADIUS)
+
+
+@given(
+    late=st.integers(0, 5),
+    yaw=st.floats(-pi, pi),
+    pull=st.floats(-0.4, 0.4),
+    x=st.floats(-0.3, 0.3),
+    y=st.floats(-0.3, 0.3),
+)
+@example(late=4, yaw=pi, pull=0.0, x=0.3, y=0.0)
+def test_it_comes_to_stand_at_its_last_point_though_commands_come_late(
+    late: int, yaw: float, pull: float, x: float, y: float
+) -> None:
+    """Up to a quarter of a second: as on a machine that is busy, or over a radio; and to tables that pull aside."""
+    a = DOOR.at("a")[0]
+    held = (a, a + 1)
+    here, there = (DOOR.cells.centre(cell) for cell in held)
+    aim = (there[0] + x, there[1] + y)
+    driving = driver(DOOR)
+    body = Body(Pose(*here, yaw), 0.0, 0.0)
+    underway = deque([(0.0, 0.0)] * late)
+    for _ in range(1200):
+        waypoints = [here, aim]
+        wheels = driving.wheels(
+            body,
+            held,
+            driving.aim(body.pose, held, waypoints),
+            stop_at=distance_along(body.pose, waypoints),
+            tables=(0.6 - pull, 0.6 + pull),
+        )
+        underway.append((wheels.left, wheels.right))
+        if not any(map(any, underway)) and not body.left and not body.right:
+            break
+        left, right = underway.popleft()
+        most = ACCELERATION * DT
+        left = min(body.left + most, max(body.left - most, left))
+        right = min(body.right + most, max(body.right - most, right))
+        body = Body(integrate(body.pose, DRIVE.twist(left, right), DT), left, right)
+    assert hypot(body.pose.x - aim[0], body.pose.y - aim[1]) < 0.1
 
 
 def test_tables_pass_unchanged_where_there_is_room() -> None:
