@@ -69,6 +69,7 @@ class Case(NamedTuple):
 HARSH: Final = {"range": 5.0, "loss": 0.3}
 HELD_UP: Final = Faults(held_up=20.0)
 SUSPENDED: Final = Faults(suspended=20.0)
+LATE: Final = Faults(late=0.2)
 
 
 def cases() -> Iterator[Case]:
@@ -79,6 +80,8 @@ def cases() -> Iterator[Case]:
         yield Case(f"circle {robots}", f"circle {robots}", robots, share=0.5)
     for name, robots in SCENARIOS:
         yield Case(f"{name} {robots}", name, robots)
+    yield Case("paper 4: answers 0.2 s late", "paper", 4, faults=LATE)
+    yield Case("doorway 8: answers 0.2 s late", "doorway", 8, faults=LATE)
     yield from drills(("corridor", 2), ("doorway", 8))
     yield Case("doorway 8: leader killed", "doorway", 8, faults=Faults(kill_leader_at=4.0))
     if not DATA.is_dir():
@@ -92,8 +95,8 @@ def cases() -> Iterator[Case]:
     for name in MAPS:
         for robots in (16, 32, 50):
             yield Case(f"{name} {robots}", name, robots, share=0.1 if robots > 16 else 0.25)
-    yield from drills(("random-32-32-20", 16), share=0.5)
-    yield from drills(("random-32-32-20", 32), share=0.15)
+    yield from drills(("random-32-32-20", 16))
+    yield from drills(("random-32-32-20", 32), share=0.25)
     yield Case("random-32-32-20 16: leader killed", "random-32-32-20", 16, faults=Faults(kill_leader_at=4.0), share=0.5)
 
 

@@ -1,4 +1,4 @@
-"""What goes wrong with robots in a drill: motors held up, processes suspended or killed; drawn with its own seed."""
+"""What goes wrong with robots in a drill: held up, suspended, killed, slow to answer; drawn with its own seed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ class Faults:
     suspended: float = 0.0  # the same for the whole process: brain, radio and motors
     kill_leader_at: float = inf  # the first robot that leads a joint plan from then on dies
     killed: Mapping[str, float] | None = None  # robot: when it dies
+    late: float = 0.0  # what robots answer, wheels and radio, comes so much later
 
 
 class Health(Enum):
@@ -34,6 +35,7 @@ class Drill:
     def __init__(self, faults: Faults, seed: int, dt: float) -> None:
         self.dead: dict[str, float] = {}  # when each died [s]
         self.struck: set[str] = set()  # those ever suspended or killed
+        self.late = round(faults.late / dt)  # ticks between what robots sense and what they answer to it
         self._faults = faults
         self._chance = Random(f"faults {seed}")
         self._dt = dt

@@ -1,5 +1,6 @@
 """The same World and Robot objects in one process, without any bus: for tests, benchmarks, and a live run's digest."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -8,7 +9,7 @@ from typing import Any
 from msgspec.structs import replace as changed
 
 from swarm.geometry import Pose
-from swarm.messages import Broadcast
+from swarm.messages import Broadcast, Command
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import planning_grid
@@ -17,6 +18,8 @@ from swarm.scenario.starts import starts
 from world.faults import Drill, Faults, Health
 from world.report import missing, report
 from world.world import World
+
+Answers = tuple[dict[str, Command], dict[str, Broadcast]]  # of all robots, to one tick
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,10 @@ class Simulation:
         world, began = self.world, perf_counter()
         limit = self.scenario.settings.limit if limit is None else limit
         leaders: set[str] = set()
+        answers = deque[Answers](({}, {}) for _ in range(self.drill.late))
         while not over(world) and world.time < limit:
-            commands, spoken = {}, {}
+            commands: dict[str, Command] = {}
+            spoken: dict[str, Broadcast] = {}
             for name, robot, sense in zip(world.robots, self.robots, world.senses(lockstep=True).values(), strict=True):
                 health = self.drill.health(name, world.time, leads=name in leaders)
                 if health in {Health.SUSPENDED, Health.DEAD}:
@@ -66,6 +71,8 @@ class Simulation:
                     spoken[name] = outputs.broadcast
                     own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
                     (leaders.add if own and own.plan is not None else leaders.discard)(name)
+            answers.append((commands, spoken))
+            commands, spoken = answers.popleft()
             self.spoken.clear()
             self.spoken.update(spoken)
             world.step(commands)

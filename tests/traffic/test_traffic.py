@@ -117,6 +117,13 @@ def test_a_dead_robot_is_driven_round() -> None:
     assert report["contacts"]["robot"] == 0
 
 
+@pytest.mark.parametrize("late", [0.05, 0.1, 0.2])
+def test_robots_that_answer_late_complete(late: float) -> None:
+    report = DOOR.fleet("abcd", "hgfe", faults=Faults(late=late)).run(300)
+    assert report["complete"], report["reason"]
+    assert_clean(report)
+
+
 def test_the_leader_dies_with_its_plan_just_made() -> None:
     simulation = DOOR.fleet("abcdefgh", "hgfedcba", faults=Faults(kill_leader_at=0.0))
     report = simulation.run(90)
