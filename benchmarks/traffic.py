@@ -96,7 +96,7 @@ def cases() -> Iterator[Case]:
         for robots in (16, 32, 50):
             yield Case(f"{name} {robots}", name, robots, share=0.1 if robots > 16 else 0.25)
     yield from drills(("random-32-32-20", 16))
-    yield from drills(("random-32-32-20", 32), share=0.25)
+    yield from drills(("random-32-32-20", 32), share=0.15)
     yield Case("random-32-32-20 16: leader killed", "random-32-32-20", 16, faults=Faults(kill_leader_at=4.0), share=0.5)
 
 

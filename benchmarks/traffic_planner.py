@@ -19,13 +19,14 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import duration
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome
 from swarm.traffic.plan_check import faults
+from swarm.traffic.settings import TrafficSettings
 
+SETTINGS = TrafficSettings()
 DATA = Path(__file__).parents[2] / "shared" / "data" / "mapf"
 HARD = ("tree", "corners", "tunnel", "string")
 LARGE = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
 ROBOTS = (16, 32, 50, 100)
 SIDE = 1.2  # m
-SHARE = 4_000  # openings times robots between two looks, as a robot does in one control step
 
 
 class Figures(NamedTuple):
@@ -59,7 +60,7 @@ def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], bud
     search = JointSearch(cells.neighbours, tables, starts, goals, budget=budget, random=Random(seed))
     result, looks = None, 0
     while result is None:
-        result = search.advance(max(1, SHARE // len(starts)))
+        result = search.advance(max(1, SETTINGS.robot_openings // len(starts)))
         looks += 1
     milliseconds = 1e3 * (perf_counter() - began)
     if result.outcome is not Outcome.SOLVED or result.order is None:
@@ -94,9 +95,9 @@ def row(name: str, robots: int | None, seeds: int) -> list[str]:
     for goal in goals:
         cells.distances(goal)
     tables = 1e3 * (perf_counter() - began)
-    enough = 25_000 // len(starts)
+    with_restarts = Budget(starts=SETTINGS.starts, enough=SETTINGS.enough // len(starts))
     first = [measure(cells, starts, goals, Budget(starts=1), seed) for seed in range(seeds)]
-    kept = [measure(cells, starts, goals, Budget(starts=30, enough=enough), seed) for seed in range(seeds)]
+    kept = [measure(cells, starts, goals, with_restarts, seed) for seed in range(seeds)]
     texts = [f"{name}, {len(starts)}", f"{tables:.0f}"]
     for figures in (first, kept):
         times = [figure.milliseconds for figure in figures]

@@ -35,6 +35,7 @@ SETTLING: Final = 5.0  # 1/s, turn per heading error at most,
 STOPPING: Final = 3.0  # 1/s, and speed per distance left
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
+SHARES: Final = (0.75, 0.5, 0.25)  # of the way from the middle of the cell it is in to the next waypoint
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
 PURSUIT: Final = 3.0  # 1/s, yaw rate per heading error of the blend
 GAP: Final = 0.1  # m, kept to whatever is seen ahead
@@ -116,11 +117,16 @@ class Driver:
         return tuple((x, y) for x, y in path.tolist())
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
-        """Choose the farthest waypoint that the footprint reaches straight through held cells, at no edge nearer."""
+        """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
+
+        It is a waypoint, or lies between the first, the middle of the cell it is in, and the second.
+        """
         shut = self._shut(held)
         x, y, _ = self._local(pose)
         need = min(self._radius + AIM_SPARE, max(self._radius + TIGHT, line_room(shut, x, y, x, y)))
-        for point in reversed(waypoints[1:]):
+        (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
+        between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
+        for point in (*reversed(waypoints[1:]), *between):
             if line_room(shut, x, y, *self._flat(point)) >= need and (
                 self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
             ):

@@ -142,13 +142,13 @@ class Hearsay:
         reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
         if any(_far(cells.centre(cell), at, reach) for cell in mentioned):
             return "holds or claims a cell far from where it is"
-        here = cells.cell_of(*at)
-        if here != OUTSIDE and here not in record.held:
-            return "is in a cell that it does not hold"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK
             if _far((before.x, before.y), at, driven):
                 return "jumped farther than a robot can drive"
+        here = cells.cell_of(*at)
+        if here != OUTSIDE and here not in record.held:
+            return "is in a cell that it does not hold"
         return None
 
 

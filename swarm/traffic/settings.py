@@ -50,10 +50,10 @@ class TrafficSettings:
     unanswered: int = 4  # checks after which a leader asked in vain is passed over
     pass_over: int = 100  # ticks for which it is
     backoff: int = 200  # ticks before the same cluster is planned again after no plan was found
-    starts: int = 30  # searches for one joint plan at most, the quickest plan is kept
-    enough: int = 25_000  # openings times members, after which no further start is made once there is a plan
+    starts: int = 60  # searches for one joint plan at most, the quickest plan is kept
+    enough: int = 50_000  # openings times members, after which no further start is made once there is a plan
     expansions: int = 20_000  # openings for one joint plan before it is given up
-    robot_openings: int = 4_000  # openings times members in one step: about ten milliseconds
+    robot_openings: int = 6_000  # openings times members in one step: about fifteen milliseconds
 
     @property
     def claim_radius(self) -> float:
