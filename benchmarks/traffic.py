@@ -13,6 +13,7 @@ Several runs go side by side, one a core.
 
 import argparse
 import os
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
@@ -312,7 +313,7 @@ def main() -> None:
         ]
         for case, futures in work:
             rows.append(row(case, [future.result() for future in futures]))
-            print(" | ".join(rows[-1]), flush=True)
+            print(" | ".join(rows[-1]), file=sys.stderr, flush=True)  # how far it is: no part of the page
     print(f"\n{machine()}\n\n{table(rows)}")
     if not DATA.is_dir():
         print("\nThe MAPF maps are not beside the project: their cases are left out.")
