@@ -145,6 +145,12 @@ def test_halt_lets_it_turn_and_not_drive_on() -> None:
         assert speeds.left + speeds.right == pytest.approx(0.0)
 
 
+def test_told_to_halt_it_brakes_with_both_wheels_before_it_turns() -> None:
+    for wish in ((0.6, 0.6), (0.2, 1.0), (1.0, 0.2)):
+        speeds = Supervisor(SETTINGS).check(sense_at(Pose(5.2, 2.5, 0.0), (0.4, 0.4), 0), GRID, [], True, *wish)
+        assert (speeds.left, speeds.right) == (0.0, 0.0)
+
+
 def test_the_remedies_go_from_mild_to_strong_and_end_with_turning_on_the_spot() -> None:
     assert REMEDIES[0] == (1.0, 1.0)
     assert REMEDIES[-1][0] == 0.0

@@ -1,7 +1,7 @@
 """The driver keeps the footprint in held cells whatever the tables say, and leaves them alone where it can."""
 
 from collections import deque
-from math import hypot, pi
+from math import cos, hypot, pi, sin
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from swarm.geometry import Pose, Twist, integrate
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.traffic.driver import Body, Driver, Whose, distance_along
+from swarm.traffic.settings import NEAR, TrafficSettings
 from swarm.traffic.sweep import braking_points, line_room, path_room
 from tests.traffic.maps import BAY, DOOR, Drawn
 
@@ -131,6 +132,27 @@ def test_it_aims_no_farther_than_a_straight_way_goes() -> None:
     stairs = (*held, a + 2 - columns)
     points = [*waypoints, DOOR.cells.centre(stairs[-1])]
     assert driver(DOOR).aim(Pose(*waypoints[1], 0.0), stairs, points) == points[2]
+
+
+def test_near_a_corner_it_aims_between_its_waypoints_and_not_back() -> None:
+    a = DOOR.at("a")[0] + 2
+    columns = DOOR.cells.columns
+    held = (a, a - columns)
+    here, there = (DOOR.cells.centre(cell) for cell in held)
+    pose = Pose(here[0] - 0.54, here[1] - 0.26, -pi / 2)  # beside the corner that it has to drive round
+    x, y = driver(DOOR).aim(pose, (a - 1, *held), (here, there))
+    assert x == pytest.approx(here[0])
+    assert there[1] < y < here[1]
+
+
+@given(angle=st.floats(-pi, pi), x=st.floats(-1.0, 1.0), y=st.floats(-1.0, 1.0))
+def test_who_stands_as_near_its_place_as_it_has_to_touches_no_other_cell(angle: float, x: float, y: float) -> None:
+    settings = TrafficSettings(radius=RADIUS, margin=MARGIN)
+    a = DOOR.at("a")[0] + 2
+    middle = DOOR.cells.centre(a)
+    place = DOOR.cells.moved_inside(a, (middle[0] + x, middle[1] + y), settings.standing_room)
+    stands = (place[0] + NEAR * cos(angle), place[1] + NEAR * sin(angle))
+    assert DOOR.cells.touched(*stands, RADIUS + MARGIN) == (a,)
 
 
 def test_walls_inside_held_cells_are_kept_clear_of() -> None:
