@@ -1,32 +1,47 @@
-"""What goes wrong with robots in a drill: held up, suspended, killed, slow to answer; drawn with its own seed."""
+"""What goes wrong with robots in a drill: held up, suspended, killed, slow to answer; listed, or drawn with a seed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
 from random import Random
+from typing import Final, NamedTuple
 
 LASTS = 5.0  # s, a hold-up or a suspension
-
-
-@dataclass(frozen=True)
-class Faults:
-    """How often what happens. Times in simulated s."""
-
-    held_up: float = 0.0  # each robot's motors stand for 5 s, on average this often; 0: never
-    suspended: float = 0.0  # the same for the whole process: brain, radio and motors
-    kill_leader_at: float = inf  # the first robot that leads a joint plan from then on dies
-    killed: Mapping[str, float] | None = None  # robot: when it dies
-    late: float = 0.0  # what robots answer, wheels and radio, comes so much later
 
 
 class Health(Enum):
     """What works in a robot at a tick."""
 
     WELL = "well"
-    HELD_UP = "held up"  # it thinks and speaks, but its wheels stand
+    HELD_UP = "held_up"  # it thinks and speaks, but its wheels stand
     SUSPENDED = "suspended"  # nothing runs; it comes back
+    AWAY = "away"  # its process has ended; another one will take its place and its mission
     DEAD = "dead"
+
+
+SILENT: Final = frozenset({Health.SUSPENDED, Health.AWAY, Health.DEAD})  # it neither thinks nor speaks
+
+
+class Spell(NamedTuple):
+    """One fault of one robot, from a tick on, for so many ticks."""
+
+    robot: str
+    health: Health
+    tick: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What happens, and how often. Times in simulated s."""
+
+    held_up: float = 0.0  # each robot's motors stand for 5 s, on average this often; 0: never
+    suspended: float = 0.0  # the same for the whole process: brain, radio and motors
+    kill_leader_at: float = inf  # the first robot that leads a joint plan from then on dies
+    killed: Mapping[str, float] | None = None  # robot: when it dies
+    spells: tuple[Spell, ...] = ()
+    late: float = 0.0  # what robots answer, wheels and radio, comes so much later
 
 
 class Drill:
@@ -40,6 +55,9 @@ class Drill:
         self._chance = Random(f"faults {seed}")
         self._dt = dt
         self._until: dict[str, tuple[Health, float]] = {}
+        self._spells: dict[str, list[Spell]] = {}
+        for spell in faults.spells:
+            self._spells.setdefault(spell.robot, []).append(spell)
 
     def health(self, robot: str, time: float, *, leads: bool) -> Health:
         """Tell how a robot is; ask once a tick. ``leads``: it is making a joint plan, or its plan is still news."""
@@ -51,6 +69,11 @@ class Drill:
             self.dead[robot] = time
             self.struck.add(robot)
             return Health.DEAD
+        tick = round(time / self._dt)
+        for spell in self._spells.get(robot, ()):
+            if spell.tick <= tick < spell.tick + spell.ticks:
+                self.struck |= {robot} if spell.health in SILENT else set()
+                return spell.health
         health, until = self._until.get(robot, (Health.WELL, 0.0))
         if time < until:
             return health

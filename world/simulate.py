@@ -1,28 +1,38 @@
 """The same World and Robot objects in one process, without any bus: for tests, benchmarks, and a live run's digest."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec.structs import replace as changed
 
 from swarm.geometry import Pose
-from swarm.messages import Broadcast, Command
+from swarm.messages import Broadcast, Command, Event, Sense, State
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
-from world.faults import Drill, Faults, Health
+from world.faults import SILENT, Drill, Faults, Health
 from world.report import missing, report
 from world.world import World
 
 Answers = tuple[dict[str, Command], dict[str, Broadcast]]  # of all robots, to one tick
 
 
-@dataclass(frozen=True)
+class Tick(NamedTuple):
+    """What happened in one tick."""
+
+    senses: Mapping[str, Sense]
+    health: Mapping[str, Health]
+    commands: Mapping[str, Command]  # that robots answered now; late ones reach the world some ticks later
+    spoken: Mapping[str, Broadcast]  # put on the radio now
+    events: list[Event]  # of the world
+
+
+@dataclass
 class Simulation:
     """A world and its robots, stepped in lockstep."""
 
@@ -31,7 +41,12 @@ class Simulation:
     scenario: Scenario
     seed: int
     drill: Drill
+    controller: Controller
     spoken: dict[str, Broadcast] = field(default_factory=dict)  # who broadcast in the last tick, and what
+    _late: deque[Answers] = field(default_factory=deque)  # answers under way
+    _leaders: set[str] = field(default_factory=set)
+    _away: set[str] = field(default_factory=set)
+    _states: dict[str, State] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario, robots: int, seed: int, faults: Faults | None = None) -> "Simulation":
@@ -44,7 +59,50 @@ class Simulation:
             Robot(name, number, scenario, pose, grid, controller)
             for number, (name, pose) in enumerate(zip(world.robots, poses, strict=True))
         ]
-        return cls(world, brains, scenario, seed, Drill(faults or Faults(), seed, world.dt))
+        drill = Drill(faults or Faults(), seed, world.dt)
+        return cls(world, brains, scenario, seed, drill, controller, _late=deque([({}, {})] * drill.late))
+
+    def step(self) -> Tick:
+        """Let one tick pass: the robots sense, think and answer, and the world moves."""
+        world = self.world
+        senses = world.senses(lockstep=True)
+        health: dict[str, Health] = {}
+        commands: dict[str, Command] = {}
+        spoken: dict[str, Broadcast] = {}
+        for number, (name, sense) in enumerate(senses.items()):
+            health[name] = self.drill.health(name, world.time, leads=name in self._leaders)
+            if health[name] in SILENT:
+                if health[name] is Health.AWAY:
+                    self._away.add(name)
+                continue
+            robot = self._present(name, number, sense)
+            outputs = robot.step(Inputs(sense, [self.spoken[sender] for sender, _ in sense.hears]))
+            held_up = health[name] is Health.HELD_UP
+            commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
+            if outputs.state is not None:
+                self._states[name] = outputs.state
+            if outputs.broadcast is not None:
+                spoken[name] = outputs.broadcast
+                own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
+                (self._leaders.add if own and own.plan is not None else self._leaders.discard)(name)
+        self._late.append((commands, spoken))
+        arriving, self.spoken = self._late.popleft()
+        return Tick(senses, health, commands, spoken, world.step(arriving))
+
+    def _present(self, name: str, number: int, sense: Sense) -> Robot:
+        """Return the robot of that name: a new one after its process ended, and one that knows of all edits."""
+        world = self.world
+        robot = self.robots[number]
+        if name in self._away:
+            self._away.discard(name)
+            edited = replace(self.scenario, map=world.floor)
+            robot = Robot(name, number, edited, world.starts[number], None, self.controller, edits=world.edits)
+            if name in self._states:
+                robot.resume(self._states[name])
+            self.robots[number] = robot
+        elif robot.missed(sense):
+            robot.take_map(replace(self.scenario, map=world.floor), world.edits)
+        return robot
 
     def run(
         self,
@@ -52,36 +110,22 @@ class Simulation:
         watch: Callable[[World], None] | None = None,
         over: Callable[[World], bool] = lambda world: world.finished,
     ) -> dict[str, Any]:
-        """Step until all are done, or ``over``, or ``limit`` [simulated s] has passed, and give the report."""
+        """Step until all are done, or ``over``, or ``limit`` [simulated s] has passed, and return the report."""
         world, began = self.world, perf_counter()
         limit = self.scenario.settings.limit if limit is None else limit
-        leaders: set[str] = set()
-        answers = deque[Answers](({}, {}) for _ in range(self.drill.late))
         while not over(world) and world.time < limit:
-            commands: dict[str, Command] = {}
-            spoken: dict[str, Broadcast] = {}
-            for name, robot, sense in zip(world.robots, self.robots, world.senses(lockstep=True).values(), strict=True):
-                health = self.drill.health(name, world.time, leads=name in leaders)
-                if health in {Health.SUSPENDED, Health.DEAD}:
-                    continue
-                outputs = robot.step(Inputs(sense, [self.spoken[sender] for sender, _ in sense.hears]))
-                held_up = health is Health.HELD_UP
-                commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
-                if outputs.broadcast is not None:
-                    spoken[name] = outputs.broadcast
-                    own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
-                    (leaders.add if own and own.plan is not None else leaders.discard)(name)
-            answers.append((commands, spoken))
-            commands, spoken = answers.popleft()
-            self.spoken.clear()
-            self.spoken.update(spoken)
-            world.step(commands)
+            self.step()
             if watch is not None:
                 watch(world)
+        return self.report(perf_counter() - began, limit)
+
+    def report(self, wall_time: float, limit: float) -> dict[str, Any]:
+        """Sum the run up as it stands; ``limit`` [simulated s] is what ended it where it is not finished."""
+        world = self.world
         edited = replace(self.scenario, map=world.floor)
         return report(
             world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed, pace="max",
-            wall_time=perf_counter() - began, late_commands=0,
+            wall_time=wall_time, late_commands=0,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip
 

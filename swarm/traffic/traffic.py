@@ -1,6 +1,6 @@
 """One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
 
-Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of.
+Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of (``halting``).
 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or by a joint
 plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
@@ -14,11 +14,12 @@ from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
+from swarm.traffic.halting import Halting
 from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import Known, sees_through, unexplained
+from swarm.traffic.look import sees_through
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -29,10 +30,6 @@ from swarm.traffic.walk import ALONE, BESIDE, Walk
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
-HALTED: Final = 10  # ticks stopped for something unknown, after which what is ahead is given back
-CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
-ABOUT: Final = 0.15  # m, how exactly a sector tells where something is
-LINGERS: Final = 10  # ticks for which that is believed
 FACING: Final = 0.1  # rad, off the cell looked at
 VIEW: Final = 2  # cells about the body that are thought of when nobody is near
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
@@ -53,6 +50,7 @@ class Traffic:
         self.settings = settings
         self._slot = slot
         self._hearsay = Hearsay(me, cells, settings)
+        self._halting = Halting(cells, settings)
         self._joint = JointPlanning(me, cells, settings)
         self._claiming = Claiming(me, cells, settings, self._joint)
         self._needs = Needs(me, settings)
@@ -66,9 +64,6 @@ class Traffic:
         self._retry_at = 0
         self._obstacles: dict[int, int] = {}  # cell -> until when
         self._cleared: frozenset[tuple[str, int]] = frozenset()
-        self._halted_since: int | None = None
-        self._lingers_until = 0
-        self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
 
     def step(self, inputs: TrafficInputs) -> TrafficOutputs:
         """Take one tick's inputs; call it each tick, before the motors run."""
@@ -195,26 +190,17 @@ class Traffic:
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
-        """Stop before a body that is not where the others, the silent ones too, said they are."""
-        seen = [reading for reading in inputs.readings if reading.is_body(self.settings)]
-        place = unexplained(seen, inputs.pose, self.cells, self._known(walk, inputs), self.settings) if seen else None
-        tick = inputs.tick
-        if place is None:
-            self._halted_since = None
-            return walk, tick < self._lingers_until
-        if min(reading.measured for reading in inputs.readings) < CLOSE:
-            self._lingers_until = tick + LINGERS
-        if self._halted_since is None:
-            self._halted_since = tick
-        elif tick - self._halted_since == HALTED:
+        """Stop before what nobody told of; where it stays, give back what is ahead and plan round it."""
+        mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
+        stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
+        if place is not None:
             cell = self.cells.cell_of(*place)
             events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
-            self._found.append((tick + self.settings.obstacle, place))
             if cell != self.cells.cell_of(*inputs.pose[:2]):
-                self._obstacles[cell] = tick + self.settings.obstacle
+                self._obstacles[cell] = inputs.tick + self.settings.obstacle
             if len(walk.ledger.held) > 1:
                 walk = self._given_back(walk, touched, inputs.pose)
-        return walk, True
+        return walk, stopped
 
     def _given_back(self, walk: Walk, touched: frozenset[int], pose: Pose) -> Walk:
         if BESIDE in walk.steps:  # the one further back need not be one to stand in
@@ -222,18 +208,6 @@ class Traffic:
         self._joint.leave()
         self._route_for = None
         return walk.given_back(touched)
-
-    def _known(self, walk: Walk, inputs: TrafficInputs) -> list[Known]:
-        """List bodies that need no explaining: robots near where they were last heard, and things found before."""
-        tick, settings = inputs.tick, self.settings
-        mine = set(self._hearsay.alone_in(walk.ledger.held, tick))
-        self._found = [(until, place) for until, place in self._found if until > tick]
-        known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
-        for record in self._hearsay.others.values():
-            age = (tick - record.stamp) * settings.tick
-            within = settings.radius + ABOUT + settings.speed * age
-            known.append(Known((record.x, record.y), within, set(record.held) - mine))
-        return known
 
     # ---- layer 2: which way
 
