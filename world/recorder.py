@@ -35,6 +35,7 @@ class Recorder:
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts begun while the robot stood still: no stop could have prevented them
+        self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, and whether the robot was struck
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
         self.waiting = [0.0] * robots  # s
         self.longest_wait = 0.0  # s
@@ -90,8 +91,9 @@ class Recorder:
         self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
         for contact in fresh:
             self.contact_counts[contact.robot][contact.kind] += 1
-            if abs(sum(wheels[contact.robot])) / 2 <= MOVES:  # its round body was not going anywhere
-                self.struck[contact.robot] += 1
+            struck = abs(sum(wheels[contact.robot])) / 2 <= MOVES  # its round body was not going anywhere
+            self.struck[contact.robot] += struck
+            self.begun.append((self._ticks, contact, struck))
         return fresh
 
     def is_reached(self, robot: int, stop: int) -> bool:

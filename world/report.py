@@ -48,6 +48,7 @@ def report(
                 "replans": record.replans[number],
                 "contacts": record.contact_counts[number].total(),
                 "struck": record.struck[number],
+                "stalled": world.progress.times[number],
                 "unreachable": record.unreachable[number],
             }
             for number in robots
@@ -64,6 +65,7 @@ def _traffic(world: World) -> dict[str, Any]:
             "conflicts": record.conflicts,
             "joint_plans": 0,
             "deadlocks": record.deadlocks,
+            "stalled": sum(world.progress.times),
             "longest_wait": record.longest_wait,
         }
     watch = world.traffic.watch
@@ -71,6 +73,7 @@ def _traffic(world: World) -> dict[str, Any]:
         "conflicts": watch.conflicts,
         "joint_plans": watch.joint_plans,
         "deadlocks": watch.deadlocks,
+        "stalled": sum(world.progress.times),
         "longest_wait": watch.longest_wait,
         "overlaps": watch.count("overlap"),
         "outside": watch.count("outside"),
@@ -89,7 +92,9 @@ def missing(world: World) -> str:
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
     verdict = f"{world.verdict}; " if world.verdict and lacking else ""
-    return f"{verdict}not reached: {'; '.join(lacking)}" if lacking else ""
+    stuck = [f"{name} got nowhere for {world.progress.longest[number]:.0f} s"
+             for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
+    return f"{verdict}not reached: {'; '.join(lacking)}{'; ' if stuck else ''}{', '.join(stuck)}" if lacking else ""
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:

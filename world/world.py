@@ -4,7 +4,7 @@ What happens at tick k takes effect at k + 1, in the order of the robots' number
 own.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
 from shapely import Point as ShapelyPoint
@@ -13,7 +13,7 @@ from shapely import Polygon
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
-from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Mover, Sense, Steering, Truth
+from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Steering, Truth
 from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.robot.supervisor import SPARE
@@ -22,6 +22,7 @@ from swarm.scenario.starts import names
 from world.ether import Ether
 from world.movers import Patrol
 from world.physics import Physics
+from world.progress import STALLED, ProgressWatch
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
 from world.traffic_watch import TrafficWatch
@@ -79,6 +80,8 @@ class World:
         self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
         self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
         self._unsolvable_at: float | None = None
+        self._planned = sorted(settings.edits, key=lambda edit: edit.at)
+        self.progress = ProgressWatch(len(starts))
         self.recorder = Recorder(scenario, starts, self._stops, self.dt)
         self.recorder.poses(starts)
 
@@ -142,7 +145,36 @@ class World:
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
         self.recorder.poses(poses)
         self.recorder.moving(self._commands, self._wheels)
+        self._watch_progress(poses, events)
+        self._make_edits(events)
         return events
+
+    def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
+        """Name who got nowhere for long with stops left, whatever the cause."""
+        left = [self._next_stop(number) for number in range(len(self.robots))]
+        for number in self.progress.look(self.time, poses, left):
+            name, command = self.robots[number], self._commands[number]
+            stop = stop_label(left[number] or 0, len(self._stops[number]), self.returns)
+            waits = f", waits for {' and '.join(command.waits)}" if command.waits else ""
+            events.append(self.event("stalled", f"has got nowhere for {STALLED:g} s on its way to {stop}{waits}", name))
+
+    def _next_stop(self, number: int) -> int | None:
+        """Return the first stop that a robot has neither reached nor given up."""
+        given_up = self._commands[number].unreachable
+        stops = range(len(self._stops[number]))
+        return next((s for s in stops if s not in given_up and not self.recorder.is_reached(number, s)), None)
+
+    def _make_edits(self, events: list[Event]) -> None:
+        """Make the scenario's own edits whose time has come; one that cannot be made is said."""
+        while self._planned and self._planned[0].at <= self.time + 1e-9:
+            planned = self._planned.pop(0)
+            edit = Edit(kind=Kind(planned.kind), low=planned.low, high=planned.high)
+            try:
+                self.edit(edit)
+            except ConfigError as fault:
+                events.append(self.event("edit_refused", str(fault)))
+            else:
+                events.append(self.event("edit", f"{planned.kind} from {planned.low} to {planned.high}"))
 
     def _watch_traffic(self, commands: Mapping[str, Command]) -> list[Event]:
         events = [

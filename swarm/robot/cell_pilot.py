@@ -85,6 +85,7 @@ class CellPilot:
             heading,
             self._activity(situation, granted, idle=idle),
             held=granted.held,
+            unconstrained=granted.at_large,
             waits=granted.waits,
             members=granted.members,
             notes=[(event.kind, event.text) for event in granted.events],

@@ -37,6 +37,7 @@ class Move(NamedTuple):
     around: Sequence[Point] = ()  # who stands in the way: plan around them
     ahead: Sequence[Point] = ()  # m, of the path, for those who give way by it
     held: Sequence[int] = ()
+    unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
     waits: Sequence[str] = ()
     members: Sequence[str] = ()
     notes: Sequence[tuple[str, str]] = ()

@@ -111,6 +111,15 @@ class MoverSettings(Section, frozen=True, kw_only=True):
     loop: Annotated[bool, Meta(description="from the last waypoint to the first; otherwise there and back")] = False
 
 
+class EditSettings(Section, frozen=True, kw_only=True):
+    """Walls put up or taken away while the fleet runs, at a time that is known beforehand."""
+
+    at: Annotated[float, Meta(gt=0, le=1e6, description="s since the run began")]
+    kind: Annotated[Literal["wall", "obstacle", "free"], Meta(description="what the rectangle becomes")]
+    low: Annotated[Coordinates, Meta(description="m; a corner")]
+    high: Annotated[Coordinates, Meta(description="m; the opposite corner")]
+
+
 class Settings(Section, frozen=True, kw_only=True):
     """The file's top level."""
 
@@ -136,3 +145,4 @@ class Settings(Section, frozen=True, kw_only=True):
     radio: RadioSettings = RadioSettings()
     traffic: TrafficSettings = TrafficSettings()
     movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []
+    edits: Annotated[list[EditSettings], Meta(max_length=200, description="walls that come and go by themselves")] = []

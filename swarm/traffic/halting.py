@@ -1,0 +1,63 @@
+"""Layer 0: stopping before a body that is not where the others, the silent ones too, said they are."""
+
+from collections.abc import Collection, Iterable
+from typing import Final, NamedTuple
+
+from swarm.maps.occupancy import Point
+from swarm.traffic.cells import CellMap
+from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.look import Known, unexplained
+from swarm.traffic.record import Record
+from swarm.traffic.settings import TrafficSettings
+
+HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
+CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
+LINGERS: Final = 10  # ticks for which that is believed
+ABOUT: Final = 0.15  # m, how exactly a sector tells where something is
+
+
+class Halt(NamedTuple):
+    """What one look says."""
+
+    stopped: bool
+    found: Point | None = None  # m, where something seems to stay: said once
+
+
+class Halting:
+    """One robot's watch for what nobody told of."""
+
+    def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
+        self._cells = cells
+        self._settings = settings
+        self._since: int | None = None
+        self._lingers_until = 0
+        self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
+
+    def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
+        """Judge what the sectors show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
+        tick, settings = inputs.tick, self._settings
+        self._found = [(until, place) for until, place in self._found if until > tick]
+        seen = [reading for reading in inputs.readings if reading.is_body(settings)]
+        known = self._known(tick, others, mine) if seen else []
+        place = unexplained(seen, inputs.pose, self._cells, known, settings)
+        if place is None:
+            self._since = None
+            return Halt(tick < self._lingers_until)
+        if min(reading.measured for reading in inputs.readings) < CLOSE:
+            self._lingers_until = tick + LINGERS
+        if self._since is None:
+            self._since = tick
+        if tick - self._since != HALTED:
+            return Halt(stopped=True)
+        self._found.append((tick + settings.obstacle, place))
+        return Halt(stopped=True, found=place)
+
+    def _known(self, tick: int, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
+        """List bodies that need no explaining: robots near where they were last heard, and things found before."""
+        settings = self._settings
+        known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        for record in others:
+            age = (tick - record.stamp) * settings.tick
+            within = settings.radius + ABOUT + settings.speed * age
+            known.append(Known((record.x, record.y), within, set(record.held).difference(mine)))
+        return known
