@@ -37,7 +37,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
     profile: Name  # the profile that drew it
     seed: Annotated[int, Meta(ge=0, le=2**53)]  # the seed that drew it; the run itself uses the scenario's
     scenario: Settings
-    faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []
+    faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []  # noqa: RUF012, msgspec copies it
     kill_leader_at: Tick | None = None  # the first robot that leads a joint plan from then on dies
     late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
 
