@@ -21,11 +21,14 @@ Tick = Annotated[int, Meta(ge=0, le=10_000_000)]
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
 
 
+FaultKind = Literal["held_up", "suspended", "away", "dead"]
+
+
 class PlannedFault(Section, frozen=True, kw_only=True):
     """One fault of one robot. ``ticks`` says how long it lasts; a killed robot stays dead."""
 
     robot: Name
-    kind: Literal["held_up", "suspended", "away", "dead"]
+    kind: FaultKind
     tick: Tick
     ticks: Tick = 0
 
@@ -123,7 +126,8 @@ def _without_defaults(section: Section) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for info in msgspec.structs.fields(type(section)):
         value = getattr(section, info.name)
-        if info.name not in {"storm", "profile", "seed"} and value == info.default:
+        default = info.default if info.default_factory is msgspec.NODEFAULT else info.default_factory()
+        if info.name not in {"storm", "profile", "seed"} and value == default:
             continue
         if isinstance(value, Section):
             inner = _without_defaults(value)
