@@ -10,6 +10,8 @@ from msgspec import Meta
 from swarm.errors import ConfigError
 from swarm.maps.text import from_text
 from swarm.robot.fuzzy import load_profile
+from swarm.robot.ground import planning_grid
+from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
 from swarm.scenario.schema import Section, Settings
 from swarm.traffic.cells_of import with_lattice
@@ -166,5 +168,9 @@ def read(path: Path) -> StormPlan:
     names = {f"r{number}" for number in range(1, plan.robots + 1)}
     if unknown := {fault.robot for fault in plan.faults} - names:
         raise ConfigError(f"{path}: faults: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}")
-    plan.to_scenario()
+    try:
+        scenario = plan.to_scenario()
+        check(scenario, planning_grid(scenario), plan.robots, scenario.settings.seed)
+    except ConfigError as fault:
+        raise ConfigError(f"{path}: {fault}") from None
     return plan

@@ -45,7 +45,7 @@ class Result(Struct, frozen=True, kw_only=True):
     complete: bool = False
     sim_time: float = 0.0  # s
     stalled: int = 0
-    silent: bool = False  # not complete, and nothing said who stood
+    silent: bool = False  # a robot that lives did not arrive, and nothing says who is stuck
     reason: str = ""
     violations: tuple[Violation, ...] = ()
     digest: str = ""
@@ -92,12 +92,14 @@ def summed(job: Job, plan: StormPlan, history: History, violations: list[Violati
 
 
 def is_silent(history: History) -> bool:
-    """Return True if a run is not complete, and neither the report nor any event says who is stuck."""
-    report = history.report
-    if not report or report["complete"] or report["traffic"]["stalled"]:
+    """Return True if a robot that lives did not arrive, and neither the report nor any event says who is stuck."""
+    report, dead = history.report, dead_of(history)
+    rows = report.get("per_robot", {})
+    if all(name in dead or None not in row["reached"] for name, row in rows.items()):
         return False
-    said = any(event.kind in NAMING for moment in history.moments for event in moment.events)
-    return not said and not any(row["unreachable"] for row in report["per_robot"].values())
+    if report["traffic"]["stalled"] or any(row["unreachable"] for row in rows.values()):
+        return False
+    return not any(event.kind in NAMING for moment in history.moments for event in moment.events)
 
 
 def compared(result: Result, digest: str, how: str) -> Result:
