@@ -64,6 +64,7 @@ def test_a_sector_reads_the_nearest_of_its_own_rays() -> None:
 def test_a_bearing_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
     physics = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05)
     (truth,) = Sensing(QUIET.settings.sensors, 1, 7).bearings(physics, 0, AT, TARGETS)
+    assert truth is not None
     assert truth == pytest.approx(0.588, abs=1e-3)  # atan(2 / 3)
     sensing = Sensing(NOISY.settings.sensors, 1, 7)
     errors = [
