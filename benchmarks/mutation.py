@@ -1,10 +1,10 @@
 """Which planted faults do the tests catch? ``python -m benchmarks.mutation [--room ROOM] [--count N] [--seed N]``.
 
 Draws places in the code of a room, plants one small fault at a time in a copy of the tree, and runs the quick tests
-that matter for it. A fault that fails a test, or that makes the tests take far too long, is caught; one that survives asks
-for a test, or does no harm: then it is listed in ``HARMLESS`` with the reason. A constant that a module or a class
-declares is made 100 times larger and nothing less: twice is another tuning, and no fault. Not a benchmark of speed: it
-is not run with the others.
+that matter for it. A fault that fails a test, or that makes the tests take far too long, is caught. One that survives
+asks for a test, or does no harm: then it is listed in ``HARMLESS`` with the reason. A constant that a module or a class
+declares is made 100 times larger and nothing less: twice is another tuning, and no fault. This measures no speed, and
+is not run with the benchmarks.
 
     python -m benchmarks.mutation --room swarm/traffic --count 40 --seed 1 [--jobs 2] [--only holds.py]
 """
