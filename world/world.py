@@ -250,6 +250,10 @@ class World:
         """Where every robot stands."""
         return [self._physics.pose(number) for number in range(len(self.robots))]
 
+    def mover_poses(self) -> list[Pose]:
+        """Where every moving obstacle is."""
+        return [patrol.at(self.time) for patrol in self._patrols]
+
     def stops(self, name: str) -> tuple[Point, ...]:
         """List a robot's stops."""
         return self._stops[self._number[name]]
@@ -281,7 +285,7 @@ class World:
             )
         movers = [
             Mover(x=pose.x, y=pose.y, yaw=pose.yaw, radius=mover.radius or 0.0, size=mover.size or (0.0, 0.0))
-            for mover, pose in zip(self._settings.movers, (p.at(self.time) for p in self._patrols), strict=True)
+            for mover, pose in zip(self._settings.movers, self.mover_poses(), strict=True)
         ]
         return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies, movers=movers)
 

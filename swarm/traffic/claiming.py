@@ -25,13 +25,9 @@ class Claiming:
         self.settings = settings
         self.took_at = 0  # tick at which the last claim became a hold
         self._joint = joint
-        self._cleared: frozenset[tuple[str, int]] = frozenset()
 
-    def advance(
-        self, walk: Walk, situation: Situation, pose: Pose, cleared: frozenset[tuple[str, int]]
-    ) -> tuple[Walk, tuple[str, ...]]:
+    def advance(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
         """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        self._cleared = cleared
         walk, waits = self._ask(walk, situation, pose)
         near = self._near(situation, pose)
         while walk.route:
@@ -92,7 +88,7 @@ class Claiming:
     def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
         age = situation.tick - claim.stamp
         others = situation.others
-        return Case(claim, self.me, self.me, walk.ledger, others, near, self._cleared, age, self.settings.ripe)
+        return Case(claim, self.me, self.me, walk.ledger, others, near, situation.cleared, age, self.settings.ripe)
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Name those heard of late who could claim a cell that I can claim."""
@@ -109,7 +105,7 @@ class Claiming:
         owners = tuple(
             robot
             for robot, notice in case.others.items()
-            if (robot, cell) not in self._cleared
+            if (robot, cell) not in case.cleared
             and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
         )
         if owners or case.age < UNANSWERED:

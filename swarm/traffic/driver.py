@@ -108,13 +108,27 @@ class Driver:
         self._ticks = max(1, round(LOOK / dt))
         self._fastest = fastest  # m/s, of the blend
         self._turning = False
+        self._side = 0.0  # of the turn on the spot it was last told to make; 0: none
         self._careful = 0  # ticks for which it drives with care
         self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
 
-    def braking(self, body: Body) -> tuple[Point, ...]:
-        """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
-        path = braking_points(*body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt)
-        return tuple((x, y) for x, y in path.tolist())
+    def take_cells(self, cells: CellMap) -> None:
+        """Take another floor, on the same lattice."""
+        self._cells = cells
+
+    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
+        """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
+
+        ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
+        """
+        found: list[Point] = []
+        for count in range(len(under_way) + 1):
+            commands = np.array(under_way[len(under_way) - count :], np.float64).reshape(-1, 2)
+            path = braking_points(
+                *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+            )
+            found += [(x, y) for x, y in path.tolist()]
+        return tuple(found)
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
@@ -167,7 +181,8 @@ class Driver:
         most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        here = self._room(shut, body, 0.0, 0.0, 0) - 1e-3
+        here = self._room(shut, body, 0.0, 0.0, 0)
+        here -= 1e-3 if here > self._radius + TIGHT else 0.0  # near the edge no look may lose any room
         need = min(self._radius + self._margin, here)
         for share, blend in CHANGES:
             twist = Twist(
@@ -210,8 +225,9 @@ class Driver:
         """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
         if abs(body.left + body.right) > 0.04:
             return Wheels(0.0, 0.0, Whose.TURN)
-        if abs(error) > ABOUT and (body.right - body.left) * error < 0.0:
-            error = -error  # as good a way round, and the one it is on
+        if abs(error) > ABOUT and self._side * error < 0.0:
+            error = -error  # as good a way round, and the one it is on; what the wheels do now may be an old command's
+        self._side = copysign(1.0, error)
         angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
         left = max(0.0, abs(error) - TURN_UNTIL / 2)
         rate = min(TURN_RATE, sqrt(angular_brake * left), SETTLING * left if self._careful else inf)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
+NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
 
 
@@ -62,15 +63,26 @@ def _path_room(
     return least
 
 
-@njit("f8[:, ::1](f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+@njit("f8[:, ::1](f8, f8, f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
 def _braking_points(
-    x: float, y: float, yaw: float, left: float, right: float, track_width: float, most: float, dt: float
+    x: float,
+    y: float,
+    yaw: float,
+    left: float,
+    right: float,
+    track_width: float,
+    most: float,
+    dt: float,
+    commands: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     points = np.empty((LONGEST, 2))
     count = 0
-    while (left != 0.0 or right != 0.0) and count < LONGEST:
-        left -= min(most, max(-most, left))
-        right -= min(most, max(-most, right))
+    while (count < commands.shape[0] or left != 0.0 or right != 0.0) and count < LONGEST:
+        want_left, want_right = 0.0, 0.0
+        if count < commands.shape[0]:
+            want_left, want_right = commands[count, 0], commands[count, 1]
+        left = min(left + most, max(left - most, want_left))
+        right = min(right + most, max(right - most, want_right))
         half = (right - left) / track_width * dt / 2
         reach = (left + right) / 2 * dt
         x += reach * cos(yaw + half)
@@ -110,8 +122,19 @@ def path_room(
 
 
 def braking_points(
-    x: float, y: float, yaw: float, left: float, right: float, track_width: float, acceleration: float, dt: float
+    x: float,
+    y: float,
+    yaw: float,
+    left: float,
+    right: float,
+    track_width: float,
+    acceleration: float,
+    dt: float,
+    commands: NDArray[np.float64] = NO_COMMANDS,
 ) -> NDArray[np.float64]:
-    """Give where the centre would be ((n, 2), m) at each step until the wheels stand."""
-    points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt)
+    """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
+
+    ``commands`` ((k, 2), m/s) are rim speeds already under way, one a step, that are carried out before the brake.
+    """
+    points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt, commands)
     return points
