@@ -53,11 +53,13 @@ def bearing(pose: Pose, point: tuple[float, ...]) -> float:
 
 def to_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
     """Express a point of the parent frame in ``frame``."""
-    dx, dy, c, s = x - frame.x, y - frame.y, cos(frame.yaw), sin(frame.yaw)
+    x0, y0, yaw = frame
+    dx, dy, c, s = x - x0, y - y0, cos(yaw), sin(yaw)
     return c * dx + s * dy, c * dy - s * dx
 
 
 def from_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
     """Express a point of ``frame`` in the parent frame."""
-    c, s = cos(frame.yaw), sin(frame.yaw)
-    return frame.x + c * x - s * y, frame.y + s * x + c * y
+    x0, y0, yaw = frame
+    c, s = cos(yaw), sin(yaw)
+    return x0 + c * x - s * y, y0 + s * x + c * y

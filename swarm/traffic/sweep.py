@@ -1,6 +1,6 @@
-"""Where wheels lead, and how near that comes to boxes: compiled, since a driver asks several times a tick."""
+"""Where wheels lead, what cells a body is in there, and how near it comes to boxes: compiled, as asked many times a tick."""
 
-from math import cos, hypot, sin
+from math import ceil, cos, floor, hypot, sin
 from typing import Final
 
 import numpy as np
@@ -79,6 +79,58 @@ def _braking_points(
         points[count] = x, y
         count += 1
     return points[:count].copy()
+
+
+@njit("i8[::1](f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, i8, i8)", cache=True)
+def _cells_under(
+    points: NDArray[np.float64],
+    radius: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    along: float,
+    up: float,
+    side: float,
+    rows: int,
+    columns: int,
+) -> NDArray[np.int64]:
+    reach = radius / side
+    found = np.empty(points.shape[0] * (ceil(2 * reach) + 2) ** 2, np.int64)
+    count = 0
+    for k in range(points.shape[0]):
+        dx, dy = points[k, 0] - x0, points[k, 1] - y0
+        u, v = (cos_o * dx + sin_o * dy - along) / side, (cos_o * dy - sin_o * dx - up) / side
+        for row in range(max(0, floor(v - reach)), min(rows, ceil(v + reach))):
+            off_v = max(row - v, v - row - 1, 0.0)
+            for column in range(max(0, floor(u - reach)), min(columns, ceil(u + reach))):
+                off_u = max(column - u, u - column - 1, 0.0)
+                if off_u * off_u + off_v * off_v < reach * reach:
+                    found[count] = row * columns + column
+                    count += 1
+    return found[:count].copy()
+
+
+def cells_under(
+    points: NDArray[np.float64],
+    radius: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    along: float,
+    up: float,
+    side: float,
+    rows: int,
+    columns: int,
+) -> NDArray[np.int64]:
+    """List the cells of a lattice that a disc reaches into at any of some points ((n, 2), m); some come repeatedly.
+
+    ``x0``, ``y0`` [m] and the cosine and sine of its yaw are the pose of the map's frame; ``along`` and ``up`` [m] in
+    it is the lattice's corner, ``side`` [m] a cell's.
+    """
+    cells: NDArray[np.int64] = _cells_under(points, radius, x0, y0, cos_o, sin_o, along, up, side, rows, columns)
+    return cells
 
 
 def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
