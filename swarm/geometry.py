@@ -30,7 +30,7 @@ def wrap(angle: float) -> float:
 
 
 def integrate(pose: Pose, twist: Twist, dt: float) -> Pose:
-    """Follow a constant twist for ``dt``: the exact arc about the ICC (paper section 2.3), a line where it is straight."""
+    """Follow a constant twist for ``dt``: the exact arc about the ICC (paper section 2.3), or a straight line."""
     x, y, yaw = pose
     dx, dy = chord(yaw, twist, dt)
     return Pose(x + dx, y + dy, wrap(yaw + 2 * (twist.angular * dt / 2)))

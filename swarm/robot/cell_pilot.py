@@ -12,7 +12,7 @@ from swarm.planning.rays import nearest_on_map
 from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
-from swarm.robot.sectors import sectors
+from swarm.robot.sectors import half_width, sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
@@ -149,8 +149,7 @@ class CellPilot:
         for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
             near = measured < self._constants.stop_distance or angles is self._sectors.front  # others stop nobody
             expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
-            half = (max(angles) - min(angles)) / 2
-            found.append(Reading(measured, expected, angles[len(angles) // 2], half))
+            found.append(Reading(measured, expected, angles[len(angles) // 2], half_width(angles)))
         return tuple(found)
 
 

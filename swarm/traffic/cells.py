@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
-from swarm.traffic.sweep import cells_under
+from swarm.traffic.footprint import cells_under
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, bearing, to_frame
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import ORIGIN, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import braking_points, line_room, path_room
+from swarm.traffic.sweep import LEEWAY, braking_points, first_clear, line_room, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -45,13 +45,14 @@ CREEP: Final = 0.12  # m/s, as slow as that,
 DETOURS: Final = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)  # rad, so far off the aim
 
 # (share of the speed, blend towards the aim), mildest first; those with no blend keep the tables' own ratio
-CHANGES: Final = (
+CHANGES: Final = np.array((
     (1.0, 0.0), (0.7, 0.0), (0.45, 0.0), (1.0, 0.25), (0.6, 0.25), (1.0, 0.5), (0.6, 0.5), (0.3, 0.0),
     (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0),
-)  # fmt: skip
+))  # fmt: skip
 
 
 NO_BODIES: Final = np.empty((0, 2))
+NO_WALLS: Final = np.empty((0, 0), np.float32)
 
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
@@ -167,19 +168,18 @@ class Driver:
         most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        here = self._room(shut, body, 0.0, 0.0, 0) - 1e-3
-        need = min(self._radius + self._margin, here)
-        for share, blend in CHANGES:
-            twist = Twist(
-                (1 - blend) * wanted.linear + blend * pursuit.linear,
-                (1 - blend) * wanted.angular + blend * pursuit.angular,
-            )
-            if twist.linear <= 0.0:
-                continue
-            factor = share * min(1.0, most / twist.linear)
-            left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
-            if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
-                return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
+        grid, place = self.grid, self._local(body.pose)
+        walls, side, origin = (
+            (NO_WALLS, 1.0, ORIGIN) if grid is None else (grid.clearance, grid.resolution, grid.origin)
+        )
+        number, left, right = first_clear(
+            CHANGES, *wanted, *pursuit, most, self._radius + self._margin, shut, *place, walls, side, *origin,
+            self.bodies, self._radius, *body.pose, body.left, body.right, self._drive.track_width,
+            self._acceleration * self._dt, self._dt, self._ticks,
+        )  # fmt: skip
+        if number >= 0:
+            return Wheels(left, right, Whose.BLEND if CHANGES[int(number), 1] else Whose.TABLES)
+        here = self._room(shut, body, 0.0, 0.0, 0) - LEEWAY
         return self._creep(body, shut, error, min(self._radius + TIGHT, here))
 
     def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:

@@ -1,6 +1,6 @@
-"""Where wheels lead, what cells a body is in there, and how near it comes to boxes: compiled, as asked many times a tick."""
+"""Where wheels lead, and how near that comes to boxes and walls: compiled, since a driver asks several times a tick."""
 
-from math import ceil, cos, floor, hypot, sin
+from math import cos, floor, hypot, sin
 from typing import Final
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
 LONGEST: Final = 400  # ticks, of a braking path
+LEEWAY: Final = 1e-3  # m, less room than where it stands counts as no less
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
@@ -81,56 +82,56 @@ def _braking_points(
     return points[:count].copy()
 
 
-@njit("i8[::1](f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, i8, i8)", cache=True)
-def _cells_under(
-    points: NDArray[np.float64],
-    radius: float,
-    x0: float,
-    y0: float,
-    cos_o: float,
-    sin_o: float,
-    along: float,
-    up: float,
+@njit("f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+def clearance_along(
+    field: NDArray[np.float32],
     side: float,
-    rows: int,
-    columns: int,
-) -> NDArray[np.int64]:
-    reach = radius / side
-    found = np.empty(points.shape[0] * (ceil(2 * reach) + 2) ** 2, np.int64)
-    count = 0
-    for k in range(points.shape[0]):
-        dx, dy = points[k, 0] - x0, points[k, 1] - y0
-        u, v = (cos_o * dx + sin_o * dy - along) / side, (cos_o * dy - sin_o * dx - up) / side
-        for row in range(max(0, floor(v - reach)), min(rows, ceil(v + reach))):
-            off_v = max(row - v, v - row - 1, 0.0)
-            for column in range(max(0, floor(u - reach)), min(columns, ceil(u + reach))):
-                off_u = max(column - u, u - column - 1, 0.0)
-                if off_u * off_u + off_v * off_v < reach * reach:
-                    found[count] = row * columns + column
-                    count += 1
-    return found[:count].copy()
-
-
-def cells_under(
-    points: NDArray[np.float64],
-    radius: float,
-    x0: float,
-    y0: float,
-    cos_o: float,
-    sin_o: float,
-    along: float,
-    up: float,
-    side: float,
-    rows: int,
-    columns: int,
-) -> NDArray[np.int64]:
-    """List the cells of a lattice that a disc reaches into at any of some points ((n, 2), m); some come repeatedly.
-
-    ``x0``, ``y0`` [m] and the cosine and sine of its yaw are the pose of the map's frame; ``along`` and ``up`` [m] in
-    it is the lattice's corner, ``side`` [m] a cell's.
-    """
-    cells: NDArray[np.int64] = _cells_under(points, radius, x0, y0, cos_o, sin_o, along, up, side, rows, columns)
-    return cells
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    bodies: NDArray[np.float64],  # (count, 2): m, centres of others
+    body_radius: float,
+    x: float,
+    y: float,
+    yaw: float,
+    left_now: float,
+    right_now: float,
+    left: float,
+    right: float,
+    track_width: float,
+    most: float,  # m/s, change of a rim speed in one step
+    dt: float,
+    ticks: int,
+) -> float:
+    """Find the smallest distance [m] of the centre to what ``field`` is the clearance of, and to round bodies."""
+    rows, columns = field.shape
+    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
+    least = np.inf
+    step = 0
+    while True:
+        want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
+        left_now = min(left_now + most, max(left_now - most, want_left))
+        right_now = min(right_now + most, max(right_now - most, want_right))
+        half = (right_now - left_now) / track_width * dt / 2
+        reach = (left_now + right_now) / 2 * dt
+        x += reach * cos(yaw + half)
+        y += reach * sin(yaw + half)
+        yaw += 2 * half
+        along = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side - 0.5
+        up = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side - 0.5
+        row, column = floor(up), floor(along)
+        if row < 0 or column < 0 or row + 1 >= rows or column + 1 >= columns:
+            return 0.0
+        u, v = up - row, along - column
+        room = (1 - u) * ((1 - v) * field[row, column] + v * field[row, column + 1]) + u * (
+            (1 - v) * field[row + 1, column] + v * field[row + 1, column + 1]
+        )
+        for body in range(bodies.shape[0]):
+            room = min(room, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
+        least = min(least, room)
+        step += 1
+        if step >= ticks and left_now == 0.0 and right_now == 0.0:
+            return float(least)
 
 
 def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
@@ -167,3 +168,76 @@ def braking_points(
     """Give where the centre would be ((n, 2), m) at each step until the wheels stand."""
     points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt)
     return points
+
+
+@njit(
+    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
+    "f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
+    cache=True,
+)
+def first_clear(
+    changes: NDArray[np.float64],
+    linear: float,
+    angular: float,
+    to_linear: float,
+    to_angular: float,
+    fastest: float,
+    enough: float,
+    boxes: Boxes,
+    box_x: float,
+    box_y: float,
+    box_yaw: float,
+    field: NDArray[np.float32],
+    side: float,
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    bodies: NDArray[np.float64],
+    body_radius: float,
+    x: float,
+    y: float,
+    yaw: float,
+    left_now: float,
+    right_now: float,
+    track_width: float,
+    most: float,
+    dt: float,
+    ticks: int,
+) -> tuple[float, float, float]:
+    """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
+
+    A share of the twist from (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
+    Clear is ``enough`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
+    ``clearance_along`` (an empty field: none); or, where the brake alone leaves less, that. Returns the change's number
+    (-1: none), and the rim speeds.
+    """
+    here = _path_room(boxes, box_x, box_y, box_yaw, left_now, right_now, 0.0, 0.0, track_width, most, dt, 0)
+    if field.size:
+        walls = clearance_along(
+            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+            left_now, right_now, 0.0, 0.0, track_width, most, dt, 0,
+        )  # fmt: skip
+        here = min(here, walls)
+    need = min(enough, here - LEEWAY)
+    for number in range(changes.shape[0]):
+        share, blend = changes[number]
+        forward = (1 - blend) * linear + blend * to_linear
+        turn = (1 - blend) * angular + blend * to_angular
+        if forward <= 0.0:
+            continue
+        factor = share * min(1.0, fastest / forward)
+        half = factor * turn * track_width / 2
+        left, right = factor * forward - half, factor * forward + half
+        clear = True
+        for told in (1, ticks):
+            clear = clear and need <= _path_room(
+                boxes, box_x, box_y, box_yaw, left_now, right_now, left, right, track_width, most, dt, told
+            )
+            if clear and field.size:
+                clear = need <= clearance_along(
+                    field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+                    left_now, right_now, left, right, track_width, most, dt, told,
+                )  # fmt: skip
+        if clear:
+            return float(number), left, right
+    return -1.0, 0.0, 0.0
