@@ -82,13 +82,16 @@ class CellMap:
 
     def cell_of(self, x: float, y: float) -> int:
         """Find the cell that holds a point [m, map frame], or OUTSIDE."""
-        u, v = self._place(x, y)
-        return self._number(floor(v), floor(u))
+        x0, y0, c, s, along, up, side = self._frame
+        dx, dy = x - x0, y - y0
+        row, column = floor((c * dy - s * dx - up) / side), floor((c * dx + s * dy - along) / side)
+        return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
         """Give every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
-        u, v = self._place(x, y)
-        reach = radius / self.side
+        x0, y0, c, s, along, up, side = self._frame
+        dx, dy = x - x0, y - y0
+        u, v, reach = (c * dx + s * dy - along) / side, (c * dy - s * dx - up) / side, radius / side
         left, low = floor(u), floor(v)
         if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:
             return (self._number(low, left),)
@@ -100,12 +103,6 @@ class CellMap:
                 if dx * dx + dy * dy < reach * reach:
                     found.append(self._number(row, column))
         return tuple(found)
-
-    def _place(self, x: float, y: float) -> Point:
-        """Express a point [m, map frame] in cells along and up the lattice."""
-        x0, y0, c, s, along, up, side = self._frame
-        dx, dy = x - x0, y - y0
-        return (c * dx + s * dy - along) / side, (c * dy - s * dx - up) / side
 
     def around(self, cell: int, reach: int) -> list[int]:
         """List the cells at most ``reach`` rows and columns off one, itself too."""

@@ -8,13 +8,13 @@ sweeps nothing then.
 
 from collections.abc import Callable, Collection, Sequence
 from enum import Enum
-from math import copysign, cos, hypot, inf, sqrt
+from math import copysign, cos, hypot, inf, sin, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, bearing, to_frame
+from swarm.geometry import Pose, Twist, bearing
 from swarm.maps.occupancy import ORIGIN, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
@@ -108,6 +108,8 @@ class Driver:
         self._dt = dt
         self._ticks = max(1, round(LOOK / dt))
         self._fastest = fastest  # m/s, of the blend
+        x, y, yaw = cells.occupancy.origin
+        self._origin = (x, y, cos(yaw), sin(yaw))
         self._turning = False
         self._careful = 0  # ticks for which it drives with care
         self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
@@ -115,7 +117,7 @@ class Driver:
     def braking(self, body: Body) -> tuple[Point, ...]:
         """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
         path = braking_points(*body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt)
-        return tuple((x, y) for x, y in path.tolist())
+        return tuple([(x, y) for x, y in path.tolist()])
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
@@ -220,10 +222,12 @@ class Driver:
     # ---- cells as boxes, in the lattice's own frame
 
     def _flat(self, point: Point) -> Point:
-        return to_frame(self._cells.occupancy.origin, *point)
+        (x, y), (x0, y0, c, s) = point, self._origin
+        return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
 
-    def _local(self, pose: Pose) -> Pose:
-        return Pose(*self._flat((pose.x, pose.y)), pose.yaw - self._cells.occupancy.origin.yaw)
+    def _local(self, pose: Pose) -> tuple[float, float, float]:
+        x, y, yaw = pose
+        return *self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw
 
     def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""

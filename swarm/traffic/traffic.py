@@ -81,7 +81,7 @@ class Traffic:
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
-        self._cleared = frozenset(pair for pair in self._cleared if pair[0] not in fresh)
+        self._cleared = frozenset([pair for pair in self._cleared if pair[0] not in fresh])
         self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
         walk = self._release(walk, touched, body, tick)
         self._set_goal(inputs.goal, walk, pose)
@@ -153,7 +153,8 @@ class Traffic:
         if tick < self._listen_until or self._joint.frozen is not None or not walk.route or self.settings.in_sight:
             return ()
         cells, settings = self.cells, self.settings
-        if any(hypot(record.x - pose.x, record.y - pose.y) < settings.alone for record in fresh.values()):
+        (x, y, _), alone = pose, settings.alone
+        if any(hypot(record.x - x, record.y - y) < alone for record in fresh.values()):
             return ()
         theirs = {
             cell
@@ -354,4 +355,7 @@ class Traffic:
             (not walk.route and self._joint.epoch is None, TrafficActivity.CUT_OFF),
             (not walk.route, TrafficActivity.WAITING),
         )
-        return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)
+        for holds, activity in states:
+            if holds:
+                return activity
+        return TrafficActivity.DRIVING
