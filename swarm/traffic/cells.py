@@ -113,6 +113,8 @@ class CellMap:
 
     def swept(self, points: Sequence[Point], radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
+        if len(points) == 1:
+            return frozenset(self.touched(*points[0], radius)) - {OUTSIDE}
         places = np.array(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 

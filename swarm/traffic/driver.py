@@ -22,7 +22,7 @@ from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import LEEWAY, braking_points, first_clear, line_room, path_room
+from swarm.traffic.sweep import LEEWAY, braking_points, first_clear, lines_are_clear, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -112,10 +112,12 @@ class Driver:
         self._origin = (x, y, cos(yaw), sin(yaw))
         self._turning = False
         self._careful = 0  # ticks for which it drives with care
-        self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
+        self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
 
     def braking(self, body: Body) -> tuple[Point, ...]:
         """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
+        if body.left == body.right == 0.0:
+            return ()
         path = braking_points(*body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt)
         return tuple([(x, y) for x, y in path.tolist()])
 
@@ -125,14 +127,15 @@ class Driver:
         It is a waypoint, or lies between the first, the middle of the cell it is in, and the second.
         """
         shut = self._shut(held)
-        x, y, _ = self._local(pose)
-        need = min(self._radius + AIM_SPARE, max(self._radius + TIGHT, line_room(shut, x, y, x, y)))
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
-        for point in (*reversed(waypoints[1:]), *between):
-            if line_room(shut, x, y, *self._flat(point)) >= need and (
-                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
-            ):
+        points = [*reversed(waypoints[1:]), *between]
+        enough = (self._radius + TIGHT, self._radius + AIM_SPARE)
+        clear = lines_are_clear(
+            shut, *self._local(pose)[:2], np.array([self._flat(point) for point in points]), *enough
+        )
+        for point, is_clear in zip(points, clear, strict=True):
+            if is_clear and (self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)):
                 return point
         return waypoints[0]
 
@@ -231,7 +234,7 @@ class Driver:
 
     def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
-        cells, held = self._cells, frozenset(held)
+        cells, held = self._cells, tuple(held)
         if held == self._shut_for[0]:
             return self._shut_for[1]
         side, columns, (x0, y0) = cells.side, cells.columns, cells.offset

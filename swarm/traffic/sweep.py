@@ -19,17 +19,30 @@ def _gap(boxes: Boxes, x: float, y: float) -> float:
     for k in range(boxes.shape[0]):
         dx = max(boxes[k, 0] - x, x - boxes[k, 2], 0.0)
         dy = max(boxes[k, 1] - y, y - boxes[k, 3], 0.0)
-        least = min(least, hypot(dx, dy))
+        if dx < least and dy < least:  # else it is no nearer, and hypot is dear
+            least = min(least, hypot(dx, dy) if dx > 0.0 and dy > 0.0 else max(dx, dy))
     return least
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8)", cache=True)
-def _line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
+def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Give the least distance [m] to a box on the straight way from one point to another, its start left out."""
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
         least = min(least, _gap(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
     return least
+
+
+@njit("b1[::1](f8[:, ::1], f8, f8, f8[:, ::1], f8, f8)", cache=True)
+def _lines_are_clear(
+    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
+) -> NDArray[np.bool_]:
+    need = min(enough, max(least, _gap(boxes, x, y)))
+    clear = np.empty(points.shape[0], np.bool_)
+    for k in range(points.shape[0]):
+        clear[k] = line_room(boxes, x, y, points[k, 0], points[k, 1]) >= need
+    return clear
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
@@ -134,10 +147,15 @@ def clearance_along(
             return float(least)
 
 
-def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Give the least distance [m] to a box on the straight way from one point to another, its start left out."""
-    room: float = _line_room(boxes, x0, y0, x1, y1)
-    return room
+def lines_are_clear(
+    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
+) -> list[bool]:
+    """Tell of each of some points, (n, 2), whether the straight way there keeps clear of the boxes.
+
+    Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
+    """
+    clear: list[bool] = _lines_are_clear(boxes, x, y, points, least, enough).tolist()
+    return clear
 
 
 def path_room(

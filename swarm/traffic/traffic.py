@@ -111,9 +111,8 @@ class Traffic:
         sends = (tick + self._slot) % self.settings.every == 0
         if sends:
             self._joint.need = None
-            if self._joint.frozen is None and self._needs.joint_plan(
-                self._own_record(inputs, waits), situation, self._joint
-            ):
+            may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
+            if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
         return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
 
