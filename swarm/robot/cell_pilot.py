@@ -18,7 +18,7 @@ from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import comes_near, traffic_settings
-from swarm.traffic.driver import Body, Driver, Wheels, Whose, distance_along
+from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -105,7 +105,7 @@ class CellPilot:
         once is no explanation, for it may move.
         """
         sense, pose, driver = situation.sense, situation.pose, self._driver
-        driver.bodies = np.array(granted.beside, np.float64).reshape(-1, 2)
+        driver.bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None:
             return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
         aim = driver.aim(pose, granted.drivable, granted.waypoints)

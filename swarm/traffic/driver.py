@@ -110,6 +110,10 @@ class Driver:
         self._fastest = fastest  # m/s, of the blend
         x, y, yaw = cells.occupancy.origin
         self._origin = (x, y, cos(yaw), sin(yaw))
+        self._aimed_for: tuple[
+            object, ...
+        ] = ()  # what the last aim was chosen for: one who stands asks again and again
+        self._aimed: Point = (0.0, 0.0)
         self._turning = False
         self._careful = 0  # ticks for which it drives with care
         self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
@@ -126,6 +130,12 @@ class Driver:
 
         It is a waypoint, or lies between the first, the middle of the cell it is in, and the second.
         """
+        asked = (pose, self.grid, tuple(held), tuple(waypoints))
+        if asked != self._aimed_for:
+            self._aimed_for, self._aimed = asked, self._aim(*asked)
+        return self._aimed
+
+    def _aim(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
         shut = self._shut(held)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
@@ -135,7 +145,7 @@ class Driver:
             shut, *self._local(pose)[:2], np.array([self._flat(point) for point in points]), *enough
         )
         for point, is_clear in zip(points, clear, strict=True):
-            if is_clear and (self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)):
+            if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, AIM_SPARE)):
                 return point
         return waypoints[0]
 
