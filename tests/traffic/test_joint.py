@@ -21,7 +21,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
     joint.need = "r1"
     for tick in range(100, 200):
-        joint.step(Situation(tick, start, goal, False, 0, frozenset(), {"r9": silent}, {}))
+        joint.step(Situation(tick, start, goal, False, 0, frozenset(), frozenset(), {"r9": silent}, {}))
         if joint.plan is not None:
             break
     assert joint.plan is not None
@@ -74,7 +74,7 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
                 robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
             )
         mine = others.pop("r1")
-        situation = Situation(tick, mine.held[-1], mine.goal, False, 0, frozenset(), dict(others), dict(others))
+        situation = Situation(tick, mine.held[-1], mine.goal, False, 0, frozenset(), frozenset(), dict(others), dict(others))
         events += joint.step(situation)
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
     assert joint.plan is None
