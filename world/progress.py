@@ -1,13 +1,14 @@
 """Who gets nowhere: judged from poses and stops alone, whatever the cause is."""
 
 from collections.abc import Sequence
-from math import floor
+from math import floor, inf
 from typing import Final
 
 from swarm.geometry import Pose
 
 STALLED: Final = 60.0  # s without getting anywhere, with stops left: a slow queue takes less (benchmarks/traffic.py)
 SQUARE: Final = 1.0  # m, side of a square of the floor
+NOWHERE: Final = -1  # the stop of a robot that has not been looked at yet
 
 
 class ProgressWatch:
@@ -20,7 +21,7 @@ class ProgressWatch:
     def __init__(self, robots: int) -> None:
         self.times = [0] * robots  # how often each has stalled
         self.longest = [0.0] * robots  # s, that each has got nowhere at a stretch
-        self._stop: list[int | None] = [None] * robots
+        self._stop: list[int | None] = [NOWHERE] * robots
         self._seen: list[set[tuple[int, int]]] = [set() for _ in range(robots)]
         self._since = [0.0] * robots
         self._stalled = [False] * robots
@@ -44,3 +45,7 @@ class ProgressWatch:
                 self.times[number] += 1
                 begun.append(number)
         return begun
+
+    def standing(self, time: float) -> list[float]:
+        """Return for how long [s] each robot has got nowhere; infinite where it has no stop left."""
+        return [inf if stop is None else time - since for stop, since in zip(self._stop, self._since, strict=True)]

@@ -22,7 +22,7 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
 from world.movers import Patrol
-from world.physics import Physics
+from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
@@ -113,7 +113,7 @@ class World:
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
         rays_needed = not self._settings.map.known
-        self._distances = sensing.distances(physics)
+        self._distances = sensing.all_distances(physics)
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self._wheels[number])
             left, front, right, rays = self._distances[number]
@@ -256,6 +256,14 @@ class World:
         """Where every robot stands."""
         return self._physics.poses()
 
+    def touching(self) -> list[Contact]:
+        """List the contacts that have begun and not ended."""
+        return self._physics.touching
+
+    def mover_poses(self) -> list[Pose]:
+        """Where every moving obstacle is."""
+        return [patrol.at(self.time) for patrol in self._patrols]
+
     def stops(self, name: str) -> tuple[Point, ...]:
         """List a robot's stops."""
         return self._stops[self._number[name]]
@@ -287,7 +295,7 @@ class World:
             )
         movers = [
             Mover(x=pose.x, y=pose.y, yaw=pose.yaw, radius=mover.radius or 0.0, size=mover.size or (0.0, 0.0))
-            for mover, pose in zip(self._settings.movers, (p.at(self.time) for p in self._patrols), strict=True)
+            for mover, pose in zip(self._settings.movers, self.mover_poses(), strict=True)
         ]
         return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies, movers=movers)
 

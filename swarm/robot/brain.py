@@ -97,6 +97,8 @@ class Robot:
         """Take the map anew, with so many edits in it."""
         self._ground = Ground(scenario, None, edits)
         self._navigator.take_ground(self._ground.grid)
+        self._navigator.clear()
+        self._pilot.take_floor(self._ground.map)
 
     def step(self, inputs: Inputs) -> Outputs:
         """Decide for one tick."""
@@ -128,7 +130,7 @@ class Robot:
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
-            self._pilot = self._new_pilot()  # cells are others now; it begins with what is under it
+            self._pilot.take_floor(ground.map)
         changed |= ground.look(sense, self._bodies())
         if self._settings.map.shared:
             for broadcast in inputs.heard:
@@ -201,7 +203,8 @@ class Robot:
     def _outputs(self, sense: Sense, move: Move) -> Outputs:
         mission, navigator = self.mission, self._navigator
         replans = max(0, navigator.plans - mission.target - 1)
-        sends = (sense.tick + self._number) % self._settings.radio.every == 0
+        turn = (sense.tick + self._number) % self._settings.radio.every == 0
+        sends = turn if self._settings.traffic.rule == "give_way" else move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
             steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),

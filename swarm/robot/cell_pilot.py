@@ -6,18 +6,19 @@ from math import inf
 import numpy as np
 
 from swarm.geometry import Pose, Twist, bearing, distance
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Steering
 from swarm.planning.rays import nearest_on_map
 from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
+from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.sectors import half_width, sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.cells_of import comes_near, traffic_settings
+from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
@@ -53,6 +54,7 @@ class CellPilot:
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._supervisor = Supervisor(settings)
         self._surprise = Surprise(settings)
+        self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
             acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
@@ -71,7 +73,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else situation.goal,
-                braking=self._driver.braking(body),
+                braking=self._driver.braking(body, self._lateness.under_way((body.left, body.right))),
                 readings=readings,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
@@ -80,6 +82,7 @@ class CellPilot:
         others = [(other.x, other.y) for other in situation.others.values()]
         halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
         speeds, heading = self._wheels(situation, granted, body, readings, halt)
+        self._lateness.command((speeds.left, speeds.right))
         return Move(
             speeds,
             heading,
@@ -91,6 +94,12 @@ class CellPilot:
             notes=[(event.kind, event.text) for event in granted.events],
             traffic=granted.broadcast,
         )
+
+    def take_floor(self, floor: OccupancyMap) -> None:
+        """Take another floor; what the robot holds and knows of others stays."""
+        self._cells = cells_of(floor, self._settings)
+        self._traffic.take_cells(self._cells)
+        self._driver.take_cells(self._cells)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Tell whether cells lead from ``here`` to ``goal`` [m] too."""

@@ -1,6 +1,6 @@
 """Driving by the simple rule: along the own path, standing while somebody goes first."""
 
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity
 from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
@@ -45,6 +45,9 @@ class GiveWayPilot:
         bodies = (*others, *self._surprise.obstacles)
         speeds = self._supervisor.check(sense, navigator.grid, bodies, halt, left, right)
         return Move(speeds, heading, Activity.DRIVE, around, ahead)
+
+    def take_floor(self, floor: OccupancyMap) -> None:
+        """Take another floor: this rule knows none."""
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Tell whether a path that the map has can be driven: any can."""

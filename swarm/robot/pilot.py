@@ -5,7 +5,7 @@ from math import degrees
 from typing import NamedTuple, Protocol
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.navigator import Navigator
@@ -49,6 +49,10 @@ class Pilot(Protocol):
 
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
+        ...
+
+    def take_floor(self, floor: OccupancyMap) -> None:
+        """Take another floor."""
         ...
 
     def can_reach(self, here: Point, goal: Point) -> bool:

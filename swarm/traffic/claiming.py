@@ -12,7 +12,9 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
-LEANS: Final = 0.1  # m, off the place where a robot leans round a corner
+LEANS: Final = (
+    0.1  # m, off the place where a robot leans round a corner, or off its cell's middle: see CellMap.is_blind
+)
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 
 
@@ -25,13 +27,9 @@ class Claiming:
         self.settings = settings
         self.took_at = 0  # tick at which the last claim became a hold
         self._joint = joint
-        self._cleared: frozenset[tuple[str, int]] = frozenset()
 
-    def advance(
-        self, walk: Walk, situation: Situation, pose: Pose, cleared: frozenset[tuple[str, int]]
-    ) -> tuple[Walk, tuple[str, ...]]:
+    def advance(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
         """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        self._cleared = cleared
         walk, waits = self._ask(walk, situation, pose)
         near = self._near(situation, pose)
         while walk.route:
@@ -79,9 +77,9 @@ class Claiming:
         return walk, ()
 
     def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
-        """Tell whether all who may claim that cell hear me: round a corner they lean towards it, as I do."""
+        """Return True if all who may claim or hold that cell hear me: round a corner they lean towards it, as I do."""
         if not self.cells.is_blind(head, cell):
-            return self.cells.cell_of(pose.x, pose.y) == head
+            return distance(self.cells.centre(head), pose) <= LEANS
         return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
@@ -92,7 +90,7 @@ class Claiming:
     def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
         age = situation.tick - claim.stamp
         others = situation.others
-        return Case(claim, self.me, self.me, walk.ledger, others, near, self._cleared, age, self.settings.ripe)
+        return Case(claim, self.me, self.me, walk.ledger, others, near, situation.cleared, age, self.settings.ripe)
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Name those heard of late who could claim a cell that I can claim."""
@@ -110,7 +108,7 @@ class Claiming:
         owners = tuple(
             robot
             for robot, notice in case.others.items()
-            if (robot, cell) not in self._cleared
+            if (robot, cell) not in case.cleared
             and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
         )
         if owners or case.age < UNANSWERED:

@@ -22,7 +22,7 @@ from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import LEEWAY, braking_points, first_clear, lines_are_clear, path_room
+from swarm.traffic.sweep import braking_points, first_clear, lines_are_clear, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -110,20 +110,32 @@ class Driver:
         self._fastest = fastest  # m/s, of the blend
         x, y, yaw = cells.occupancy.origin
         self._origin = (x, y, cos(yaw), sin(yaw))
-        self._aimed_for: tuple[
-            object, ...
-        ] = ()  # what the last aim was chosen for: one who stands asks again and again
+        self._aimed_for: tuple[object, ...] = ()  # what the last aim was chosen for: one who stands asks again
         self._aimed: Point = (0.0, 0.0)
         self._turning = False
+        self._side = 0.0  # of the turn on the spot it was last told to make; 0: none
         self._careful = 0  # ticks for which it drives with care
         self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
 
-    def braking(self, body: Body) -> tuple[Point, ...]:
-        """Give the points on which the body would come to rest [m], for the traffic to keep the cells under them."""
-        if body.left == body.right == 0.0:
+    def take_cells(self, cells: CellMap) -> None:
+        """Take another floor, on the same lattice."""
+        self._cells = cells
+
+    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
+        """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
+
+        ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
+        """
+        if body.left == body.right == 0.0 and not under_way:
             return ()
-        path = braking_points(*body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt)
-        return tuple([(x, y) for x, y in path.tolist()])
+        found: list[Point] = []
+        for count in range(len(under_way) + 1):
+            commands = np.array(under_way[len(under_way) - count :], np.float64).reshape(-1, 2)
+            path = braking_points(
+                *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+            )
+            found += [(x, y) for x, y in path.tolist()]
+        return tuple(found)
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
@@ -137,16 +149,16 @@ class Driver:
 
     def _aim(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
         shut = self._shut(held)
+        x, y, _ = self._local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
         points = [*reversed(waypoints[1:]), *between]
-        enough = (self._radius + TIGHT, self._radius + AIM_SPARE)
-        clear = lines_are_clear(
-            shut, *self._local(pose)[:2], np.array([self._flat(point) for point in points]), *enough
-        )
-        for point, is_clear in zip(points, clear, strict=True):
-            if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, AIM_SPARE)):
-                return point
+        places = np.array([self._flat(point) for point in points], np.float64)
+        for spare in (AIM_SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
+            clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
+            for point, is_clear in zip(points, clear, strict=True):
+                if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, spare)):
+                    return point
         return waypoints[0]
 
     def faces_away(self, error: float) -> bool:
@@ -183,18 +195,17 @@ class Driver:
         most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        grid, place = self.grid, self._local(body.pose)
-        walls, side, origin = (
-            (NO_WALLS, 1.0, ORIGIN) if grid is None else (grid.clearance, grid.resolution, grid.origin)
-        )
+        here = self._room(shut, body, 0.0, 0.0, 0)
+        here -= 1e-3 if here > self._radius + TIGHT else 0.0  # near the edge no look may lose any room
+        grid = self.grid
+        walls, side, origin = (NO_WALLS, 1.0, ORIGIN) if not grid else (grid.clearance, grid.resolution, grid.origin)
         number, left, right = first_clear(
-            CHANGES, *wanted, *pursuit, most, self._radius + self._margin, shut, *place, walls, side, *origin,
-            self.bodies, self._radius, *body.pose, body.left, body.right, self._drive.track_width,
-            self._acceleration * self._dt, self._dt, self._ticks,
+            CHANGES, *wanted, *pursuit, most, min(self._radius + self._margin, here), shut, *self._local(body.pose),
+            walls, side, *origin, self.bodies, self._radius, *body.pose, body.left, body.right,
+            self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
         )  # fmt: skip
         if number >= 0:
             return Wheels(left, right, Whose.BLEND if CHANGES[int(number), 1] else Whose.TABLES)
-        here = self._room(shut, body, 0.0, 0.0, 0) - LEEWAY
         return self._creep(body, shut, error, min(self._radius + TIGHT, here))
 
     def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:
@@ -225,8 +236,9 @@ class Driver:
         """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
         if abs(body.left + body.right) > 0.04:
             return Wheels(0.0, 0.0, Whose.TURN)
-        if abs(error) > ABOUT and (body.right - body.left) * error < 0.0:
-            error = -error  # as good a way round, and the one it is on
+        if abs(error) > ABOUT and self._side * error < 0.0:
+            error = -error  # as good a way round, and the one it is on; what the wheels do now may be an old command's
+        self._side = copysign(1.0, error)
         angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
         left = max(0.0, abs(error) - TURN_UNTIL / 2)
         rate = min(TURN_RATE, sqrt(angular_brake * left), SETTLING * left if self._careful else inf)

@@ -27,7 +27,7 @@ class Halting:
     """One robot's watch for what nobody told of."""
 
     def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
-        self._cells = cells
+        self.cells = cells
         self._settings = settings
         self._since: int | None = None
         self._lingers_until = 0
@@ -39,7 +39,7 @@ class Halting:
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = [reading for reading in inputs.readings if reading.is_body(settings)]
         known = self._known(tick, others, mine) if seen else []
-        place = unexplained(seen, inputs.pose, self._cells, known, settings)
+        place = unexplained(seen, inputs.pose, self.cells, known, settings)
         if place is None:
             self._since = None
             return Halt(tick < self._lingers_until)

@@ -52,7 +52,7 @@ class Hearsay:
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each itself
         self._told: dict[tuple[str, str], int] = {}
         self._woke = -1
-        self._cells = cells
+        self.cells = cells
         self._settings = settings
 
     def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
@@ -149,7 +149,7 @@ class Hearsay:
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
         """Say why a record cannot be true, if so."""
-        settings, cells = self._settings, self._cells
+        settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"
         mentioned = (*record.held, *[claim.cell for claim in record.claims])

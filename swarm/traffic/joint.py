@@ -9,6 +9,7 @@ gives a right to a cell: lost, late or half adopted it costs time only.
 """
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from random import Random
 from typing import NamedTuple
 
@@ -113,6 +114,13 @@ class JointPlanning:
         """Go on alone."""
         self.epoch = None
         self._entries = {}
+
+    def take_cells(self, cells: CellMap) -> None:
+        """Take another floor: a plan made or followed on the old one is void."""
+        self._cells = cells
+        self.leave()
+        self.way = None
+        self._thaw()
 
     def reset(self, tick: int) -> None:
         """Stand for nobody's plan any more: the robot was away."""
@@ -236,10 +244,11 @@ class JointPlanning:
         result = search.advance(max(1, self._settings.robot_openings // max(1, len(task.members))))
         if result is None:
             return []
-        if result.outcome is not Outcome.SOLVED and not task.last:
+        moves = result.order is not None and any(len(way) > 1 for way in result.order.ways)
+        if not moves and not task.last:
             self._begin_to_search(situation, with_strangers=False)
             return []
-        return self._finish(situation, task, result)
+        return self._finish(situation, task, result if moves else replace(result, order=None))
 
     def _all_stand(self, situation: Situation) -> bool:
         assert self.collect is not None
@@ -269,6 +278,7 @@ class JointPlanning:
             for robot, record in situation.others.items()
             if robot not in heads and self._is_among(record, heads.values())
             for cell in (*record.held, *(claim.cell for claim in record.claims))
+            if (robot, cell) not in situation.cleared
         }
         in_the_way = strangers | situation.blocked if with_strangers else set()
         in_the_way -= set(heads.values())

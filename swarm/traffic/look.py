@@ -55,12 +55,15 @@ def _is(body: Known, hit: Point, cells: CellMap) -> bool:
     return body.cells is None or any(cell in body.cells for cell in cells.touched(*hit, EDGE))
 
 
-def sees_through(front: Reading, side: float, radius: float, sensor_range: float) -> bool | None:
-    """Tell from the middle of the next cell whether the one faced is empty; None where walls do not let one see."""
-    enough = min(1.5 * side - radius, sensor_range) - 0.1
-    if front.measured >= enough:
+def is_empty(front: Reading, side: float, radius: float) -> bool:
+    """Return True if a robot in the middle of the next cell sees no body in the cell that it faces.
+
+    A body farther than the cell's far edge is in another one. Where walls are nearer than that, the sector shows no
+    body behind them: the robot may go on, and stops for what it sees then.
+    """
+    if front.measured >= 1.5 * side - radius - 0.05:
         return True
-    return False if front.measured < front.expected - 0.05 else None
+    return front.measured > front.expected - 0.05
 
 
 def _hit(pose: Pose, bearing: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:

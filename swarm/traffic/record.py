@@ -53,6 +53,14 @@ class JointPlan(Struct, frozen=True, kw_only=True):
     after: dict[Id, tuple[Entry, ...]]
 
 
+class Sighting(NamedTuple):
+    """A look at a cell that only silent robots keep, or at a body that nobody told of."""
+
+    cell: Cell
+    empty: bool
+    tick: Tick
+
+
 class Notice(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The part of a record that decides who may enter a cell."""
 
@@ -80,6 +88,8 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     need: Id | None = None  # asks this robot to make a joint plan
     collect: Collect | None = None
     plan: JointPlan | None = None
+    listens: bool = False  # it has just begun or woken, and claims nothing yet: who is near speaks up
+    seen: tuple[Sighting, ...] = ()  # newest first
 
 
 class Relayed(NamedTuple):

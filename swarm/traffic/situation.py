@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from swarm.traffic.record import Record
+from swarm.traffic.sightings import Cleared
 
 
 class Situation(NamedTuple):
@@ -14,6 +15,7 @@ class Situation(NamedTuple):
     goal: int  # cell
     idle: bool  # stands there only because it has to stand somewhere
     moved: int  # tick at which it last got on
-    blocked: frozenset[int]  # cells a look found occupied
+    blocked: frozenset[int]  # cells in which somebody saw a body that nobody speaks for
+    cleared: Cleared  # silent robots' cells that somebody saw empty
     others: Mapping[str, Record]
     fresh: Mapping[str, Record]

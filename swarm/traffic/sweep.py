@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
+NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
-LEEWAY: Final = 1e-3  # m, less room than where it stands counts as no less
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
@@ -76,15 +76,26 @@ def _path_room(
     return least
 
 
-@njit("f8[:, ::1](f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+@njit("f8[:, ::1](f8, f8, f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
 def _braking_points(
-    x: float, y: float, yaw: float, left: float, right: float, track_width: float, most: float, dt: float
+    x: float,
+    y: float,
+    yaw: float,
+    left: float,
+    right: float,
+    track_width: float,
+    most: float,
+    dt: float,
+    commands: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     points = np.empty((LONGEST, 2))
     count = 0
-    while (left != 0.0 or right != 0.0) and count < LONGEST:
-        left -= min(most, max(-most, left))
-        right -= min(most, max(-most, right))
+    while (count < commands.shape[0] or left != 0.0 or right != 0.0) and count < LONGEST:
+        want_left, want_right = 0.0, 0.0
+        if count < commands.shape[0]:
+            want_left, want_right = commands[count, 0], commands[count, 1]
+        left = min(left + most, max(left - most, want_left))
+        right = min(right + most, max(right - most, want_right))
         half = (right - left) / track_width * dt / 2
         reach = (left + right) / 2 * dt
         x += reach * cos(yaw + half)
@@ -181,10 +192,21 @@ def path_room(
 
 
 def braking_points(
-    x: float, y: float, yaw: float, left: float, right: float, track_width: float, acceleration: float, dt: float
+    x: float,
+    y: float,
+    yaw: float,
+    left: float,
+    right: float,
+    track_width: float,
+    acceleration: float,
+    dt: float,
+    commands: NDArray[np.float64] = NO_COMMANDS,
 ) -> NDArray[np.float64]:
-    """Give where the centre would be ((n, 2), m) at each step until the wheels stand."""
-    points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt)
+    """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
+
+    ``commands`` ((k, 2), m/s) are rim speeds already under way, one a step, that are carried out before the brake.
+    """
+    points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt, commands)
     return points
 
 
@@ -200,7 +222,7 @@ def first_clear(
     to_linear: float,
     to_angular: float,
     fastest: float,
-    enough: float,
+    need: float,
     boxes: Boxes,
     box_x: float,
     box_y: float,
@@ -224,19 +246,10 @@ def first_clear(
 ) -> tuple[float, float, float]:
     """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
 
-    A share of the twist from (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
-    Clear is ``enough`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
-    ``clearance_along`` (an empty field: none); or, where the brake alone leaves less, that. Returns the change's number
-    (-1: none), and the rim speeds.
+    A share of the twist (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
+    Clear is ``need`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
+    ``clearance_along`` (an empty field: none). Returns the change's number (-1: none), and the rim speeds.
     """
-    here = _path_room(boxes, box_x, box_y, box_yaw, left_now, right_now, 0.0, 0.0, track_width, most, dt, 0)
-    if field.size:
-        walls = clearance_along(
-            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
-            left_now, right_now, 0.0, 0.0, track_width, most, dt, 0,
-        )  # fmt: skip
-        here = min(here, walls)
-    need = min(enough, here - LEEWAY)
     for number in range(changes.shape[0]):
         share, blend = changes[number]
         forward = (1 - blend) * linear + blend * to_linear

@@ -1,7 +1,7 @@
 """One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
 
-Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of (``halting``).
-1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or by a joint
+Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of
+(``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or by a joint
 plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
@@ -19,11 +19,12 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import sees_through
+from swarm.traffic.look import is_empty
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
+from swarm.traffic.sightings import Sightings, keeps
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import ALONE, BESIDE, Walk
 
@@ -62,27 +63,36 @@ class Traffic:
         self._wish: Point | None = None
         self._route_for: tuple[int, frozenset[int]] | None = None
         self._retry_at = 0
-        self._obstacles: dict[int, int] = {}  # cell -> until when
-        self._cleared: frozenset[tuple[str, int]] = frozenset()
+        self._sightings = Sightings(settings)
+        self._new_cells: CellMap | None = None
+
+    def take_cells(self, cells: CellMap) -> None:
+        """Take another floor, on the same lattice, from the next step on.
+
+        What is held and what is known of others stays; claims, the way and a joint plan are void.
+        """
+        self._new_cells = cells
 
     def step(self, inputs: TrafficInputs) -> TrafficOutputs:
         """Take one tick's inputs; call it each tick, before the motors run."""
         tick, pose = inputs.tick, inputs.pose
+        changed = self._swap_cells()
         body = self.cells.cell_of(pose.x, pose.y)
         footprint = self.settings.radius + self.settings.margin
         course = ((pose.x, pose.y), *inputs.braking)
         touched = self.cells.swept(course, footprint)
         walk = self._present(tick, body, touched, pose)
+        if changed:
+            walk = walk.over(self.cells, touched, body)
         events = self._hearsay.hear(tick, inputs.heard)
         fresh = self._hearsay.fresh(tick)
+        self._sightings.hear(tick, fresh.values())
         floor = self._floor_for_me_alone(walk, tick, body, pose, fresh)
         if floor:
             touched = self.cells.swept(course, footprint + 2 * self.settings.speed * self.settings.tick)
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
-        self._cleared = frozenset([pair for pair in self._cleared if pair[0] not in fresh])
-        self._obstacles = {cell: until for cell, until in self._obstacles.items() if until > tick}
         walk = self._release(walk, touched, body, tick)
         self._set_goal(inputs.goal, walk, pose)
         walk, stopped = self._halt(walk, inputs, touched, events)
@@ -93,7 +103,8 @@ class Traffic:
             self._goal,
             inputs.goal is None,
             self._moved,
-            frozenset(self._obstacles),
+            self._sightings.occupied(),
+            self._sightings.cleared(self._hearsay.others, fresh),
             self._hearsay.others,
             fresh,
         )
@@ -104,17 +115,35 @@ class Traffic:
         if self._joint.frozen is not None:
             walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
         elif tick >= self._listen_until:
-            walk, waits = self._claiming.advance(walk, situation, pose, self._cleared)
+            walk, waits = self._claiming.advance(walk, situation, pose)
             self._moved = max(self._moved, self._claiming.took_at)
-            face = self._look(walk, waits, inputs)
+            face = self._look(walk, situation, waits, inputs)
         self._walk = walk
-        sends = (tick + self._slot) % self.settings.every == 0
+        sends = self._speaks(tick, fresh)
         if sends:
             self._joint.need = None
             may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
             if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
         return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
+
+    def _speaks(self, tick: int, fresh: Mapping[str, Record]) -> bool:
+        """Return True if it is this robot's turn to broadcast; more often where somebody has just begun to listen."""
+        settings = self.settings
+        listens = tick < self._listen_until or any(record.listens for record in fresh.values())
+        return (tick + self._slot) % (settings.often if listens else settings.every) == 0
+
+    def _swap_cells(self) -> bool:
+        """Take the new floor, if there is one, in every part that knows the cells."""
+        cells, self._new_cells = self._new_cells, None
+        if cells is None:
+            return False
+        self.cells = cells
+        self._hearsay.cells = self._halting.cells = self._claiming.cells = cells
+        self._joint.take_cells(cells)
+        self._route_for = None
+        self._goal = OUTSIDE
+        return True
 
     # ---- the body and its cells
 
@@ -131,7 +160,9 @@ class Traffic:
         self._hearsay.wake(tick)
         if walk is not None and touched <= set(walk.ledger.held) and not walk.strayed(body):
             return walk.awoken(touched)
-        return self._begun(walk.ledger.number if walk is not None else tick * 64 + 1, touched, pose)
+        if walk is None:
+            return self._begun(tick * 64 + 1, touched, pose)
+        return self._begun(walk.ledger.number, touched & set(walk.ledger.held) or touched, pose)
 
     def _begun(self, number: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Begin a way where the robot is, and hold no more than it touches."""
@@ -196,15 +227,15 @@ class Traffic:
         if place is not None:
             cell = self.cells.cell_of(*place)
             events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
-            if cell != self.cells.cell_of(*inputs.pose[:2]):
-                self._obstacles[cell] = inputs.tick + self.settings.obstacle
+            if cell not in {OUTSIDE, self.cells.cell_of(*inputs.pose[:2])}:
+                self._sightings.note(cell, empty=False, tick=inputs.tick)
             if len(walk.ledger.held) > 1:
                 walk = self._given_back(walk, touched, inputs.pose)
         return walk, stopped
 
     def _given_back(self, walk: Walk, touched: frozenset[int], pose: Pose) -> Walk:
         if BESIDE in walk.steps:  # the one further back need not be one to stand in
-            return self._begun(walk.ledger.number, touched, pose)
+            return self._begun(walk.ledger.number, touched & set(walk.ledger.held) or touched, pose)
         self._joint.leave()
         self._route_for = None
         return walk.given_back(touched)
@@ -225,7 +256,7 @@ class Traffic:
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
         joint.leave()
-        wanted = (self._goal, frozenset(self._obstacles))
+        wanted = (self._goal, situation.blocked)
         complete = walk.route[-1] == self._goal if walk.route else walk.head == self._goal
         if self._route_for == wanted and not walk.following and (complete or tick < self._retry_at):
             return walk
@@ -245,30 +276,42 @@ class Traffic:
 
     # ---- silent robots
 
-    def _look(self, walk: Walk, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
+    def _look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
         """Turn to the next cell when only robots long silent keep it, and judge it by what the front sector sees."""
         if not waits or not walk.route or len(walk.ledger.held) > 1:
             return None
-        others, cell = self._hearsay.others, walk.route[0]
-        owners = [robot for robot in waits if self._keeps(others[robot], cell)]
-        if not owners or any(inputs.tick - others[robot].stamp <= self.settings.surmise for robot in waits):
+        cell, pose = walk.route[0], inputs.pose
+        keepers = [robot for robot, record in situation.others.items() if keeps(record, cell)]
+        keepers = [robot for robot in keepers if (robot, cell) not in situation.cleared]
+        if not keepers or any(
+            inputs.tick - situation.others[robot].stamp <= self.settings.surmise for robot in (*waits, *keepers)
+        ):
             return None
-        centre, pose = self.cells.centre(cell), inputs.pose
-        if distance(self.cells.centre(walk.head), pose) > CENTRED or len(inputs.readings) != 3:
+        if len(inputs.readings) != 3 or not self._stands_to_look(walk.head, cell, pose):
             return None
-        if abs(bearing(pose, centre)) > FACING:
-            return centre
-        empty = sees_through(inputs.readings[1], self.cells.side, self.settings.radius, self.settings.sensor_range)
-        if empty:
-            self._cleared |= {(robot, cell) for robot in owners}
-        else:
-            self._obstacles[cell] = inputs.tick + self.settings.obstacle
-            self._joint.leave()
+        centre = self.cells.centre(cell)
+        if abs(bearing(pose, centre)) <= FACING:
+            empty = not self._is_stood_in(cell, situation) and is_empty(
+                inputs.readings[1], self.cells.side, self.settings.radius
+            )
+            self._sightings.note(cell, empty=empty, tick=inputs.tick)
+            if not empty:
+                self._joint.leave()
         return centre
 
-    @staticmethod
-    def _keeps(record: Record, cell: int) -> bool:
-        return cell in record.held or any(claim.cell == cell for claim in record.claims)
+    def _is_stood_in(self, cell: int, situation: Situation) -> bool:
+        """Return True if a silent robot was last heard with a part of its body in a cell."""
+        reach = self.settings.radius + self.settings.margin
+        return any(
+            cell in self.cells.touched(record.x, record.y, reach)
+            for robot, record in situation.others.items()
+            if robot not in situation.fresh
+        )
+
+    def _stands_to_look(self, head: int, cell: int, pose: Pose) -> bool:
+        """Return True if the robot is near the middle of its cell, or where it leans towards the next one."""
+        leaning = self.cells.leaning(head, cell, self.settings.leaning_room)
+        return any(distance(place, pose) <= CENTRED for place in (self.cells.centre(head), leaning))
 
     # ---- what it says
 
@@ -295,6 +338,8 @@ class Traffic:
             need=joint.need,
             collect=joint.collect,
             plan=joint.carried(tick),
+            listens=tick < self._listen_until,
+            seen=self._sightings.told(),
         )
 
     def _outputs(
@@ -321,7 +366,7 @@ class Traffic:
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
-            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
+            waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
         elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(

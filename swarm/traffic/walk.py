@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from typing import NamedTuple
 
+from swarm.traffic.cells import CellMap
 from swarm.traffic.holds import Ledger
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
@@ -82,6 +83,20 @@ class Walk(NamedTuple):
             return self
         ledger = self.ledger.keep(tuple(held[index] for index in keep))
         return self._replace(ledger=ledger, steps=tuple(self.steps[index] for index in keep))
+
+    def over(self, cells: CellMap, touched: Collection[int], body: int) -> "Walk":
+        """Return the walk on another floor: held cells stay as far as they still connect, all that is ahead is void.
+
+        What the body and its brake are in is kept anyhow. Nothing is held that was not held before.
+        """
+        held, place = self.ledger.held, self.place(body)
+        end = place + 1
+        while end < len(held) and held[end] in cells.neighbours[held[end - 1]]:
+            end += 1
+        kept = [index for index, cell in enumerate(held) if index < end or cell in touched]
+        order = [index for index in kept if index != end - 1] + [end - 1]
+        steps = tuple(BESIDE if index >= end else min(self.steps[index], ALONE) for index in order)
+        return Walk(Ledger(tuple(held[index] for index in order), (), self.ledger.number), steps)
 
     def awoken(self, touched: Collection[int]) -> "Walk":
         """Give up the claims and what is held ahead of the body, to be asked for again; the way stays the same."""

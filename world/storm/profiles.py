@@ -1,0 +1,63 @@
+"""What a storm may draw, profile by profile: ranges and chances, as data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Profile:
+    """Ranges are inclusive. A chance is the share of plans that have the feature."""
+
+    columns: Span = (4, 9)  # cells of 1.2 m
+    rows: Span = (3, 7)
+    robots: Span = (2, 8)
+    per_cell: float = 0.3  # robots for each free cell, at most
+    walls: Span = (0.0, 0.25)  # share of the floor that is tried to be filled
+    off_lattice: float = 0.4  # chance that walls lie anywhere, not cell by cell
+    stops: Span = (1, 3)  # for each robot
+    shared: float = 0.3  # chance that all visit the same targets
+    home: float = 0.5  # chance that they return
+    radio_range: tuple[float, ...] = (5.0, 6.5, 8.0, 12.0, 50.0)  # m
+    loss: tuple[float, ...] = (0.0, 0.0, 0.1, 0.3, 0.5)
+    sight: float = 0.0  # chances from here on
+    held_up: float = 0.0
+    suspended: float = 0.0
+    away: float = 0.0
+    dead: float = 0.0
+    leader_killed: float = 0.0
+    late: float = 0.0
+    edits: float = 0.0
+    movers: float = 0.0
+    noise: float = 0.0
+    every: float = 20.0  # s between two hold-ups or suspensions of one robot, on average
+    known: bool = True
+
+
+ALL: Final = Profile(
+    sight=0.15, held_up=0.3, suspended=0.15, away=0.1, dead=0.15, leader_killed=0.1, late=0.3, edits=0.12, movers=0.05,
+    noise=0.2,
+)  # fmt: skip
+
+PROFILES: Final[Mapping[str, Profile]] = {
+    "all": ALL,
+    "calm": Profile(),
+    "dead": Profile(dead=0.7, leader_killed=0.4, edits=0.15),
+    "late": Profile(late=1.0, held_up=0.2),
+    "sight": Profile(sight=1.0, held_up=0.2, dead=0.1),
+    "suspend": Profile(suspended=1.0, held_up=0.3, away=0.3),
+    "claims": Profile(
+        columns=(2, 3), rows=(2, 3), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.0), stops=(4, 8), shared=0.0, home=0.0,
+        loss=(0.7,), suspended=0.6, held_up=0.2, every=12.0,
+    ),
+    "unsolvable": Profile(
+        columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),
+        shared=0.0, home=0.3, loss=(0.0, 0.3),
+    ),
+    "unknown": Profile(known=False, off_lattice=0.6, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
+    "shared": replace(ALL, shared=1.0),
+    "crowd": Profile(per_cell=0.6, robots=(4, 12), columns=(3, 6), rows=(3, 5), walls=(0.0, 0.05), held_up=0.2),
+    "patrol": Profile(stops=(8, 16), robots=(2, 6), home=1.0, held_up=0.2, late=0.1),
+}  # fmt: skip
