@@ -5,7 +5,7 @@ from enum import Enum
 from math import cos, sin
 from typing import NamedTuple
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose, bearing, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
@@ -70,6 +70,16 @@ def view(front: Reading, far_edge: float, radius: float) -> View:
     if front.measured >= far_edge - radius - SHORT:
         return View.EMPTY
     return View.OCCUPIED if front.measured < front.expected - SHORT else View.HIDDEN
+
+
+def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
+    """Return True if a sector looks at where a body [m, its centre] was, and sees beyond it."""
+    near_edge = distance(pose, body) - 2 * radius
+    return any(
+        abs(wrap(bearing(pose, body) - reading.bearing)) <= reading.half_width
+        and reading.measured > near_edge + 2 * SHORT
+        for reading in readings
+    )
 
 
 def _hit(pose: Pose, bearing: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
