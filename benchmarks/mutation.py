@@ -38,6 +38,7 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
     "swarm/robot":   ("swarm/robot",),
     "swarm/traffic": ("swarm/traffic",),
     "world":         ("world",),
+    "world/storm":   ("world/storm",),
     "processes":     PROCESSES,
 }
 FLEETS: Final = "tests/traffic/test_traffic.py"
@@ -154,7 +155,8 @@ def drawn(room: str, number: int, seed: int, only: str = "") -> list[Mutation]:
     places = [ROOT / base for base in ROOMS[room]]
     files = {file for place in places for file in ([place] if place.is_file() else place.rglob("*.py"))}
     names = sorted(file.relative_to(ROOT).as_posix() for file in files)
-    names = [name for name in names if only in name and (room == "processes" or name not in PROCESSES)]
+    nested = [base for other, bases in ROOMS.items() if other != room for base in bases if not room.startswith(base)]
+    names = [name for name in names if only in name and not any(name.startswith(base) for base in nested)]
     found = [one for name in names for one in mutations(name, (ROOT / name).read_text(encoding="utf-8"))]
     found = [one for one in found if (one.file, one.code, one.what) not in HARMLESS]
     chance = Random(f"{room} {seed}")
@@ -224,7 +226,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="copies of the tree tested side by side")
     parser.add_argument("--only", default="", metavar="TEXT", help="only in files whose path has this in it")
     options = parser.parse_args()
-    rooms = options.room or [room for room in ROOMS if room != "processes"]
+    rooms = options.room or ["swarm/robot", "swarm/traffic", "world"]
     planted, survived = Counter[str](), Counter[str]()
     with tempfile.TemporaryDirectory(prefix="mutation-") as folder, ThreadPoolExecutor(options.jobs) as pool:
         copies: SimpleQueue[Copy] = SimpleQueue()
