@@ -21,7 +21,7 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
 from world.movers import Patrol
-from world.physics import Physics
+from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
@@ -249,6 +249,10 @@ class World:
     def poses(self) -> list[Pose]:
         """Where every robot stands."""
         return [self._physics.pose(number) for number in range(len(self.robots))]
+
+    def touching(self) -> list[Contact]:
+        """List the contacts that have begun and not ended."""
+        return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
         """Where every moving obstacle is."""

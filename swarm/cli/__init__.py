@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from swarm.cli import control, fleet, tools
+from swarm.cli import control, fleet, storm, tools
 from swarm.cli.parsing import Parser, joined
 from swarm.errors import SwarmError
 
@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     top = Parser(prog="swarm", description="N robots, each its own process, one shared world, seen in Rerun.")
     commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, control, tools):
+    for room in (fleet, control, storm, tools):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))

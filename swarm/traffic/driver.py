@@ -137,14 +137,16 @@ class Driver:
         """
         shut = self._shut(held)
         x, y, _ = self._local(pose)
-        need = min(self._radius + AIM_SPARE, max(self._radius + TIGHT, line_room(shut, x, y, x, y)))
+        here = line_room(shut, x, y, x, y)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
-        for point in (*reversed(waypoints[1:]), *between):
-            if line_room(shut, x, y, *self._flat(point)) >= need and (
-                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
-            ):
-                return point
+        for spare in (AIM_SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
+            need = min(self._radius + spare, max(self._radius + TIGHT, here))
+            for point in (*reversed(waypoints[1:]), *between):
+                if line_room(shut, x, y, *self._flat(point)) >= need and (
+                    self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, spare)
+                ):
+                    return point
         return waypoints[0]
 
     def faces_away(self, error: float) -> bool:

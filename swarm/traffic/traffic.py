@@ -291,11 +291,22 @@ class Traffic:
             return None
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) <= FACING:
-            empty = is_empty(inputs.readings[1], self.cells.side, self.settings.radius)
+            empty = not self._is_stood_in(cell, situation) and is_empty(
+                inputs.readings[1], self.cells.side, self.settings.radius
+            )
             self._sightings.note(cell, empty=empty, tick=inputs.tick)
             if not empty:
                 self._joint.leave()
         return centre
+
+    def _is_stood_in(self, cell: int, situation: Situation) -> bool:
+        """Return True if a silent robot was last heard with a part of its body in a cell."""
+        reach = self.settings.radius + self.settings.margin
+        return any(
+            cell in self.cells.touched(record.x, record.y, reach)
+            for robot, record in situation.others.items()
+            if robot not in situation.fresh
+        )
 
     def _stands_to_look(self, head: int, cell: int, pose: Pose) -> bool:
         """Return True if the robot is near the middle of its cell, or where it leans towards the next one."""
@@ -355,7 +366,7 @@ class Traffic:
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
-            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
+            waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
         elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(

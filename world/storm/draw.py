@@ -12,7 +12,7 @@ from swarm.scenario.load import checked
 from swarm.scenario.starts import names
 from swarm.traffic.cells import FAR, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
-from world.storm.plan import PlannedFault, StormPlan
+from world.storm.plan import FaultKind, PlannedFault, StormPlan
 from world.storm.profiles import PROFILES, Profile
 
 FINE: Final = 0.4  # m, a character of the drawn map: a third of a cell
@@ -195,7 +195,8 @@ def _mover(cells: CellMap, piece: list[int], chance: Random) -> dict[str, Any]:
 def _faults(profile: Profile, robots: int, chance: Random) -> list[PlannedFault]:
     everybody = names(robots)
     found: list[PlannedFault] = []
-    for kind, share in (("held_up", profile.held_up), ("suspended", profile.suspended)):
+    often: tuple[tuple[FaultKind, float], ...] = (("held_up", profile.held_up), ("suspended", profile.suspended))
+    for kind, share in often:
         if chance.random() < share:
             for robot in everybody:
                 found += [

@@ -10,6 +10,8 @@ from msgspec import Meta
 from swarm.errors import ConfigError
 from swarm.maps.text import from_text
 from swarm.robot.fuzzy import load_profile
+from swarm.robot.ground import planning_grid
+from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
 from swarm.scenario.schema import Section, Settings
 from swarm.traffic.cells_of import with_lattice
@@ -21,11 +23,14 @@ Tick = Annotated[int, Meta(ge=0, le=10_000_000)]
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
 
 
+FaultKind = Literal["held_up", "suspended", "away", "dead"]
+
+
 class PlannedFault(Section, frozen=True, kw_only=True):
     """One fault of one robot. ``ticks`` says how long it lasts; a killed robot stays dead."""
 
     robot: Name
-    kind: Literal["held_up", "suspended", "away", "dead"]
+    kind: FaultKind
     tick: Tick
     ticks: Tick = 0
 
@@ -37,7 +42,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
     profile: Name  # the profile that drew it
     seed: Annotated[int, Meta(ge=0, le=2**53)]  # the seed that drew it; the run itself uses the scenario's
     scenario: Settings
-    faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []
+    faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []  # noqa: RUF012, msgspec copies it
     kill_leader_at: Tick | None = None  # the first robot that leads a joint plan from then on dies
     late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
 
@@ -123,7 +128,8 @@ def _without_defaults(section: Section) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for info in msgspec.structs.fields(type(section)):
         value = getattr(section, info.name)
-        if info.name not in {"storm", "profile", "seed"} and value == info.default:
+        default = info.default if info.default_factory is msgspec.NODEFAULT else info.default_factory()
+        if info.name not in {"storm", "profile", "seed"} and value == default:
             continue
         if isinstance(value, Section):
             inner = _without_defaults(value)
@@ -162,5 +168,9 @@ def read(path: Path) -> StormPlan:
     names = {f"r{number}" for number in range(1, plan.robots + 1)}
     if unknown := {fault.robot for fault in plan.faults} - names:
         raise ConfigError(f"{path}: faults: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}")
-    plan.to_scenario()
+    try:
+        scenario = plan.to_scenario()
+        check(scenario, planning_grid(scenario), plan.robots, scenario.settings.seed)
+    except ConfigError as fault:
+        raise ConfigError(f"{path}: {fault}") from None
     return plan

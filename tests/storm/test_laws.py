@@ -1,0 +1,179 @@
+"""Each law speaks of the violation it is for, and of nothing else: violations planted into a run that keeps them all."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from msgspec.structs import replace as changed
+
+from swarm.messages import Broadcast, Command, Event
+from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
+from world.faults import Health
+from world.physics import Contact
+from world.storm.history import History, record
+from world.storm.laws import LAWS, judge
+from world.storm.results import is_silent
+
+TICK = 60  # by then both robots drive
+LATER = 2000  # ticks, 100 s
+
+
+def held(history: History, robot: str, tick: int = TICK) -> set[int]:
+    return set(history.moments[tick].commands[robot].held)
+
+
+def far_cell(history: History) -> int:
+    """Find a cell of the floor that nobody holds."""
+    cells = {cell for moment in history.moments for command in moment.commands.values() for cell in command.held}
+    return min(cells - held(history, "r1") - held(history, "r2"))
+
+
+def holding(history: History, robot: str, cell: int, **fields: object) -> History:
+    """Let a robot hold a cell more for one tick."""
+
+    def change(tick: int, name: str, command: Command) -> Command:
+        if (tick, name) != (TICK, robot):
+            return command
+        return changed(command, held=sorted({*command.held, cell}), **fields)
+
+    return with_commands(history, change)
+
+
+def overlap(history: History) -> History:
+    return holding(history, "r1", min(held(history, "r2")), unconstrained=True)
+
+
+def unclaimed(history: History) -> History:
+    return holding(history, "r1", far_cell(history))
+
+
+def deaf_ear(history: History) -> History:
+    """Nobody acknowledges anything."""
+
+    def change(name: str, words: Broadcast) -> Broadcast:
+        assert words.traffic is not None
+        return changed(words, traffic=changed(words.traffic, own=changed(words.traffic.own, acks=())))
+
+    return with_words(history, change)
+
+
+def outside(history: History) -> History:
+    """From a tick on, r1 holds nothing of what it is in."""
+
+    def change(tick: int, name: str, command: Command) -> Command:
+        return changed(command, held=[]) if tick >= TICK and name == "r1" else command
+
+    return with_commands(history, change)
+
+
+def taken_back(history: History) -> History:
+    """r1 says for one tick that it has arrived."""
+
+    def change(tick: int, name: str, command: Command) -> Command:
+        return changed(command, reached=[True]) if (tick, name) == (TICK, "r1") else command
+
+    return with_commands(history, change)
+
+
+def never_there(history: History) -> History:
+    history = with_report(history, "r2", reached=[None])
+    return with_report(history, complete=False, reason="not reached: r2 target 1")
+
+
+def said_unsolvable(history: History) -> History:
+    event = Event(run=0, tick=TICK, time=3.0, robot="r1", kind="unsolvable", text="no way out")
+    return with_moments(history, lambda m: m._replace(events=(*m.events, event)) if m.tick == TICK else m)
+
+
+def stood_first(history: History) -> History:
+    """Both stood 100 s before they began, and nobody said so."""
+    first, *others = history.moments
+    moments = [first._replace(tick=tick) for tick in range(LATER)]
+    moments += [moment._replace(tick=moment.tick + LATER) for moment in (first, *others)]
+    history = replace(history, moments=moments)
+    for robot in history.robots:
+        row = history.report["per_robot"][robot]
+        history = with_report(history, robot, reached=[time + LATER * history.dt for time in row["reached"]])
+    ticks = history.report["ticks"] + LATER
+    return with_report(history, ticks=ticks, sim_time=ticks * history.dt)
+
+
+def path_length(history: History) -> float:
+    length: float = history.report["per_robot"]["r1"]["path_length"]
+    return length
+
+
+# fmt: off
+PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the law that speaks, how to plant it
+    ("an exception", "no exception", lambda h: replace(h, crash="Traceback\nValueError: no such cell")),
+    ("a wall touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "wall", None), False)])),
+    ("a robot touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)])),
+    ("a cell held twice", "no overlap", overlap),
+    ("a cell out of nowhere", "no hold without a claim", unclaimed),
+    ("a claim nobody agreed to", "no hold without a claim", deaf_ear),
+    ("a body outside", "no body outside", outside),
+    ("a flag taken back", "flags stay", taken_back),
+    ("a stop not reached", "all arrive", never_there),
+    ("a stop given up", "truthful", lambda h: with_report(h, "r1", unreachable=[0])),
+    ("called unsolvable", "truthful", said_unsolvable),
+    ("100 s of silence", "nobody stands unnamed", stood_first),
+    ("a stall counted only", "nobody stands unnamed", lambda h: with_report(h, "r1", stalled=1)),
+    ("the time", "the report agrees", lambda h: with_report(h, sim_time=h.report["sim_time"] + 1.0)),
+    ("the ticks", "the report agrees", lambda h: with_report(h, ticks=h.report["ticks"] + 1)),
+    ("complete", "the report agrees", lambda h: with_report(h, complete=False, reason="somebody")),
+    ("a path too long", "the report agrees", lambda h: with_report(h, "r1", path_length=1.01 * path_length(h))),
+    ("a stop reached too soon", "the report agrees", lambda h: with_report(h, "r1", reached=[1.0])),
+    ("a gap too wide", "the report agrees", lambda h: with_report(h, clearance_min=h.report["clearance_min"] + 0.01)),
+]
+# fmt: on
+
+
+def test_the_run_itself_keeps_every_law() -> None:
+    history = short_run()
+    assert judge(history) == []
+    assert history.report["complete"]
+    assert len(history.moments) > 2 * TICK
+
+
+@pytest.mark.parametrize(("law", "plant"), [row[1:] for row in PLANTED], ids=[row[0] for row in PLANTED])
+def test_exactly_that_law_speaks_of_a_planted_violation(law: str, plant: Callable[[History], History]) -> None:
+    found = judge(plant(short_run()))
+    assert {violation.law for violation in found} == {law}, found
+
+
+def test_every_law_has_a_planted_violation() -> None:
+    assert {law for _, law, _ in PLANTED} == set(LAWS)
+
+
+# fmt: off
+EXCUSED: list[tuple[str, Callable[[History], History]]] = [
+    ("who was struck is not to blame", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)])),
+    ("who drives unconstrained claims nothing", lambda h: holding(h, "r1", far_cell(h), unconstrained=True)),
+    ("who was pushed may be anywhere",
+     lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)], moments=h.moments[: TICK + 50],
+                               report={}))),
+    ("a new run begins without flags",
+     lambda h: with_commands(
+         h, lambda tick, name, c: changed(c, run=1, reached=[False]) if tick == h.moments[-2].tick else c)),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize("plant", [row[1] for row in EXCUSED], ids=[row[0] for row in EXCUSED])
+def test_what_is_no_fault_is_not_called_one(plant: Callable[[History], History]) -> None:
+    assert judge(plant(short_run())) == []
+
+
+def test_the_dead_need_not_arrive() -> None:
+    """r1 dies at once, in its own row: r2 has a way."""
+    history = record(plan_of(faults=[{"robot": "r1", "kind": "dead", "tick": 20}]))
+    assert judge(history) == []
+    assert not history.report["complete"]
+    assert history.moments[-2].health["r1"] is Health.DEAD
+    assert not is_silent(history)
+
+
+def test_a_run_that_ends_early_and_names_nobody_is_silent() -> None:
+    assert is_silent(never_there(short_run()))
+    assert not is_silent(short_run())
+    assert not is_silent(said_unsolvable(never_there(short_run())))

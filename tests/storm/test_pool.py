@@ -1,0 +1,54 @@
+"""Jobs on worker processes: each gets its answer, whoever dies takes only its own job along."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.storm import works
+from world.storm.pool import Lost, answers
+
+JOBS = list(range(12))
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_every_job_is_answered_once(workers: int) -> None:
+    assert sorted(answers(works.doubled, JOBS, workers=workers)) == [(job, 2 * job) for job in JOBS]
+
+
+# fmt: off
+ENDS = {
+    "killed": (works.dies_on_odd,   "its process was ended by signal 9"),
+    "left":   (works.leaves_on_odd, "its process ended with status 3"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_a_job_that_dies_is_said_and_the_others_are_done(name: str) -> None:
+    work, why = ENDS[name]
+    assert dict(answers(work, JOBS, workers=2)) == {job: Lost(why) if job % 2 else 2 * job for job in JOBS}
+
+
+def test_a_job_without_an_end_is_ended() -> None:
+    found = dict(answers(works.hangs_on_odd, [0, 1, 2], workers=1, patience=0.5))
+    assert found == {0: 0, 1: Lost("it still ran after 0.5 s and was ended"), 2: 4}
+
+
+def test_it_stops_when_told_to() -> None:
+    found: list[int] = []
+    for job, _ in answers(works.doubled, JOBS, workers=1, stop=lambda: len(found) == 3):
+        found.append(job)
+    assert found == JOBS[:3]
+
+
+def test_jobs_are_taken_only_when_a_worker_is_free() -> None:
+    taken: list[int] = []
+
+    def jobs() -> Iterator[int]:
+        for job in JOBS:
+            taken.append(job)
+            yield job
+
+    first, _ = next(answers(works.doubled, jobs(), workers=2))
+    assert first in taken
+    assert len(taken) <= 3

@@ -1,0 +1,51 @@
+"""What worker processes do in tests: module functions, since the workers import them."""
+
+import json
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+from world.storm.laws import Violation
+from world.storm.results import Job, Result
+
+
+def doubled(number: int) -> int:
+    return 2 * number
+
+
+def dies_on_odd(number: int) -> int:
+    if number % 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * number
+
+
+def leaves_on_odd(number: int) -> int:
+    if number % 2:
+        os._exit(3)
+    return 2 * number
+
+
+def hangs_on_odd(number: int) -> int:
+    if number % 2:
+        signal.pause()
+    return 2 * number
+
+
+def passes(job: Job) -> Result:
+    return Result(profile=job.profile, seed=job.seed, complete=True)
+
+
+def fails_on_odd(job: Job) -> Result:
+    breach = Violation("no contact", 7, ("r1",), "r1 touched wall")
+    return Result(profile=job.profile, seed=job.seed, violations=(breach,) * (job.seed % 2))
+
+
+def dies_on_three(job: Job) -> Result:
+    if job.seed == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return passes(job)
+
+
+def lines_of(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text().splitlines()]

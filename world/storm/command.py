@@ -1,0 +1,107 @@
+"""The work of `swarm storm`: seeds or plan files run on all cores, judged, counted, and told as they come."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Final
+
+from swarm.errors import ConfigError
+from swarm.stopping import told_to_stop
+from world.storm import summary
+from world.storm.draw import draw
+from world.storm.output import Lines, Say, shown, write_plan
+from world.storm.plan import read
+from world.storm.pool import Lost, answers
+from world.storm.results import Job, Result, lost, perform
+
+INTERRUPTED: Final = 130  # the exit status that shells give Ctrl-C
+
+Results = Iterator[tuple[Job, Result]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What `swarm storm` was asked for."""
+
+    profiles: tuple[str, ...] = ("all",)
+    seeds: range = range(0)
+    files: tuple[Path, ...] = ()  # plans, instead of seeds
+    jobs: int = 1
+    twice: bool = False
+    processes: bool = False  # over real processes too
+    results: Path | None = None
+    plans: Path | None = None  # a folder for the plans that failed
+    as_json: bool = False
+
+
+def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
+    """Run a storm and print its summary: 0 all laws held, 1 one was broken, 2 a file is wrong, 130 interrupted.
+
+    Raises:
+        ConfigError: a profile, a plan file or the file for the results is wrong.
+    """
+    jobs = jobs_of(options)
+    began = perf_counter()
+    found: list[Result] = []
+    with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
+        wrong = False
+        for job, result in _each(options, jobs, work, stop.is_set):
+            found.append(result)
+            lines.add(result)
+            wrong |= not _tell(job, result, options.plans, say)
+            done(job.name)
+        wrong |= lines.failed
+        interrupted = stop.is_set() and len(found) < len(jobs)
+    form = summary.as_json if options.as_json else summary.as_text
+    told = form(sorted(found, key=lambda r: (r.profile, r.seed)), perf_counter() - began, interrupted)
+    print(told if isinstance(told, str) else json.dumps(told))
+    if any(result.violations for result in found):
+        return 1
+    return INTERRUPTED if interrupted else 2 if wrong else 0
+
+
+def jobs_of(options: Options) -> list[Job]:
+    """List what is to be run.
+
+    Raises:
+        ConfigError: a profile or a plan file is wrong.
+    """
+    if options.files:
+        plans = [read(path) for path in options.files]
+        return [Job(plan.profile, plan.seed, plan, options.twice) for plan in plans]
+    for profile in options.profiles:
+        draw(profile, 0)
+    return [Job(profile, seed, None, options.twice) for seed in options.seeds for profile in options.profiles]
+
+
+def _each(options: Options, jobs: list[Job], work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
+    for job, answer in answers(work, jobs, workers=min(options.jobs, len(jobs)), stop=stop):
+        yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
+
+
+def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
+    """Say what a seed broke and keep its plan; False where that could not be written."""
+    for law, tick, _, text in result.violations:
+        say(f"{job.name}: {law}, tick {tick}: {text}")
+    if folder is None or not result.violations:
+        return True
+    try:
+        plan = draw(job.profile, job.seed) if job.plan is None else job.plan
+        write_plan(plan, folder / f"{job.profile}-{job.seed}.yaml")
+    except ConfigError as fault:
+        say(f"--plans {fault}")
+        return False
+    return True
+
+
+def show(profile: str, seed: int) -> str:
+    """Return the plan that a seed draws as the text of its file, what it has in it first.
+
+    Raises:
+        ConfigError: there is no such profile.
+    """
+    plan = draw(profile, seed)
+    features = ", ".join(sorted(plan.features())) or "nothing but driving"
+    return f"# {plan.robots} robots; {features}\n{plan.to_yaml()}"

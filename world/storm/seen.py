@@ -1,0 +1,50 @@
+"""What every law needs to know of a recorded run: its floor at a tick, who is dead, who was touched."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Final
+
+from swarm.maps.occupancy import OccupancyMap
+from swarm.traffic.cells import CellMap
+from swarm.traffic.cells_of import cells_of
+from world.faults import Health
+from world.storm.history import History
+
+PUSHED: Final = 100  # ticks after a contact in which a body may be where nothing was granted
+EXACT: Final = 1e-6  # m and s
+
+Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happened
+Law = Callable[[History], Found]
+
+
+def holds(history: History) -> bool:
+    """Return True if the robots share the floor by holding cells."""
+    return history.settings.traffic.rule == "holds"
+
+
+def floor_at(history: History, tick: int) -> OccupancyMap:
+    """Return the floor as it is at a tick."""
+    return next(known for since, known in reversed(history.floors) if since <= tick)
+
+
+def cells_at(history: History, tick: int) -> CellMap:
+    """Return the cells of the floor as it is at a tick."""
+    return cells_of(floor_at(history, tick), history.settings)
+
+
+def dead_of(history: History) -> set[str]:
+    """Return who is dead at the end."""
+    last = next((moment for moment in reversed(history.moments) if moment.health), None)
+    return {name for name, health in last.health.items() if health is Health.DEAD} if last else set()
+
+
+def pushes(history: History) -> Mapping[int, list[int]]:
+    """Return the ticks at which each robot was touched by something, by number."""
+    found: dict[int, list[int]] = {}
+    for tick, contact, _ in history.contacts:
+        found.setdefault(contact.robot, []).append(tick)
+    return found
+
+
+def was_pushed(pushed: Mapping[int, list[int]], number: int, tick: int) -> bool:
+    """Return True if something touched a robot shortly before a tick."""
+    return any(0 <= tick - at <= PUSHED for at in pushed.get(number, ()))
