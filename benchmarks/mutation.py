@@ -150,13 +150,18 @@ def _code(node: ast.AST) -> Iterator[ast.AST]:
                 yield from _code(child)
 
 
+def room_of(file: str) -> str:
+    """Find the room that a file belongs to: the one with the longest path to it."""
+    bases = {base: room for room, bases in ROOMS.items() for base in bases}
+    return bases[max((base for base in bases if file.startswith(base)), key=len)]
+
+
 def drawn(room: str, number: int, seed: int, only: str = "") -> list[Mutation]:
     """Draw mutations of a room: each place is as likely as any other, and drawn once."""
     places = [ROOT / base for base in ROOMS[room]]
     files = {file for place in places for file in ([place] if place.is_file() else place.rglob("*.py"))}
     names = sorted(file.relative_to(ROOT).as_posix() for file in files)
-    nested = [base for other, bases in ROOMS.items() if other != room for base in bases if not room.startswith(base)]
-    names = [name for name in names if only in name and not any(name.startswith(base) for base in nested)]
+    names = [name for name in names if only in name and room_of(name) == room]
     found = [one for name in names for one in mutations(name, (ROOT / name).read_text(encoding="utf-8"))]
     found = [one for one in found if (one.file, one.code, one.what) not in HARMLESS]
     chance = Random(f"{room} {seed}")
