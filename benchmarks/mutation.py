@@ -41,14 +41,14 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
     "world/storm":   ("world/storm",),
     "processes":     PROCESSES,
 }
-FLEETS: Final = "tests/traffic/test_traffic.py"
-TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
+FLEET: Final = "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete"
+TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts; the quickest first
     "swarm/robot/fuzzy":      ("tests/fuzzy", "tests/cli"),
-    "swarm/robot":            ("tests/robot", "tests/ground", "tests/traffic/test_driver.py", FLEETS),
+    "swarm/robot":            ("tests/robot", "tests/ground", "tests/traffic/test_driver.py", FLEET),
     "swarm/robot/process.py": ("tests/launch",),
     "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),
-    "swarm/traffic":          ("tests/traffic", "tests/robot", "tests/scenario"),
-    "world":                  ("tests/world", "tests/ground", FLEETS),
+    "swarm/traffic":          ("tests/traffic", "tests/scenario"),
+    "world":                  ("tests/world", "tests/ground/test_movers.py", "tests/ground/test_edits.py"),
     "world/process.py":       ("tests/launch",),
     "world/__main__.py":      ("tests/launch",),
 }
