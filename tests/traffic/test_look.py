@@ -4,7 +4,6 @@ from math import pi
 
 import pytest
 
-from swarm.geometry import Pose
 from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, is_empty, unexplained
