@@ -200,8 +200,8 @@ class Copy:
         path.write_bytes(content)
         stamp = next(self._times)
         os.utime(path, (stamp, stamp))
-        if b"njit" in content:  # a kernel may be compiled into another file's
-            for cached in (*self.folder.rglob("*.nbi"), *self.folder.rglob("*.nbc")):
+        if b"njit" in content:  # compiled into others of its folder too; no kernel calls one of another folder
+            for cached in (*path.parent.glob("__pycache__/*.nbi"), *path.parent.glob("__pycache__/*.nbc")):
                 cached.unlink()
 
     def _test(self, tests: tuple[str, ...], limit: float) -> tuple[bool, float]:
