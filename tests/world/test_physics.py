@@ -201,3 +201,9 @@ def test_movers_come_to_where_they_are_said_to_be() -> None:
     for tick in range(1, 11):
         physics.roll([STAND], [Pose(21.0 + 0.02 * tick, 20.0, 0.0)])
         assert physics.cast(0, [0.0], 1.6) == pytest.approx([0.5 + 0.02 * tick], abs=1e-6)
+
+
+def test_from_inside_a_wall_nothing_is_free() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(0.5, 3.5, 0.0)], TOP, DT)
+    assert physics.cast(0, [0.0, pi / 2, pi], 1.6) == [0.0, 0.0, 0.0]
+    assert not physics.sees((0.5, 3.5), (0.6, 3.5))
