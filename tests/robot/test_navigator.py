@@ -66,7 +66,8 @@ def test_each_path_is_counted_and_begun_at_its_start() -> None:
     navigator.advance(Pose(3.5, 5.0, 0.0))
     assert navigator.plans == 1
     assert navigator.head_for((3.5, 5.0), (3.5, 8.0))
-    assert (navigator.plans, navigator.remaining) == (2, pytest.approx(3.0))
+    assert navigator.plans == 2
+    assert navigator.remaining == pytest.approx(3.0)
     assert not navigator.head_for((3.5, 5.0), (-5.0, 0.5)), "no path leads there"
     assert navigator.plans == 2
     assert navigator.remaining == pytest.approx(3.0), "and the one at hand stays"
