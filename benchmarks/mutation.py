@@ -53,7 +53,7 @@ TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path b
     "world/__main__.py":      ("tests/launch",),
 }
 _MOVER: Final = "a scenario gives every mover a radius or a size"
-HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how the change begins: why no test can see it
+HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how the change begins: why
     ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
      "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
     ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
