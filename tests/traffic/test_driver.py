@@ -323,3 +323,23 @@ def test_the_room_in_held_cells_is_that_of_a_way_stepped_by_hand(
     least = min(min(one.x - x + 1.5 * SIDE, x + 2.5 * SIDE - one.x, SIDE / 2 - abs(one.y - y)) for one in way)
     assume(least > 0.0)
     assert room == pytest.approx(least, abs=0.01)
+
+
+@given(pose=inside, now=rims, tables=rims, aim=st.floats(-pi, pi), stop_at=st.floats(0.05, 3.0))
+def test_whose_speeds_they_are_is_told_truly(
+    pose: Pose, now: tuple[float, float], tables: tuple[float, float], aim: float, stop_at: float
+) -> None:
+    """A blend is never called the tables' own: their ratio is kept to the last bit, or it is somebody else's."""
+    held = tuple(DOOR.at("a")[0] + step for step in range(4))
+    x, y = DOOR.cells.centre(held[1])
+    body = Body(Pose(x + pose.x, y + pose.y, pose.yaw), *now)
+    target = (body.pose.x + 9.0 * cos(aim), body.pose.y + 9.0 * sin(aim))
+    wheels = driver(DOOR).wheels(body, held, target, stop_at=stop_at, tables=tables)
+    if wheels.whose is Whose.TABLES:
+        assert wheels.left * tables[1] == pytest.approx(wheels.right * tables[0], abs=1e-9)
+        assert abs(wheels.left) <= abs(tables[0]) + 1e-9
+        assert abs(wheels.right) <= abs(tables[1]) + 1e-9
+    if wheels.whose is Whose.TURN:
+        assert wheels.left == pytest.approx(-wheels.right)
+    if wheels.whose is Whose.REST:
+        assert wheels.left == wheels.right == 0.0
