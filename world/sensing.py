@@ -10,7 +10,7 @@ from swarm.geometry import Pose, bearing, wrap
 from swarm.maps.occupancy import Point
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import SensorSettings
-from world.physics import Physics
+from world.physics import Numbers, Physics
 
 
 class Distances(NamedTuple):
@@ -32,20 +32,29 @@ class Sensing:
 
     def distances(self, physics: Physics, robot: int) -> Distances:
         """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
-        settings = self._settings
-        rays = physics.cast(robot, self._angles, settings.range)
+        return self._read(robot, physics.cast(robot, self._angles, self._settings.range))
+
+    def all_distances(self, physics: Physics) -> list[Distances]:
+        """Read the same for every robot, all rays cast at once."""
+        found = physics.cast_all(self._angles, self._settings.range)
+        return [self._read(robot, rays) for robot, rays in enumerate(found)]
+
+    def _read(self, robot: int, rays: list[float]) -> Distances:
+        settings, n = self._settings, self._settings.rays
         if settings.noise:
             drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
             rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
-        n = settings.rays
         return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
-    def bearings(self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point]) -> list[float | None]:
+    def bearings(
+        self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
+    ) -> list[float | None]:
         """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""
+        places = np.asarray(targets, np.float64).reshape(-1, 2)
         noise = radians(self._settings.bearing_noise_deg)
         drawn = self._noise[robot].normal(0.0, noise, len(targets)).tolist() if noise else [0.0] * len(targets)
-        here = (pose.x, pose.y)
+        seen = physics.sees_each((pose.x, pose.y), places)
         return [
-            wrap(bearing(pose, target) + error) if physics.sees(here, target) else None
-            for target, error in zip(targets, drawn, strict=True)
+            wrap(bearing(pose, target) + error) if shows else None
+            for target, error, shows in zip(map(tuple, places.tolist()), drawn, seen, strict=True)
         ]

@@ -97,8 +97,9 @@ class Claiming:
         settings = self.settings
         farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
         reach = 2 * farthest + 1.5
+        x, y, _ = pose
         return frozenset(
-            robot for robot, record in situation.fresh.items() if hypot(record.x - pose.x, record.y - pose.y) <= reach
+            [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
         )
 
     def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
