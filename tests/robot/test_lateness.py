@@ -14,8 +14,8 @@ def drive(late: int, ticks: int, wanted: tuple[float, float] = (0.6, 0.5)) -> li
     """Command the same speeds each tick to wheels that obey so many ticks late; count the commands under way."""
     lateness, wheels, queue = Lateness(ACCELERATION, DT), (0.0, 0.0), [(0.0, 0.0)] * late
     counted = []
-    for _ in range(ticks):
-        counted.append(len(lateness.under_way(wheels)))
+    for tick in range(ticks):
+        counted.append(len(lateness.under_way(tick, wheels)))
         lateness.command(wanted)
         queue.append(wanted)
         left, right = queue.pop(0)
@@ -35,11 +35,13 @@ def test_wheels_that_obey_late_are_found_out_at_the_first_command_and_remembered
 
 def test_they_are_trusted_again_after_a_while() -> None:
     lateness = Lateness(ACCELERATION, DT)
-    lateness.under_way((0.0, 0.0))
+    lateness.under_way(0, (0.0, 0.0))
     lateness.command((0.6, 0.6))
-    assert lateness.under_way((0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
-    lateness.command((0.0, 0.0))
-    counted = [bool(lateness.under_way((0.0, 0.0))) for _ in range(round(BELIEVED / DT) + 5)]
+    assert lateness.under_way(1, (0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
+    counted = []
+    for tick in range(2, 2 + round(BELIEVED / DT) + 5):
+        lateness.command((0.0, 0.0))
+        counted.append(bool(lateness.under_way(tick, (0.0, 0.0))))
     assert counted == [True] * (round(BELIEVED / DT) - 1) + [False] * 6
 
 
@@ -47,14 +49,23 @@ def test_they_are_trusted_again_after_a_while() -> None:
 @pytest.mark.parametrize("side", [(1, 0), (0, 1), (-1, 0), (0, -1)])
 def test_a_small_difference_of_either_wheel_is_none(off: float, late: bool, side: tuple[int, int]) -> None:
     lateness = Lateness(ACCELERATION, DT)
-    lateness.under_way((0.3, 0.3))
+    lateness.under_way(0, (0.3, 0.3))
     lateness.command((0.3, 0.3))
-    assert bool(lateness.under_way((0.3 + off * side[0], 0.3 + off * side[1]))) is late
+    assert bool(lateness.under_way(1, (0.3 + off * side[0], 0.3 + off * side[1]))) is late
 
 
 def test_the_newest_commands_are_given_oldest_first() -> None:
     lateness = Lateness(ACCELERATION, DT)
     for tick in range(9):
-        lateness.under_way((0.0, 0.0))
+        lateness.under_way(tick, (0.0, 0.0))
         lateness.command((0.1 * tick, 0.0))
-    assert [round(left, 3) for left, _ in lateness.under_way((0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+    assert [round(left, 3) for left, _ in lateness.under_way(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+
+
+@pytest.mark.parametrize(("pause", "kept"), [(1, KEPT), (KEPT + 1, KEPT), (KEPT + 2, 0)])
+def test_after_a_pause_in_which_all_commands_ran_out_none_is_under_way(pause: int, kept: int) -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    for tick in range(KEPT):
+        lateness.under_way(tick, (0.0, 0.0))
+        lateness.command((0.6, 0.6))
+    assert len(lateness.under_way(KEPT - 1 + pause, (0.0, 0.0))) == kept

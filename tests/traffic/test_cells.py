@@ -209,4 +209,3 @@ def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outsid
     assert cells.swept([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
     assert cells.swept([(x + SIDE / 2, y)], 0.3) == {0, 1}
     assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}
-    assert cells.swept([], 0.3) == frozenset()
