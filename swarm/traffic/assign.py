@@ -1,6 +1,6 @@
 """Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from enum import Enum
 
@@ -46,11 +46,19 @@ def assign(
             comer = taken.get(wish[robot], robot)
             comes = reach[comer] if robot in idle or aside is Aside.AWAY else [0] * len(cells)
             free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-            orders = {
-                Aside.NEAR: lambda cell: (near[cell], -comes[cell], table[cell], cell),
-                Aside.STAY: lambda cell: (table[cell], -comes[cell], near[cell], cell),
-                Aside.AWAY: lambda cell: (-comes[cell], table[cell], near[cell], cell),
-            }
-            goals[robot] = min(free, key=orders[aside])
+            goals[robot] = min(free, key=_order(aside, near, table, comes))
             taken[goals[robot]] = robot
     return goals
+
+
+def _order(
+    aside: Aside, near: Sequence[int], table: Sequence[int], comes: Sequence[int]
+) -> Callable[[int], tuple[int, ...]]:
+    """Return what a cell is worth: steps from the robot's goal, from itself, and from the one that comes."""
+    match aside:
+        case Aside.NEAR:
+            return lambda cell: (near[cell], -comes[cell], table[cell], cell)
+        case Aside.STAY:
+            return lambda cell: (table[cell], -comes[cell], near[cell], cell)
+        case Aside.AWAY:
+            return lambda cell: (-comes[cell], table[cell], near[cell], cell)

@@ -44,8 +44,8 @@ def unexplained(
     Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
     not to drive.
     """
-    for measured, _, bearing, half_width in bodies:
-        hits = [_hit(pose, bearing + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
+    for measured, _, middle, half_width in bodies:
+        hits = [_hit(pose, middle + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
         if not any(_is(body, hit, cells) for body in known if measured >= body.nearest for hit in hits):
             return hits[0]
     return None
@@ -82,6 +82,6 @@ def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float
     )
 
 
-def _hit(pose: Pose, bearing: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
+def _hit(pose: Pose, off: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
     reach = settings.radius + measured + 0.5 * settings.radius
-    return pose.x + reach * cos(pose.yaw + bearing), pose.y + reach * sin(pose.yaw + bearing)
+    return pose.x + reach * cos(pose.yaw + off), pose.y + reach * sin(pose.yaw + off)

@@ -1,12 +1,12 @@
 """What the sectors say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
 
-from math import pi
+from math import cos, pi, sin
 
 import pytest
 
 from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, Reading, is_empty, unexplained
+from swarm.traffic.look import Known, Reading, View, has_gone, unexplained, view
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import SIDE, Drawn
@@ -79,18 +79,32 @@ def test_what_is_known_explains_what_is_seen_where_it_can_be(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("measured", "expected", "empty"),
+    ("measured", "expected", "seen"),
     [
-        (1.5 * SIDE - 0.2, 9.0, True),  # as far as the far edge of the next cell
-        (1.5 * SIDE - 0.2 - 0.1, 9.0, False),
-        (0.7, 0.7, True),  # a wall beside the cell
-        (0.7, 0.73, True),
-        (0.7, 0.8, False),  # somebody before the wall
-        (0.0, 9.0, False),
+        (1.5 * SIDE - 0.2, 9.0, View.EMPTY),  # as far as the far edge of the next cell
+        (1.5 * SIDE - 0.2 - 0.1, 9.0, View.OCCUPIED),
+        (0.7, 0.7, View.HIDDEN),  # a wall beside the cell
+        (0.7, 0.73, View.HIDDEN),
+        (0.7, 0.8, View.OCCUPIED),  # somebody before the wall
+        (0.0, 9.0, View.OCCUPIED),
     ],
 )
-def test_a_cell_is_empty_when_nothing_but_walls_is_seen_in_it(measured: float, expected: float, empty: bool) -> None:
-    assert is_empty(front(measured, expected), SIDE, 0.2) is empty
+def test_what_the_front_sector_says_of_the_next_cell(measured: float, expected: float, seen: View) -> None:
+    assert view(front(measured, expected), 1.5 * SIDE, 0.2) is seen
+
+
+@pytest.mark.parametrize(
+    ("away", "off", "measured", "gone"),
+    [
+        (1.2, 0.0, 1.6, True),  # the sector sees beyond where the body was
+        (1.2, 0.0, 0.8, False),  # the body is what it sees
+        (1.2, 1.0, 1.6, False),  # no sector looks there
+        (3.0, 0.0, 1.6, False),  # too far off to be seen
+    ],
+)
+def test_a_body_has_gone_where_a_sector_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
+    body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
+    assert has_gone(body, HERE, [front(measured)], 0.2) is gone
 
 
 # --- how long it stops ---
