@@ -1,7 +1,6 @@
 """Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-
 from enum import Enum
 
 from swarm.traffic.cells import FAR, CellMap
