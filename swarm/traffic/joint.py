@@ -30,15 +30,18 @@ class Attempt(NamedTuple):
     """How a leader puts the question to its search; an easier one follows where there is no answer."""
 
     strangers: bool  # plan round those that take no part, and round bodies that somebody saw
+    everybody: bool  # those that are where they want to be move too, where they are in the way
     aside: Aside
 
 
 ATTEMPTS = (
-    Attempt(True, Aside.NEAR),
-    Attempt(False, Aside.NEAR),
-    Attempt(True, Aside.STAY),
-    Attempt(True, Aside.AWAY),
-    Attempt(False, Aside.AWAY),
+    Attempt(True, True, Aside.NEAR),
+    Attempt(True, False, Aside.NEAR),  # a smaller question: a search among many now and then loses itself
+    Attempt(False, True, Aside.NEAR),
+    Attempt(True, True, Aside.STAY),
+    Attempt(True, True, Aside.AWAY),
+    Attempt(True, False, Aside.AWAY),
+    Attempt(False, True, Aside.AWAY),
 )
 
 
@@ -50,7 +53,7 @@ class Task(NamedTuple):
     goals: tuple[int, ...]
     attempt: int  # which of ATTEMPTS
     exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
-    blocked: bool  # something else than walls is in the way
+    at_rest: dict[str, int]  # who stays where it is, and where that is
 
 
 class JointPlanning:
@@ -79,6 +82,7 @@ class JointPlanning:
         self._task: Task | None = None
         self._entries: dict[int, Entry] = {}
         self._reported: set[tuple[str, ...]] = set()
+        self._asked_before: set[tuple[object, ...]] = set()  # the questions put to the search for this plan
 
     # ---- what others may read
 
@@ -115,7 +119,9 @@ class JointPlanning:
             return None
         for robot, way in sorted(self.plan.ways.items()):
             record = fresh.get(robot) if way[-1] == cell and robot != self.me else None
-            if record is not None and not record.idle and (record.epoch == self.epoch or self._about_to_follow(record)):
+            if record is None or record.idle or record.goal != cell:
+                continue  # it was only put there, or has been there: it wants to be elsewhere now
+            if record.epoch == self.epoch or self._about_to_follow(record):
                 return robot
         return None
 
@@ -234,7 +240,8 @@ class JointPlanning:
             self._adopt(leader.plan, situation)
             self._thaw()
             return
-        called = leader is not None and leader.collect is not None and leader.collect.epoch == epoch
+        calls = situation.fresh.get(epoch.leader)  # a leader that fell silent calls nobody
+        called = calls is not None and calls.collect is not None and calls.collect.epoch == epoch
         if not called or situation.tick - self._since > self._settings.freeze:
             self._thaw()
 
@@ -263,16 +270,7 @@ class JointPlanning:
             return []
         moves = result.order is not None and any(len(way) > 1 for way in result.order.ways)
         proven = result.outcome is Outcome.UNSOLVABLE and task.exact
-        following = next(
-            (
-                number
-                for number in range(task.attempt + 1, len(ATTEMPTS))
-                if task.blocked or ATTEMPTS[number].aside is not ATTEMPTS[number - 1].aside
-            ),
-            None,
-        )
-        if not moves and not proven and following is not None:
-            self._begin_to_search(situation, following)
+        if not moves and not proven and self._begin_next_attempt(situation, task.attempt + 1):
             return []
         return self._finish(situation, task, result if moves else replace(result, order=None))
 
@@ -286,33 +284,29 @@ class JointPlanning:
             for robot in members
         )
 
-    def _begin_to_search(self, situation: Situation, number: int) -> None:
+    def _begin_next_attempt(self, situation: Situation, first: int) -> bool:
+        """Begin the first attempt from a number on that asks something new; return False where none is left."""
+        return any(self._begin_to_search(situation, number) for number in range(first, len(ATTEMPTS)))
+
+    def _begin_to_search(self, situation: Situation, number: int) -> bool:
+        """Put a question to the search; return False where it is the same that an earlier attempt put."""
         assert self.collect is not None
-        attempt = ATTEMPTS[number]
-        epoch = self.collect.epoch
-        heads = {self.me: situation.head}
-        wishes = {self.me: situation.goal}
+        attempt, epoch = ATTEMPTS[number], self.collect.epoch
+        heads, wishes = self._members(situation, epoch)
+        strangers = self._strangers(situation, heads) | situation.blocked
+        in_the_way = strangers - set(heads.values()) if attempt.strangers else set()
         idle = {robot for robot, record in situation.fresh.items() if record.idle}
-        if situation.idle:
-            idle.add(self.me)
         since = {self.me: situation.moved} | {robot: record.moved for robot, record in situation.fresh.items()}
-        for robot, record in situation.fresh.items():
-            if record.frozen == epoch and record.held and record.held[-1] not in heads.values():
-                heads[robot] = record.held[-1]
-                wishes[robot] = record.goal
-        strangers = {
-            cell
-            for robot, record in situation.others.items()
-            if robot not in heads and self._is_among(record, heads.values())
-            for cell in (*record.held, *(claim.cell for claim in record.claims))
-            if (robot, cell) not in situation.cleared
-        }
-        in_the_way = strangers | situation.blocked if attempt.strangers else set()
-        in_the_way -= set(heads.values())
+        idle |= {self.me} if situation.idle else set()
         goals = assign(self._cells, heads, wishes, in_the_way, since, idle, attempt.aside)
-        members = tuple(sorted(heads))
-        blocked = frozenset(in_the_way)
+        resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
+        members = tuple(sorted(heads.keys() - resting))
+        blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
         starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)
+        question = (members, ends, blocked)
+        if not members or (number and question in self._asked_before):
+            return False
+        self._asked_before = {question} if number == 0 else self._asked_before | {question}
         settings = self._settings
         self._search = JointSearch(
             [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
@@ -321,11 +315,35 @@ class JointPlanning:
             [self._cells.distances(goal, blocked) for goal in ends],
             starts,
             ends,
-            budget=Budget(settings.starts, settings.expansions, settings.enough // len(members)),
+            budget=Budget(
+                settings.starts, settings.expansions // (2 if number else 1), settings.enough // len(members)
+            ),
             random=Random(f"{epoch.tick} {epoch.leader}"),
         )
-        exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)
-        self._task = Task(members, starts, ends, number, exact, blocked=bool(strangers | situation.blocked))
+        exact = not blocked and all(goals[robot] == wishes[robot] for robot in members)
+        at_rest = {robot: heads[robot] for robot in sorted(resting)}
+        self._task = Task(members, starts, ends, number, exact, at_rest)
+        return True
+
+    def _members(self, situation: Situation, epoch: Epoch) -> tuple[dict[str, int], dict[str, int]]:
+        """Return the heads and the goals of all that stand for a plan."""
+        heads = {self.me: situation.head}
+        wishes = {self.me: situation.goal}
+        for robot, record in situation.fresh.items():
+            if record.frozen == epoch and record.held and record.held[-1] not in heads.values():
+                heads[robot] = record.held[-1]
+                wishes[robot] = record.goal
+        return heads, wishes
+
+    def _strangers(self, situation: Situation, heads: Mapping[str, int]) -> set[int]:
+        """Return the cells of those near the members that take no part."""
+        return {
+            cell
+            for robot, record in situation.others.items()
+            if robot not in heads and self._is_among(record, heads.values())
+            for cell in (*record.held, *(claim.cell for claim in record.claims))
+            if (robot, cell) not in situation.cleared
+        }
 
     def _is_among(self, record: Record, heads: Collection[int]) -> bool:
         """Tell whether somebody who takes no part was last heard so near the members that it must be asleep or dead.
@@ -346,7 +364,8 @@ class JointPlanning:
             return self._report(task, result)
         self.plan = JointPlan(
             epoch=epoch,
-            ways=dict(zip(names, result.order.ways, strict=True)),
+            ways=dict(zip(names, result.order.ways, strict=True))
+            | {robot: (cell,) for robot, cell in task.at_rest.items()},
             after={
                 robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
                 for robot, after in zip(names, result.order.after, strict=True)

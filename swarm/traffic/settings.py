@@ -50,7 +50,7 @@ class TrafficSettings:
     calm: int = 40  # ticks after adopting a plan in which a robot asks for no other
     again: int = 10  # ticks between two plans of one leader
     gather: int = 20  # ticks a leader waits for those who have not frozen
-    freeze: int = 50  # ticks a member stands frozen without a plan at most
+    freeze: int = 200  # ticks a member stands frozen without a plan at most: all attempts of a search take 120
     carry: int = 100  # ticks for which a leader's record carries its plan
     unanswered: int = 4  # checks after which a leader asked in vain is passed over
     pass_over: int = 100  # ticks for which it is

@@ -66,6 +66,7 @@ class Traffic:
         self._retry_at = 0
         self._sightings = Sightings(settings)
         self._leans_to: int | None = None  # the cell that cannot be judged from the middle of this one
+        self._gone: dict[str, int] = {}  # silent robots that are not where they said last, and when they said it
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
@@ -293,6 +294,11 @@ class Traffic:
         leans = distance(leaning, pose) <= LEANS
         if len(inputs.readings) != 3 or not (leans or distance(middle, pose) <= CENTRED):
             return None
+        place = self._remembered_in(cell, situation, inputs)
+        if place is not None:
+            if abs(bearing(pose, place)) > FACING:
+                return place
+            return self._note(cell, empty=False, tick=inputs.tick)
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
             return centre if leans or self._leans_to != cell else None
@@ -300,22 +306,32 @@ class Traffic:
         if seen is View.HIDDEN and not leans:
             self._leans_to = cell
             return None
+        return self._note(cell, empty=seen is not View.OCCUPIED, tick=inputs.tick)
+
+    def _note(self, cell: int, *, empty: bool, tick: int) -> Point:
+        """Take down what was seen in a cell, and return its middle."""
         self._leans_to = None
-        empty = seen is not View.OCCUPIED and not self._is_stood_in(cell, situation, inputs)
-        self._sightings.note(cell, empty=empty, tick=inputs.tick)
+        self._sightings.note(cell, empty=empty, tick=tick)
         if not empty:
             self._joint.leave()
-        return centre
+        return self.cells.centre(cell)
 
-    def _is_stood_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> bool:
-        """Return True if a silent robot was last heard with a part of its body in a cell, and may still be there."""
+    def _remembered_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
+        """Return where a silent robot was last heard with a part of its body in a cell, unless it is seen to have gone.
+
+        Who dies or falls asleep while driving comes to rest some way beyond the place that it last told.
+        """
         reach = self.settings.radius + self.settings.margin
-        return any(
-            cell in self.cells.touched(record.x, record.y, reach)
-            and not has_gone((record.x, record.y), inputs.pose, inputs.readings, self.settings.radius)
-            for robot, record in situation.others.items()
-            if robot not in situation.fresh
-        )
+        for robot, record in situation.others.items():
+            place = (record.x, record.y)
+            if robot in situation.fresh or self._gone.get(robot) == record.stamp:
+                continue
+            if cell not in self.cells.touched(*place, reach):
+                continue
+            if not has_gone(place, inputs.pose, inputs.readings, self.settings.radius):
+                return place
+            self._gone[robot] = record.stamp
+        return None
 
     # ---- what it says
 
