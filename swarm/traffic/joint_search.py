@@ -13,6 +13,7 @@ from enum import Enum
 from itertools import combinations
 from random import Random
 
+from swarm.traffic.best_first import BestFirst
 from swarm.traffic.dependencies import Order, duration, order_of
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Joined, Spots, Tables, Ties
@@ -22,6 +23,7 @@ TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of o
 SPARE = 30  # openings any start may cost, beyond its share
 LATE = 4  # starts without a plan, after which each pair is tried alone
 PAIR = 2_000  # openings for one pair at most
+BEST_FIRST = 15_000  # openings for the search that moves one robot at a time
 
 
 class Outcome(Enum):
@@ -70,6 +72,8 @@ class JointSearch:
         self._pairs = list(combinations(range(len(starts)), 2))[::-1]
         self._best: tuple[tuple[float, float], Steps, Order] | None = None
         self._least = 0  # openings of the cheapest plan so far
+        self._best_first: BestFirst | None = None
+        self._spent_on_best_first = 0
         self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
 
     def advance(self, expansions: int) -> Result | None:
@@ -77,6 +81,9 @@ class JointSearch:
         while self.result is None and expansions > 0:
             if self._best is None and self._begun > LATE and self._pairs:
                 expansions -= self._try_a_pair()
+                continue
+            if self._best is None and self._begun > LATE and self._spent_on_best_first < BEST_FIRST:
+                expansions -= self._try_best_first(min(expansions, BEST_FIRST))
                 continue
             search = self._search or self._begin()
             if search is None:
@@ -122,6 +129,20 @@ class JointSearch:
             self._finish(Outcome.UNSOLVABLE, (i, j))
         return 1 + 2 * search.expansions // len(starts)
 
+    def _try_best_first(self, expansions: int) -> int:
+        """Search on for any plan at all, one robot moving at a time; return what it cost."""
+        neighbours, tables, starts, goals = self._problem
+        search = self._best_first or BestFirst(neighbours, tables, starts, goals)
+        self._best_first = search
+        before = search.expansions
+        state = search.advance(expansions)
+        self._spent_on_best_first += expansions
+        if state is State.SOLVED:
+            self._take(search.steps, max(1, search.expansions // len(starts)))
+        elif state is State.UNSOLVABLE:
+            self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+        return max(1, search.expansions - before)
+
     def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
         if self._spent >= self._budget.expansions or (self._best is not None and self._satisfied):
@@ -137,10 +158,14 @@ class JointSearch:
         return self._begun >= self._budget.starts or self._spent >= self._budget.enough
 
     def _keep(self, search: Search) -> None:
-        steps = without_detours(search.steps)
+        self._take(search.steps, search.expansions)
+
+    def _take(self, found: Steps, expansions: int) -> None:
+        """Keep a plan if it is the quickest so far."""
+        steps = without_detours(found)
         order = order_of(steps)
         judged = duration(order)
-        self._least = search.expansions if self._best is None else min(self._least, search.expansions)
+        self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
             self._best = (judged, steps, order)
         self._search = None

@@ -14,6 +14,7 @@ from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
 LATELY: Final = 20  # ticks
+GLANCE: Final = 0.15  # m; a body that reaches less than that into a cell, from beside, does not show in the sectors
 BACK: Final = 200  # ticks after a silence in which a robot and those who could not ask it sort their cells out
 AWAY: Final = 20  # ticks without a step, after which a robot begins its holds again
 
@@ -110,7 +111,7 @@ class _Told:
 def _stands_in(history: History, moment: Moment, name: str, shared: Collection[int]) -> bool:
     pose = moment.poses[history.robots.index(name)]
     cells = cells_at(history, moment.tick)
-    return any(cell in shared for cell in cells.touched(pose.x, pose.y, history.settings.robot.radius - EXACT))
+    return any(cell in shared for cell in cells.touched(pose.x, pose.y, history.settings.robot.radius - GLANCE))
 
 
 def no_hold_without_claim(history: History) -> Found:
