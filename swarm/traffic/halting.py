@@ -52,6 +52,10 @@ class Halting:
         self._found.append((tick + settings.obstacle, place))
         return Halt(stopped=True, found=place)
 
+    def places(self, tick: int) -> tuple[Point, ...]:
+        """Return where things stay that were found lately [m]."""
+        return tuple([place for until, place in self._found if until > tick])
+
     def _known(self, tick: int, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
         """List bodies that need no explaining: robots near where they were last heard, and things found before."""
         settings = self._settings
@@ -59,5 +63,8 @@ class Halting:
         for record in others:
             age = (tick - record.stamp) * settings.tick
             within = settings.radius + ABOUT + settings.speed * age
-            known.append(Known((record.x, record.y), within, set(record.held).difference(mine)))
+            silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: no reason to brush past
+            known.append(
+                Known((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)
+            )
         return known

@@ -45,7 +45,7 @@ class TrafficOutputs(NamedTuple):
     drivable: tuple[int, ...]  # those of them to drive into: none in which somebody else stands with a part of it too
     at_large: bool  # nobody is near: the cells about the body are drivable too
     waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
-    beside: tuple[Point, ...]  # m, robots that reach into the cell it is in
+    beside: tuple[Point, ...]  # m, robots that reach into the cell it is in, and bodies that nobody speaks for
     may_drive: bool  # False: no forward speed; turning on the spot is safe
     face: Point | None  # m, turn to this before anything else
     waits: tuple[str, ...]

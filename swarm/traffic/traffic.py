@@ -333,6 +333,17 @@ class Traffic:
             self._gone[robot] = record.stamp
         return None
 
+    def _still_bodies(self, inputs: TrafficInputs) -> tuple[Point, ...]:
+        """Return where bodies stand near the robot that nobody speaks for: silent robots, and things found [m]."""
+        fresh, near = self._hearsay.fresh(inputs.tick), 2 * self.cells.side
+        silent = [
+            (record.x, record.y)
+            for robot, record in self._hearsay.others.items()
+            if robot not in fresh and self._gone.get(robot) != record.stamp
+        ]
+        places = (*silent, *self._halting.places(inputs.tick))
+        return tuple([place for place in places if distance(place, inputs.pose) < near])
+
     # ---- what it says
 
     def _own_record(self, inputs: TrafficInputs, waits: tuple[str, ...]) -> Record:
@@ -398,7 +409,7 @@ class Traffic:
             drivable=tuple(dict.fromkeys((*alone, held[place], *floor))),
             at_large=bool(floor),
             waypoints=tuple(waypoints),
-            beside=self._hearsay.holders_of(held[place], inputs.tick),
+            beside=(*self._hearsay.holders_of(held[place], inputs.tick), *self._still_bodies(inputs)),
             may_drive=not stopped,
             face=face,
             waits=waits,
