@@ -2,10 +2,11 @@
 
 LaCAM goes depth first and now and then loses itself where two or three robots have to let each other pass. This search
 keeps every position it has seen, so it is slow for many robots, but it ends: with a plan, or with the proof that there
-is none. Of two positions the one comes first whose robots have fewer steps left in all (greedy best-first search,
-Pearl 1984).
+is none. Some robots may not care where they end: they only make room. Of two positions the one comes first whose robots
+have fewer steps left in all (greedy best-first search, Pearl 1984).
 """
 
+from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Final
 
@@ -16,15 +17,18 @@ MOST: Final = 60_000  # joint positions kept
 
 
 class BestFirst:
-    """One search from ``starts`` to ``goals``; ``tables[i]`` holds robot i's steps to its goal from every cell."""
+    """One search from ``starts``; ``tables[i]`` holds robot i's steps to its goal from every cell.
 
-    def __init__(self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots) -> None:
+    It ends when each robot of ``eager`` is at its goal, where its table is 0.
+    """
+
+    def __init__(self, neighbours: Joined, tables: Tables, starts: Spots, eager: Sequence[int]) -> None:
         self.state = State.RUNNING
         self.expansions = 0
         self.steps: Steps = []
         self._neighbours = neighbours
-        self._tables = tables
-        self._goals = goals
+        nowhere = [0] * len(neighbours)
+        self._tables = [table if robot in eager else nowhere for robot, table in enumerate(tables)]
         self._parents: dict[Spots, Spots | None] = {starts: None}
         self._open = [(self._left(starts), 0, starts)]
 
@@ -37,7 +41,7 @@ class BestFirst:
                 break
             left, _, at = heappop(self._open)
             self.expansions += 1
-            if at == self._goals:
+            if left == 0:
                 self.steps = self._run_to(at)
                 self.state = State.SOLVED
                 break

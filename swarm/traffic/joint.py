@@ -319,8 +319,16 @@ class JointPlanning:
                 settings.starts, settings.expansions // (2 if number else 1), settings.enough // len(members)
             ),
             random=Random(f"{epoch.tick} {epoch.leader}"),
+            eager=sorted(
+                (
+                    index
+                    for index, robot in enumerate(members)
+                    if robot not in idle and ends[index] == wishes[robot] != heads[robot]
+                ),
+                key=lambda index: (since[members[index]], index),
+            ),
         )
-        exact = not blocked and all(goals[robot] == wishes[robot] for robot in members)
+        exact = not blocked
         at_rest = {robot: heads[robot] for robot in sorted(resting)}
         self._task = Task(members, starts, ends, number, exact, at_rest)
         return True

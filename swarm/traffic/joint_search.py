@@ -8,6 +8,7 @@ at any price jams narrow places. A plan is judged by when its last robot arrives
 entries lets it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
@@ -23,13 +24,14 @@ TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of o
 SPARE = 30  # openings any start may cost, beyond its share
 LATE = 4  # starts without a plan, after which each pair is tried alone
 PAIR = 2_000  # openings for one pair at most
-BEST_FIRST = 15_000  # openings for the search that moves one robot at a time
+BEST_FIRST = 10_000  # openings for one question to the search that moves one robot at a time
 
 
 class Outcome(Enum):
-    """What came of it. Only the first two are known for certain."""
+    """What came of it: a plan in the first two cases, a proof in the third."""
 
     SOLVED = "solved"
+    FOR_ONE = "solved for one"  # one robot arrives, the others only make room
     UNSOLVABLE = "unsolvable"
     NOT_FOUND = "no plan found"
 
@@ -55,10 +57,22 @@ class Result:
 
 
 class JointSearch:
-    """A search for a joint plan, to be advanced a little each control step until ``result`` is there."""
+    """A search for a joint plan, to be advanced a little each control step until ``result`` is there.
+
+    ``eager`` are the robots that still have to be at their goals, who has waited longest first; the others only have to
+    stand somewhere. None: all.
+    """
 
     def __init__(
-        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, budget: Budget, random: Random
+        self,
+        neighbours: Joined,
+        tables: Tables,
+        starts: Spots,
+        goals: Spots,
+        *,
+        budget: Budget,
+        random: Random,
+        eager: Sequence[int] | None = None,
     ) -> None:
         if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
             raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
@@ -73,7 +87,9 @@ class JointSearch:
         self._best: tuple[tuple[float, float], Steps, Order] | None = None
         self._least = 0  # openings of the cheapest plan so far
         self._best_first: BestFirst | None = None
-        self._spent_on_best_first = 0
+        self._eager = tuple(range(len(starts))) if eager is None else tuple(eager)
+        self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
+        self._together = True  # it is not proven that they cannot all be at their goals at once
         self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
 
     def advance(self, expansions: int) -> Result | None:
@@ -82,8 +98,9 @@ class JointSearch:
             if self._best is None and self._begun > LATE and self._pairs:
                 expansions -= self._try_a_pair()
                 continue
-            if self._best is None and self._begun > LATE and self._spent_on_best_first < BEST_FIRST:
-                expansions -= self._try_best_first(min(expansions, BEST_FIRST))
+            all_asked = len(self._questions) <= len(self._eager)
+            if self._best is None and self._questions and self._begun > LATE and (not all_asked or self._is_lost):
+                expansions -= self._try_best_first(expansions)
                 continue
             search = self._search or self._begin()
             if search is None:
@@ -96,8 +113,7 @@ class JointSearch:
             if state is State.SOLVED:
                 self._keep(search)
             elif state is State.UNSOLVABLE:
-                starts = self._problem[2]
-                self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+                self._together, self._search, self._begun = False, None, LATE + 1
             elif self._allowance(search) <= 0:
                 self._search = None
         return self.result
@@ -114,44 +130,59 @@ class JointSearch:
         return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
-        """See whether two robots could arrive even alone in the world; tell what it cost, in openings of all."""
-        neighbours, tables, starts, goals = self._problem
-        i, j = self._pairs.pop()
-        search = Search(
-            neighbours,
-            (tables[i], tables[j]),
-            (starts[i], starts[j]),
-            (goals[i], goals[j]),
-            ties=Ties.RANDOM,
-            random=Random(0),
-        )
-        if search.advance(PAIR) is State.UNSOLVABLE:
-            self._finish(Outcome.UNSOLVABLE, (i, j))
-        return 1 + 2 * search.expansions // len(starts)
+        """See whether each of two robots could arrive with nobody else there; return what it cost, in openings of all.
+
+        The other one only has to make room: who has been at its goal may leave it again.
+        """
+        neighbours, tables, starts, _ = self._problem
+        pair = self._pairs.pop()
+        spent = 0
+        for eager in (0, 1):
+            if pair[eager] not in self._eager:
+                continue
+            search = BestFirst(neighbours, [tables[robot] for robot in pair], tuple(starts[r] for r in pair), (eager,))
+            if search.advance(PAIR) is State.UNSOLVABLE:
+                self._finish(Outcome.UNSOLVABLE, pair)
+            spent += search.expansions
+        return 1 + 2 * spent // len(starts)
 
     def _try_best_first(self, expansions: int) -> int:
-        """Search on for any plan at all, one robot moving at a time; return what it cost."""
-        neighbours, tables, starts, goals = self._problem
-        search = self._best_first or BestFirst(neighbours, tables, starts, goals)
+        """Search on for any plan at all, one robot moving at a time; return what it cost.
+
+        First for one in which all arrive, then for one in which the robot does that has waited longest, and so on.
+        """
+        neighbours, tables, starts, _ = self._problem
+        eager = self._questions[0]
+        search = self._best_first or BestFirst(neighbours, tables, starts, eager)
         self._best_first = search
         before = search.expansions
         state = search.advance(expansions)
-        self._spent_on_best_first += expansions
         if state is State.SOLVED:
             self._take(search.steps, max(1, search.expansions // len(starts)))
-        elif state is State.UNSOLVABLE:
+            if len(eager) < len(starts):
+                self._finish(Outcome.FOR_ONE)
+        elif state is State.UNSOLVABLE and len(eager) == 1:
             self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+        if state is not State.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
+            self._together = self._together and not (state is State.UNSOLVABLE and len(eager) == len(starts))
+            self._questions = self._questions[1:]
+            self._best_first = None
         return max(1, search.expansions - before)
 
     def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
-        if self._spent >= self._budget.expansions or (self._best is not None and self._satisfied):
+        if self._is_lost or (self._best is not None and self._satisfied):
             self._finish(Outcome.NOT_FOUND if self._best is None else Outcome.SOLVED)
             return None
         ties = TURNS[self._begun % len(TURNS)]
         self._search = Search(neighbours, tables, starts, goals, ties=ties, random=self._random)
         self._begun += 1
         return self._search
+
+    @property
+    def _is_lost(self) -> bool:
+        """Whether nothing more is to be hoped for from a search for all goals at once."""
+        return self._spent >= self._budget.expansions or not self._together
 
     @property
     def _satisfied(self) -> bool:

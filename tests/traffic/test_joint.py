@@ -65,7 +65,7 @@ TICKS = 200
 NO_PLAN = {  # where robots stand, where they want to be: what is said, and of whom
     "two swap in a corridor":              ("ab", "ba", "unsolvable", ("r1", "r2")),
     "a third one stands by":               ("abd", "bad", "unsolvable", ("r1", "r2")),
-    "one of two wants another's target":   ("abc", "bab", "no_plan_found", ("r1", "r2", "r3")),
+    "one of two wants another's target":   ("abc", "bab", "unsolvable", ("r1", "r2")),
 }
 # fmt: on
 

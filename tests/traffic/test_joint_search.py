@@ -76,6 +76,7 @@ def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
     full = Drawn("####", "abc.", "####")
     result = search(full.cells, full.at("abc"), full.at("acb"), Budget())
     assert result.outcome is Outcome.UNSOLVABLE
+    assert result.who == (1, 2)
 
 
 def test_out_of_budget_is_not_called_unsolvable() -> None:
