@@ -28,6 +28,8 @@ def storm(options: argparse.Namespace) -> int:
         plan = _plan(options.shrink, profiles)
         out = options.out or Path("tests", "storm", f"{plan.profile}-{plan.seed}.yaml")
         return command.shrunk(plan, out, _jobs(options.jobs))
+    if options.over == "processes" and options.twice:
+        raise ConfigError("swarm storm: expected either --twice or --over processes, got both; leave one out")
     if options.plan and (options.seeds or options.start is not None or options.profile != "all"):
         raise ConfigError("swarm storm: expected either plan files or --seeds and --profile, got both; leave one out")
     return command.run(
@@ -37,6 +39,7 @@ def storm(options: argparse.Namespace) -> int:
             files=tuple(options.plan),
             jobs=_jobs(options.jobs),
             twice=options.twice,
+            processes=options.over == "processes",
             results=options.results,
             plans=options.plans,
             as_json=options.json,
@@ -104,6 +107,8 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--profile", default="all", metavar="NAME,...", help="what is drawn; by default all")
     one.add_argument("--jobs", type=int, metavar="J", help="runs side by side, by default one a core")
     one.add_argument("--twice", action="store_true", help="run each plan twice: the digests have to be equal")
+    text = "processes: each plan over real ones too, one after the other; the digests have to be equal"
+    one.add_argument("--over", default="simulation", choices=("simulation", "processes"), help=text)
     one.add_argument("--results", type=Path, metavar="FILE.jsonl", help="gets a JSON line a seed, at once")
     one.add_argument("--plans", type=Path, metavar="DIR", help="gets the plans that failed")
     one.add_argument("--show", metavar="SEED", help="print the plan that a seed draws, and end")

@@ -14,6 +14,7 @@ from world.storm.draw import draw
 from world.storm.output import Lines, Say, shown, write_plan
 from world.storm.plan import StormPlan, read
 from world.storm.pool import Lost, answers
+from world.storm.processes import only_simulated, perform_both
 from world.storm.results import Job, Result, lost, perform
 from world.storm.shrink import deadline, first_broken, first_of, shrink
 
@@ -48,7 +49,8 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
     found: list[Result] = []
     with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
         wrong = False
-        for job, result in _each(jobs, options.jobs, work, stop.is_set):
+        each = _over_processes(jobs, stop.is_set) if options.processes else None
+        for job, result in each or _each(jobs, options.jobs, work, stop.is_set):
             found.append(result)
             lines.add(result)
             wrong |= not _tell(job, result, options.plans, say)
@@ -71,6 +73,9 @@ def jobs_of(options: Options) -> list[Job]:
     """
     if options.files:
         plans = [read(path) for path in options.files]
+        for path, plan in zip(options.files, plans, strict=True):
+            if options.processes and (why := only_simulated(plan)):
+                raise ConfigError(f"{path}: {why}; run it without --over processes")
         return [Job(plan.profile, plan.seed, plan, options.twice) for plan in plans]
     for profile in options.profiles:
         draw(profile, 0)
@@ -80,6 +85,15 @@ def jobs_of(options: Options) -> list[Job]:
 def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
     for job, answer in answers(work, jobs, workers=min(workers, len(jobs)), stop=stop):
         yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
+
+
+def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
+    """Run one plan after the other: each is many processes by itself."""
+    for job in jobs:
+        result = perform_both(job, stop)
+        if stop():
+            return
+        yield job, result
 
 
 def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:

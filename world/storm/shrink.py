@@ -13,8 +13,8 @@ from world.storm.pool import answers
 from world.storm.simpler import CUTS, simpler, size
 
 LONGEST: Final = 120.0  # s of wall time for one shrinking
-SLACK: Final = 1.3  # a candidate may take so much longer than the plan took to break its law
-MORE: Final = 30.0  # s, simulated, and so much more
+SLACK: Final = 1.1  # a candidate may take so much longer than the plan took to break its law
+MORE: Final = 10.0  # s, simulated, and so much more
 
 
 class Trial(NamedTuple):
