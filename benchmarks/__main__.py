@@ -1,7 +1,8 @@
-"""Every benchmark, one after the other: ``python -m benchmarks [NAME ...] [--write]``.
+"""Every benchmark, one after the other: ``python -m benchmarks [NAME ...] [--write | --stale]``.
 
 Each runs as a process of its own, so that none warms another up. ``--write`` puts what they printed, with the versions
-they ran on, into ``docs/benchmarks.md``.
+they ran on and the commit, into ``docs/benchmarks.md``. ``--stale`` runs none: it lists the sections of that page that
+are older than the code they measure.
 """
 
 import argparse
@@ -12,11 +13,19 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
+from benchmarks.freshness import measured, stale, stamp
 from benchmarks.measure import machine
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "benchmarks.md"
-NO_BENCHMARK: Final = ("__init__", "__main__", "measure", "fuzz_maps")  # shared, or a search for faults
+NO_BENCHMARK: Final = (
+    "__init__",
+    "__main__",
+    "measure",
+    "freshness",
+    "fuzz_maps",
+    "mutation",
+)  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 
 
@@ -45,16 +54,20 @@ def run(name: str) -> tuple[int, str]:
     return process.wait(), "".join(lines)
 
 
-def page(printed: dict[str, str]) -> str:
-    """Put the page together."""
+def section(name: str, stamped: str, text: str) -> str:
+    """Put a section together, without its heading."""
+    return "\n\n".join(part for part in (summary(name), stamped, text.strip()) if part)
+
+
+def page(fresh: dict[str, str]) -> str:
+    """Put the page together: the sections made now, and those that stand."""
     versions = ", ".join(f"{name} {version(name)}" for name in VERSIONS)
     parts = [
         "# Benchmarks",
         "Made by `python -m benchmarks --write`; nothing here is typed by hand.",
         f"{machine()}; {versions}. The load says what else the machine did meanwhile: times under load are longer.",
     ]
-    sections = kept() | {name: f"{summary(name)}\n\n{text.strip()}" for name, text in printed.items()}
-    for name, text in sorted(sections.items()):
+    for name, text in sorted((kept() | fresh).items()):
         parts += [f"## `python -m benchmarks.{name}`", text]
     return "\n\n".join(parts) + "\n"
 
@@ -68,20 +81,28 @@ def kept() -> dict[str, str]:
 
 
 def main() -> int:
-    """Run them; 1 when one of them failed or missed what it has to reach."""
+    """Run them; 1 when one of them failed or missed what it has to reach, or, asked for them, some are stale."""
     parser = argparse.ArgumentParser(description="Run benchmarks.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}; by default all")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
+    parser.add_argument("--stale", action="store_true", help="list the sections of docs/benchmarks.md to make anew")
     options = parser.parse_args()
     if unknown := set(options.names) - set(names()):
         parser.error(f"expected some of {', '.join(names())}, got {', '.join(sorted(unknown))}")
-    printed, failed = {}, []
-    for name in options.names or names():
+    chosen = options.names or names()
+    if options.stale:
+        old = stale(ROOT, kept(), {name: measured(name) for name in chosen})
+        print("".join(f"{name}: {why}\n" for name, why in old.items()) or "no section is older than its code\n", end="")
+        return 1 if old else 0
+    sections, failed = {}, []
+    for name in chosen:
         print(f"\n== {name}", flush=True)
-        status, printed[name] = run(name)
+        stamped = stamp(ROOT, measured(name))
+        status, printed = run(name)
+        sections[name] = section(name, stamped, printed)
         failed += [name] if status else []
         if options.write:  # after each: what an interrupted run has printed stays
-            PAGE.write_text(page(printed), encoding="utf-8")
+            PAGE.write_text(page(sections), encoding="utf-8")
     if failed:
         print(f"not as it has to be: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

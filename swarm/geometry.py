@@ -30,15 +30,23 @@ def wrap(angle: float) -> float:
 
 
 def integrate(pose: Pose, twist: Twist, dt: float) -> Pose:
-    """Follow a constant twist for ``dt``: the exact arc about the ICC (paper section 2.3), a line where it is straight.
+    """Follow a constant twist for ``dt``: the exact arc about the ICC (paper section 2.3), or a straight line."""
+    x, y, yaw = pose
+    dx, dy = chord(yaw, twist, dt)
+    return Pose(x + dx, y + dy, wrap(yaw + 2 * (twist.angular * dt / 2)))
+
+
+def chord(yaw: float, twist: Twist, dt: float) -> tuple[float, float]:
+    """Compute how far [m] a constant twist for ``dt`` leads from where it begins, in the parent frame.
 
     The chord of an arc of half-angle a is sin(a)/a times its length and points along yaw + a; this form has no
     division by the yaw rate, so that the straight line is its limit and not a case of its own.
     """
-    half = twist.angular * dt / 2
-    chord = twist.linear * dt * (sin(half) / half if abs(half) > 1e-8 else 1.0)
-    heading = pose.yaw + half
-    return Pose(pose.x + chord * cos(heading), pose.y + chord * sin(heading), wrap(pose.yaw + 2 * half))
+    linear, angular = twist
+    half = angular * dt / 2
+    length = linear * dt * (sin(half) / half if abs(half) > 1e-8 else 1.0)
+    heading = yaw + half
+    return length * cos(heading), length * sin(heading)
 
 
 def distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
@@ -53,11 +61,13 @@ def bearing(pose: Pose, point: tuple[float, ...]) -> float:
 
 def to_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
     """Express a point of the parent frame in ``frame``."""
-    dx, dy, c, s = x - frame.x, y - frame.y, cos(frame.yaw), sin(frame.yaw)
+    x0, y0, yaw = frame
+    dx, dy, c, s = x - x0, y - y0, cos(yaw), sin(yaw)
     return c * dx + s * dy, c * dy - s * dx
 
 
 def from_frame(frame: Pose, x: float, y: float) -> tuple[float, float]:
     """Express a point of ``frame`` in the parent frame."""
-    c, s = cos(frame.yaw), sin(frame.yaw)
-    return frame.x + c * x - s * y, frame.y + s * x + c * y
+    x0, y0, yaw = frame
+    c, s = cos(yaw), sin(yaw)
+    return x0 + c * x - s * y, y0 + s * x + c * y

@@ -1,10 +1,10 @@
 """An independent judge of gaps: recorded poses and the map in, the smallest gap seen out. It knows no physics."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from swarm.maps.occupancy import OBSTACLE, UNKNOWN, WALL, OccupancyMap
 
@@ -17,7 +17,7 @@ class ClearanceJudge:
     def __init__(self, floor: OccupancyMap, radius: float, robots: int) -> None:
         self._radius = radius
         self._pairs = np.triu_indices(robots, k=1)
-        self._block: list[NDArray[np.float64]] = []
+        self._block: list[Sequence[tuple[float, ...]]] = []
         self._smallest = float("inf")
         self.set_floor(floor)
 
@@ -32,9 +32,9 @@ class ClearanceJudge:
         self._tree = shapely.STRtree(blocks)
         self._solid = bool(blocks)
 
-    def observe(self, positions: NDArray[np.float64]) -> None:
-        """Take positions (robots, 2) [m] of one tick."""
-        self._block.append(positions)
+    def observe(self, places: Sequence[tuple[float, ...]]) -> None:
+        """Take everybody's x, y [m] (and what follows them) at one tick."""
+        self._block.append(places)
         if len(self._block) >= BLOCK:
             self._judge()
 
@@ -47,7 +47,7 @@ class ClearanceJudge:
     def _judge(self) -> None:
         if not self._block:
             return
-        places = np.stack(self._block)  # (ticks, robots, 2)
+        places = np.array(self._block, np.float64)[:, :, :2]  # (ticks, robots, 2)
         self._block = []
         if self._solid:
             points = shapely.points(places.reshape(-1, 2))

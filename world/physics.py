@@ -12,7 +12,7 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, integrate, wrap
+from swarm.geometry import Pose, Twist, chord, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
 from world import rays
 
@@ -49,7 +49,9 @@ class Physics:
         self._square: list[tuple[pymunk.Body, float, float]] = []  # movers that are boxes, and their half sides
         self._discs = np.array([(0.0, 0.0, radius)] * len(poses), np.float64).reshape(-1, 3)
         self._boxes: Numbers = np.empty((0, 5))
-        self._stale = True  # bodies have moved since discs and boxes were placed
+        self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
+        self._poses: list[Pose] = []
+        self._stale = True  # bodies have moved since the five above were noted
         for kind in KINDS:
             self._space.on_collision(ROBOT, kind, begin=self._on_contact, separate=self._on_parting, data=kind)
 
@@ -103,9 +105,12 @@ class Physics:
 
     def pose(self, robot: int) -> Pose:
         """Where a robot stands."""
-        body = self._bodies[robot]
-        x, y = body.position
-        return Pose(x, y, wrap(body.angle))
+        return self.poses()[robot]
+
+    def poses(self) -> list[Pose]:
+        """Where every robot stands."""
+        self._place()
+        return self._poses
 
     def roll(self, twists: Iterable[Twist], movers: Sequence[Pose] = ()) -> list[Contact]:
         """Let every robot follow its twist for one control step, and every mover come to its next pose.
@@ -122,9 +127,12 @@ class Physics:
         twists = list(twists)
         for _ in range(self._substeps):
             for body, twist in zip(self._bodies, twists, strict=True):
-                x, y = body.position
-                end = integrate(Pose(x, y, body.angle), twist, dt)
-                body.velocity = ((end.x - x) / dt, (end.y - y) / dt)
+                if twist.linear == 0.0:
+                    body.velocity = (0.0, 0.0)
+                else:
+                    x, y = body.position
+                    dx, dy = chord(body.angle, twist, dt)
+                    body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # what is lost in x + dx is not driven
                 body.angular_velocity = twist.angular
             if self.touching:
                 self._solve(dt)
@@ -145,26 +153,36 @@ class Physics:
 
     def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
-        x, y = self._bodies[robot].position
-        yaw, radius = self._bodies[robot].angle, self._radius
-        turned = np.asarray(angles, np.float64)
-        found = rays.cast(*self._ground, x, y, yaw, robot, self._placed_discs(), self._boxes, turned, radius + reach)
-        return [min(reach, max(0.0, distance - radius)) for distance in found.tolist()]
+        return self.cast_all(np.asarray(angles, np.float64), reach)[robot]
+
+    def cast_all(self, angles: Numbers, reach: float) -> list[list[float]]:
+        """Measure along the same rays from every robot."""
+        self._place()
+        found = rays.cast_all(*self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach)
+        measured: list[list[float]] = found.tolist()
+        return measured
 
     def sees(self, a: Point, b: Point) -> bool:
         """Tell whether nothing that stands still lies between two points."""
         return bool(rays.sees(*self._ground, *a, *b))
 
-    def _placed_discs(self) -> Numbers:
-        """Give where every disc is now: (n, 3) of x, y, radius; the robots first."""
+    def sees_each(self, here: Point, places: Numbers) -> list[bool]:
+        """Tell of each of some places, (n, 2), whether nothing that stands still lies between it and a point."""
+        seen: list[bool] = rays.sees_each(*self._ground, *here, places).tolist()
+        return seen
+
+    def _place(self) -> None:
+        """Note where every disc and box is now."""
         if self._stale:
+            self._stale = False
             for row, body in enumerate(self._round):
                 self._discs[row, :2] = body.position
             for row, (body, _, _) in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle
-            self._stale = False
-        return self._discs
+            self._yaws = np.array([body.angle for body in self._bodies], np.float64)
+            places = self._discs[: len(self._bodies), :2].tolist()
+            self._poses = [Pose(x, y, wrap(yaw)) for (x, y), yaw in zip(places, self._yaws.tolist(), strict=True)]
 
 
 def _stay(body: pymunk.Body, dt: float) -> None:

@@ -100,6 +100,31 @@ def cast(
     return found
 
 
+@njit("f8[:, ::1](u1[:, ::1], f8, f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8, f8)", cache=True)
+def cast_all(
+    solid: NDArray[np.uint8],
+    side: float,
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    yaws: Numbers,  # rad, of the robots
+    discs: Numbers,  # (n, 3): x, y, radius [m]; the robots first
+    boxes: Numbers,
+    angles: Numbers,
+    radius: float,  # m, of a robot
+    reach: float,  # m
+) -> Numbers:
+    """Free distances [m, 0..reach] from every robot's edge along rays at body ``angles`` [rad]: (robots, angles)."""
+    found = np.empty((yaws.size, angles.size))
+    for n in range(yaws.size):
+        x, y = discs[n, 0], discs[n, 1]
+        origin = (origin_x, origin_y, origin_yaw)
+        far = cast(solid, side, *origin, x, y, yaws[n], n, discs, boxes, angles, radius + reach)
+        for k in range(angles.size):
+            found[n, k] = min(reach, max(0.0, far[k] - radius))
+    return found
+
+
 @njit("b1(u1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
 def sees(
     solid: NDArray[np.uint8],
@@ -122,3 +147,21 @@ def sees(
     dx, dy = (bx - ax) / whole, (by - ay) / whole
     free = to_cells(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, whole / side)
     return bool(free >= whole / side)
+
+
+@njit("b1[::1](u1[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
+def sees_each(
+    solid: NDArray[np.uint8],
+    side: float,
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    x: float,
+    y: float,
+    places: Numbers,  # (n, 2): x, y [m]
+) -> NDArray[np.bool_]:
+    """Tell of each place whether no solid cell lies between it and a point [m]."""
+    found = np.empty(places.shape[0], np.bool_)
+    for k in range(places.shape[0]):
+        found[k] = sees(solid, side, origin_x, origin_y, origin_yaw, x, y, places[k, 0], places[k, 1])
+    return found

@@ -4,9 +4,8 @@ import hashlib
 import struct
 from collections import Counter
 from collections.abc import Sequence
+from itertools import chain
 from typing import Final
-
-import numpy as np
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
@@ -70,10 +69,11 @@ class Recorder:
     def poses(self, poses: Sequence[Pose]) -> None:
         """Take where everybody stands at a tick."""
         self._ticks += 1
-        for number, pose in enumerate(poses):
-            self._digest.update(struct.pack("<3d", *pose))
-            self.path_length[number] += distance(self._last[number], pose)
-        self._judge.observe(np.array([pose[:2] for pose in poses]))
+        self._digest.update(struct.pack(f"<{3 * len(poses)}d", *chain.from_iterable(poses)))
+        for number, (before, pose) in enumerate(zip(self._last, poses, strict=True)):
+            if pose != before:
+                self.path_length[number] += distance(before, pose)
+        self._judge.observe(poses)
         self._last = poses
 
     def set_floor(self, floor: OccupancyMap) -> None:

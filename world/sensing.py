@@ -1,16 +1,14 @@
 """What a robot's own sensors tell it: three proximity sectors and the infrared bearing of each target (section 2)."""
 
-from collections.abc import Sequence
 from math import radians
 from typing import NamedTuple
 
 import numpy as np
 
 from swarm.geometry import Pose, bearing, wrap
-from swarm.maps.occupancy import Point
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import SensorSettings
-from world.physics import Physics
+from world.physics import Numbers, Physics
 
 
 class Distances(NamedTuple):
@@ -30,22 +28,23 @@ class Sensing:
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
 
-    def distances(self, physics: Physics, robot: int) -> Distances:
-        """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
-        settings = self._settings
-        rays = physics.cast(robot, self._angles, settings.range)
-        if settings.noise:
-            drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
-            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
-        n = settings.rays
-        return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
+    def distances(self, physics: Physics) -> list[Distances]:
+        """Read, for every robot, the nearest hit of each sector's rays, other robots included, and the rays too."""
+        settings, n = self._settings, self._settings.rays
+        read = []
+        for robot, rays in enumerate(physics.cast_all(self._angles, settings.range)):
+            if settings.noise:
+                drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
+                rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
+            read.append(Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays))
+        return read
 
-    def bearings(self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point]) -> list[float | None]:
-        """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""
+    def bearings(self, physics: Physics, robot: int, pose: Pose, targets: Numbers) -> list[float | None]:
+        """Read the bearing [rad, left positive] of each target (n, 2) that no wall hides, None for the others."""
         noise = radians(self._settings.bearing_noise_deg)
         drawn = self._noise[robot].normal(0.0, noise, len(targets)).tolist() if noise else [0.0] * len(targets)
-        here = (pose.x, pose.y)
+        seen = physics.sees_each((pose.x, pose.y), targets)
         return [
-            wrap(bearing(pose, target) + error) if physics.sees(here, target) else None
-            for target, error in zip(targets, drawn, strict=True)
+            wrap(bearing(pose, target) + error) if shows else None
+            for target, error, shows in zip(targets.tolist(), drawn, seen, strict=True)
         ]

@@ -34,7 +34,7 @@ class TrafficWatch:
             command = last[number]
             if not command.held:
                 continue  # it has not spoken yet
-            wants = command.activity not in {Activity.DONE, Activity.READY}
+            wants = command.activity is not Activity.DONE and command.activity is not Activity.READY
             moved = poses[number] != before[number]
             robots[name] = Seen(poses[number], tuple(command.held), wants, moved, tuple(command.waits), name in fresh)
             if name in fresh:

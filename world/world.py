@@ -7,6 +7,7 @@ own.
 from collections.abc import Iterator, Mapping, Sequence
 
 import msgspec
+import numpy as np
 from shapely import Point as ShapelyPoint
 from shapely import Polygon
 
@@ -21,7 +22,7 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
 from world.movers import Patrol
-from world.physics import Physics
+from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
@@ -71,6 +72,7 @@ class World:
         self._sensing = Sensing(settings.sensors, len(starts), seed)
         self._ether = Ether(settings.radio, seed, self._physics.sees)
         self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
+        self._stop_places = [np.array(stops, np.float64).reshape(-1, 2) for stops in self._stops]
         self._number = {name: number for number, name in enumerate(self.robots)}
         self._wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
         self._commands = [REST] * len(starts)
@@ -106,19 +108,19 @@ class World:
         return dict(self.each_sense(lockstep))
 
     def each_sense(self, lockstep: bool) -> Iterator[tuple[str, Sense]]:
-        """Sense for one robot after the other, so that the first need not wait for the last."""
+        """Sense for one robot after the other; the rays of all are cast at once."""
         sensing, physics = self._sensing, self._physics
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
         rays_needed = not self._settings.map.known
-        for number, name in enumerate(self.robots):
-            pose = physics.pose(number)
+        self._distances = sensing.distances(physics)
+        for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self._wheels[number])
-            left, front, right, rays = self._distances[number] = sensing.distances(physics, number)
+            left, front, right, rays = self._distances[number]
             yield name, Sense(
                 run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
-                bearings=sensing.bearings(physics, number, pose, self._stops[number]), hears=self._heard[number],
+                bearings=sensing.bearings(physics, number, pose, self._stop_places[number]), hears=self._heard[number],
                 rays=rays if rays_needed else [], edits_before=self.edits - len(edits), edits=edits,
             )  # fmt: skip
 
@@ -126,13 +128,15 @@ class World:
         """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
-        dt, most = self.dt, self._settings.robot.wheel_acceleration * self.dt
+        dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
         for number, command in enumerate(self._commands):
             alive = (self.tick - command.tick) * dt <= COMMAND.timeout
             wanted = (command.left, command.right) if alive else (0.0, 0.0)
-            left, right = (max(-self._top_speed, min(self._top_speed, speed)) for speed in wanted)
-            now = self._wheels[number]
-            self._wheels[number] = (ramp(now[0], left, most), ramp(now[1], right, most))
+            left, right = self._wheels[number]
+            self._wheels[number] = (
+                ramp(left, max(-fastest, min(fastest, wanted[0])), most),
+                ramp(right, max(-fastest, min(fastest, wanted[1])), most),
+            )
         movers = [patrol.at(self.time + dt) for patrol in self._patrols]
         contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels], movers)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
@@ -161,8 +165,10 @@ class World:
     def _next_stop(self, number: int) -> int | None:
         """Return the first stop that a robot has neither reached nor given up."""
         given_up = self._commands[number].unreachable
-        stops = range(len(self._stops[number]))
-        return next((s for s in stops if s not in given_up and not self.recorder.is_reached(number, s)), None)
+        for stop, time in enumerate(self.recorder.reached_at[number]):
+            if time is None and stop not in given_up:
+                return stop
+        return None
 
     def _make_edits(self, events: list[Event]) -> None:
         """Make the scenario's own edits whose time has come; one that cannot be made is said."""
@@ -248,7 +254,11 @@ class World:
 
     def poses(self) -> list[Pose]:
         """Where every robot stands."""
-        return [self._physics.pose(number) for number in range(len(self.robots))]
+        return self._physics.poses()
+
+    def touching(self) -> list[Contact]:
+        """List the contacts that have begun and not ended."""
+        return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
         """Where every moving obstacle is."""

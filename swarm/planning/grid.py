@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, floor, hypot, isfinite
+from math import ceil, cos, floor, hypot, isfinite, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm.errors import ConfigError
-from swarm.geometry import Pose, from_frame, to_frame
+from swarm.geometry import Pose, from_frame
 from swarm.maps.limits import check_size
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
 from swarm.planning.astar import Lattice
@@ -98,8 +98,14 @@ class Grid:
 
     def to_cells(self, x: float, y: float) -> Point:
         """Express a point of the map frame in cells along and up the grid."""
-        along, up = to_frame(self.origin, x, y)
-        return along / self.resolution, up / self.resolution
+        x0, y0, c, s, side = self._frame
+        dx, dy = x - x0, y - y0
+        return (c * dx + s * dy) / side, (c * dy - s * dx) / side
+
+    @cached_property
+    def _frame(self) -> tuple[float, float, float, float, float]:
+        x, y, yaw = self.origin
+        return x, y, cos(yaw), sin(yaw), self.resolution
 
     def from_cells(self, column: float, row: float) -> Point:
         """Express a point in cells along and up the grid in the map frame [m]."""

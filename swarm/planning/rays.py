@@ -4,13 +4,14 @@ Cells are walked one boundary after the other (Amanatides and Woo, Eurographics 
 """
 
 from collections.abc import Sequence
-from math import cos, floor, inf, sin
+from functools import lru_cache
+from math import cos, floor, inf, pi, sin
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, wrap
+from swarm.geometry import Pose
 from swarm.planning.grid import Grid
 
 
@@ -70,9 +71,25 @@ def note(
         odds[end_row, end_column] = min(most, odds[end_row, end_column] + gain)
 
 
+@njit("f8(u1[:, ::1], f8, f8, f8, f8[::1], f8)", cache=True)
+def _nearest(
+    solid: NDArray[np.uint8], x: float, y: float, yaw: float, angles: NDArray[np.float64], reach: float
+) -> float:
+    nearest = np.inf
+    for k in range(angles.size):
+        heading = (yaw + angles[k] + pi) % (2 * pi) - pi
+        nearest = min(nearest, _first_solid(solid, x, y, pi if heading <= -pi else heading, reach))
+    return nearest
+
+
+@lru_cache
+def _as_array(angles: tuple[float, ...]) -> NDArray[np.float64]:
+    return np.array(angles, np.float64)
+
+
 def nearest_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> float:
     """Measure from the centre what the map alone would let rays at body ``angles`` [rad] read: 0..reach [m]."""
     x, y = grid.to_cells(pose.x, pose.y)
     yaw = pose.yaw - grid.origin.yaw
-    most = reach / grid.resolution
-    return min(_first_solid(grid.solid, x, y, wrap(yaw + angle), most) for angle in angles) * grid.resolution
+    nearest: float = _nearest(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
+    return nearest * grid.resolution

@@ -13,13 +13,13 @@ from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
-from swarm.robot.sectors import sectors
+from swarm.robot.sectors import half_width, sectors
 from swarm.robot.supervisor import Supervisor, WheelSpeeds
 from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
-from swarm.traffic.driver import Body, Driver, Wheels, Whose, distance_along
+from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
 from swarm.traffic.look import Reading
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -114,7 +114,7 @@ class CellPilot:
         once is no explanation, for it may move.
         """
         sense, pose, driver = situation.sense, situation.pose, self._driver
-        driver.bodies = np.array(granted.beside, np.float64).reshape(-1, 2)
+        driver.bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None:
             return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
         aim = driver.aim(pose, granted.drivable, granted.waypoints)
@@ -158,8 +158,7 @@ class CellPilot:
         for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
             near = measured < self._constants.stop_distance or angles is self._sectors.front  # others stop nobody
             expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
-            half = (max(angles) - min(angles)) / 2
-            found.append(Reading(measured, expected, angles[len(angles) // 2], half))
+            found.append(Reading(measured, expected, angles[len(angles) // 2], half_width(angles)))
         return tuple(found)
 
 

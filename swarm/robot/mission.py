@@ -51,7 +51,7 @@ class Mission:
     @property
     def goal(self) -> Point | None:
         """The stop it drives to, or None."""
-        under_way = self.stage in {Stage.OUTBOUND, Stage.RETURNING}
+        under_way = self.stage is Stage.OUTBOUND or self.stage is Stage.RETURNING
         return self.stops[self.target] if under_way else None
 
     def take(self, occasion: Occasion) -> None:

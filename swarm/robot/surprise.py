@@ -8,7 +8,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.planning.grid import Grid
 from swarm.planning.rays import nearest_on_map
-from swarm.robot.sectors import Angles, sectors
+from swarm.robot.sectors import Angles, half_width, sectors
 from swarm.scenario.schema import Settings
 
 NEAR: Final = 0.8  # m, from the edge: nearer than that an unexplained thing ahead stops the robot,
@@ -64,7 +64,7 @@ class Surprise:
         return halt
 
     def _explained(self, pose: Pose, angles: Angles, read: float, grid: Grid, others: Sequence[Point]) -> bool:
-        half = (max(angles) - min(angles)) / 2
+        half = half_width(angles)
         middle = angles[len(angles) // 2]
         for body in (*others, *self.obstacles):
             off = abs(wrap(bearing(pose, body) - middle))

@@ -6,8 +6,8 @@ their centres. Both are exact for the boxes of the fine map.
 """
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable
-from math import ceil, floor, hypot
+from collections.abc import Callable, Collection, Iterable, Sequence
+from math import ceil, cos, floor, hypot, sin
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
+from swarm.traffic.footprint import cells_under
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
@@ -59,6 +60,9 @@ class CellMap:
         self.stands: tuple[bool, ...] = tuple(stands.ravel().tolist())
         self.neighbours: tuple[tuple[int, ...], ...] = _joined(stands, right, up)
         self._open: tuple[bool, ...] = tuple(self._wholly_free().ravel().tolist())
+        x, y, yaw = occupancy.origin
+        self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
+        self._centres: dict[int, Point] = {}
         self._blind: dict[tuple[int, int], bool] = {}
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
 
@@ -69,20 +73,28 @@ class CellMap:
 
     def centre(self, cell: int) -> Point:
         """Give the middle of a cell [m, map frame]."""
-        row, column = divmod(cell, self.columns)
-        x, y = self.offset[0] + (column + 0.5) * self.side, self.offset[1] + (row + 0.5) * self.side
-        return from_frame(self.occupancy.origin, x, y)
+        found = self._centres.get(cell)
+        if found is None:
+            row, column = divmod(cell, self.columns)
+            x, y = self.offset[0] + (column + 0.5) * self.side, self.offset[1] + (row + 0.5) * self.side
+            found = self._centres[cell] = from_frame(self.occupancy.origin, x, y)
+        return found
 
     def cell_of(self, x: float, y: float) -> int:
         """Find the cell that holds a point [m, map frame], or OUTSIDE."""
-        along, up = to_frame(self.occupancy.origin, x, y)
-        return self._number(floor((up - self.offset[1]) / self.side), floor((along - self.offset[0]) / self.side))
+        x0, y0, c, s, along, up, side = self._frame
+        dx, dy = x - x0, y - y0
+        row, column = floor((c * dy - s * dx - up) / side), floor((c * dx + s * dy - along) / side)
+        return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
         """Give every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
-        along, up = to_frame(self.occupancy.origin, x, y)
-        u, v = (along - self.offset[0]) / self.side, (up - self.offset[1]) / self.side
-        reach = radius / self.side
+        x0, y0, c, s, along, up, side = self._frame
+        dx, dy = x - x0, y - y0
+        u, v, reach = (c * dx + s * dy - along) / side, (c * dy - s * dx - up) / side, radius / side
+        left, low = floor(u), floor(v)
+        if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:
+            return (self._number(low, left),)
         found = []
         for row in range(floor(v - reach), ceil(v + reach)):
             dy = max(row - v, v - row - 1, 0.0)
@@ -99,9 +111,12 @@ class CellMap:
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def swept(self, points: Iterable[Point], radius: float) -> frozenset[int]:
+    def swept(self, points: Sequence[Point], radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
-        return frozenset(cell for point in points for cell in self.touched(*point, radius)) - {OUTSIDE}
+        if len(points) == 1:
+            return frozenset(self.touched(*points[0], radius)) - {OUTSIDE}
+        places = np.array(points, np.float64)
+        return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
         """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""

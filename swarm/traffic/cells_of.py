@@ -17,7 +17,14 @@ from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 RADII: Final = (6.0, 5.0, 4.0)
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
 # where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
-IN_SIGHT: Final[dict[str, Any]] = {"in_sight": True, "horizon": 1, "ripe": 20, "absent": 600, "plan_stuck": 400}
+IN_SIGHT: Final[dict[str, Any]] = {
+    "in_sight": True,
+    "horizon": 1,
+    "ripe": 20,
+    "absent": 600,
+    "plan_stuck": 400,
+    "surmise": 600,
+}
 
 
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:

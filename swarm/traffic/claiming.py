@@ -12,7 +12,9 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
-LEANS: Final = 0.1  # m, off the place where a robot leans round a corner
+LEANS: Final = (
+    0.1  # m, off the place where a robot leans round a corner, or off its cell's middle: see CellMap.is_blind
+)
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 
 
@@ -75,9 +77,9 @@ class Claiming:
         return walk, ()
 
     def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
-        """Tell whether all who may claim that cell hear me: round a corner they lean towards it, as I do."""
+        """Return True if all who may claim or hold that cell hear me: round a corner they lean towards it, as I do."""
         if not self.cells.is_blind(head, cell):
-            return self.cells.cell_of(pose.x, pose.y) == head
+            return distance(self.cells.centre(head), pose) <= LEANS
         return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
@@ -95,8 +97,9 @@ class Claiming:
         settings = self.settings
         farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
         reach = 2 * farthest + 1.5
+        x, y, _ = pose
         return frozenset(
-            robot for robot, record in situation.fresh.items() if hypot(record.x - pose.x, record.y - pose.y) <= reach
+            [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
         )
 
     def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:

@@ -8,21 +8,21 @@ sweeps nothing then.
 
 from collections.abc import Callable, Collection, Sequence
 from enum import Enum
-from math import copysign, cos, hypot, inf, sqrt
+from math import copysign, cos, hypot, inf, sin, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, bearing, to_frame
-from swarm.maps.occupancy import Point
+from swarm.geometry import Pose, Twist, bearing
+from swarm.maps.occupancy import ORIGIN, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import braking_points, line_room, path_room
+from swarm.traffic.sweep import braking_points, first_clear, lines_are_clear, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -45,13 +45,14 @@ CREEP: Final = 0.12  # m/s, as slow as that,
 DETOURS: Final = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)  # rad, so far off the aim
 
 # (share of the speed, blend towards the aim), mildest first; those with no blend keep the tables' own ratio
-CHANGES: Final = (
+CHANGES: Final = np.array((
     (1.0, 0.0), (0.7, 0.0), (0.45, 0.0), (1.0, 0.25), (0.6, 0.25), (1.0, 0.5), (0.6, 0.5), (0.3, 0.0),
     (1.0, 0.75), (0.6, 0.75), (1.0, 1.0), (0.5, 1.0), (0.25, 1.0),
-)  # fmt: skip
+))  # fmt: skip
 
 
 NO_BODIES: Final = np.empty((0, 2))
+NO_WALLS: Final = np.empty((0, 0), np.float32)
 
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
@@ -107,20 +108,27 @@ class Driver:
         self._dt = dt
         self._ticks = max(1, round(LOOK / dt))
         self._fastest = fastest  # m/s, of the blend
+        x, y, yaw = cells.occupancy.origin
+        self._origin = (x, y, cos(yaw), sin(yaw))
+        self._aimed_for: tuple[object, ...] = ()  # what the last aim was chosen for: who stands asks again and again
+        self._aimed: Point = (0.0, 0.0)
         self._turning = False
         self._side = 0.0  # of the turn on the spot it was last told to make; 0: none
         self._careful = 0  # ticks for which it drives with care
-        self._shut_for: tuple[frozenset[int], NDArray[np.float64]] = (frozenset(), np.empty((0, 4)))
+        self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
 
     def take_cells(self, cells: CellMap) -> None:
         """Take another floor, on the same lattice."""
         self._cells = cells
+        self._aimed_for = ()
 
     def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
         """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
 
         ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
         """
+        if not under_way and body.left == body.right == 0.0:
+            return ()
         found: list[Point] = []
         for count in range(len(under_way) + 1):
             commands = np.array(under_way[len(under_way) - count :], np.float64).reshape(-1, 2)
@@ -135,16 +143,22 @@ class Driver:
 
         It is a waypoint, or lies between the first, the middle of the cell it is in, and the second.
         """
+        asked = (pose, self.grid, tuple(held), tuple(waypoints))
+        if asked != self._aimed_for:
+            self._aimed_for, self._aimed = asked, self._aim(*asked)
+        return self._aimed
+
+    def _aim(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
         shut = self._shut(held)
-        x, y, _ = self._local(pose)
-        need = min(self._radius + AIM_SPARE, max(self._radius + TIGHT, line_room(shut, x, y, x, y)))
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
-        for point in (*reversed(waypoints[1:]), *between):
-            if line_room(shut, x, y, *self._flat(point)) >= need and (
-                self.grid is None or line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE)
-            ):
-                return point
+        points = [*reversed(waypoints[1:]), *between]
+        flat, place = np.array([self._flat(point) for point in points]), self._local(pose)[:2]
+        for spare in (AIM_SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
+            clear = lines_are_clear(shut, *place, flat, self._radius + TIGHT, self._radius + spare)
+            for point, is_clear in zip(points, clear, strict=True):
+                if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, spare)):
+                    return point
         return waypoints[0]
 
     def faces_away(self, error: float) -> bool:
@@ -181,20 +195,18 @@ class Driver:
         most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
+        grid, place = self.grid, self._local(body.pose)
+        walls, side, origin = (
+            (NO_WALLS, 1.0, ORIGIN) if grid is None else (grid.clearance, grid.resolution, grid.origin)
+        )
+        number, left, right = first_clear(
+            CHANGES, *wanted, *pursuit, most, self._radius + self._margin, self._radius + TIGHT, shut, *place,
+            walls, side, *origin, self.bodies, self._radius, *body.pose, body.left, body.right, self._drive.track_width,
+            self._acceleration * self._dt, self._dt, self._ticks,
+        )  # fmt: skip
+        if number >= 0:
+            return Wheels(left, right, Whose.BLEND if CHANGES[int(number), 1] else Whose.TABLES)
         here = self._room(shut, body, 0.0, 0.0, 0)
-        here -= 1e-3 if here > self._radius + TIGHT else 0.0  # near the edge no look may lose any room
-        need = min(self._radius + self._margin, here)
-        for share, blend in CHANGES:
-            twist = Twist(
-                (1 - blend) * wanted.linear + blend * pursuit.linear,
-                (1 - blend) * wanted.angular + blend * pursuit.angular,
-            )
-            if twist.linear <= 0.0:
-                continue
-            factor = share * min(1.0, most / twist.linear)
-            left, right = self._drive.rim_speeds(Twist(factor * twist.linear, factor * twist.angular))
-            if all(self._room(shut, body, left, right, ticks) >= need for ticks in (1, self._ticks)):
-                return Wheels(left, right, Whose.BLEND if blend else Whose.TABLES)
         return self._creep(body, shut, error, min(self._radius + TIGHT, here))
 
     def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:
@@ -236,14 +248,16 @@ class Driver:
     # ---- cells as boxes, in the lattice's own frame
 
     def _flat(self, point: Point) -> Point:
-        return to_frame(self._cells.occupancy.origin, *point)
+        (x, y), (x0, y0, c, s) = point, self._origin
+        return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
 
-    def _local(self, pose: Pose) -> Pose:
-        return Pose(*self._flat((pose.x, pose.y)), pose.yaw - self._cells.occupancy.origin.yaw)
+    def _local(self, pose: Pose) -> tuple[float, float, float]:
+        x, y, yaw = pose
+        return *self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw
 
     def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
-        cells, held = self._cells, frozenset(held)
+        cells, held = self._cells, tuple(held)
         if held == self._shut_for[0]:
             return self._shut_for[1]
         side, columns, (x0, y0) = cells.side, cells.columns, cells.offset

@@ -1,6 +1,7 @@
 """What a robot knows of the others: the newest record of each, by how many hops, and whether it can be believed."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from math import hypot
 from typing import NamedTuple
 
@@ -32,12 +33,21 @@ class Known(NamedTuple):
     hops: int  # 1: heard from itself
 
 
+class Live(NamedTuple):
+    """Those who are not silent at a tick."""
+
+    tick: int
+    records: dict[str, Record]
+    held: frozenset[int]  # cells that any of them holds
+
+
 class Hearsay:
     """Everything heard so far, merged: the newest stamp wins, whichever way it came."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
         self.others: dict[str, Record] = {}  # in the order of their ids
+        self._live = Live(-1, {}, frozenset())  # of the tick heard last
         self._known: dict[str, Known] = {}
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each itself
         self._told: dict[tuple[str, str], int] = {}
@@ -51,7 +61,13 @@ class Hearsay:
         if len(self.others) != len(self._known):
             self._known = dict(sorted(self._known.items()))
         self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+        self._live = self._live_at(tick)
         return refused
+
+    def _live_at(self, tick: int) -> Live:
+        oldest = tick - self._settings.fresh
+        records = {robot: record for robot, record in self.others.items() if record.stamp >= oldest}
+        return Live(tick, records, frozenset(chain.from_iterable([record.held for record in records.values()])))
 
     def wake(self, tick: int) -> None:
         """Note that nothing was heard for a while before now."""
@@ -70,8 +86,7 @@ class Hearsay:
 
     def fresh(self, tick: int) -> dict[str, Record]:
         """Give the records of all that are not silent."""
-        oldest = tick - self._settings.fresh
-        return {robot: record for robot, record in self.others.items() if record.stamp >= oldest}
+        return (self._live if self._live.tick == tick else self._live_at(tick)).records
 
     def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
         """Choose the records to pass on: nearest first, none that came too far or is too old."""
@@ -85,8 +100,8 @@ class Hearsay:
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
         """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
-        theirs = {cell for record in self.fresh(tick).values() for cell in record.held}
-        return tuple(cell for cell in held if cell not in theirs)
+        theirs = (self._live if self._live.tick == tick else self._live_at(tick)).held
+        return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 
     def holders_of(self, cell: int, tick: int) -> tuple[Point, ...]:
         """List where live robots are that hold a cell [m]."""
@@ -105,7 +120,9 @@ class Hearsay:
         yield from self._merge(tick, own, 1)
         for hops, record in broadcast.others:
             if record.robot != self.me and hops <= self._settings.hops:
-                yield from self._merge(tick, record, hops + 1)
+                known = self._known.get(record.robot)
+                if known is None or known.record is not record or hops + 1 < known.hops:
+                    yield from self._merge(tick, record, hops + 1)
 
     def _merge(self, tick: int, record: Record, hops: int) -> Iterator[Event]:
         known = self._known.get(record.robot)
@@ -135,13 +152,14 @@ class Hearsay:
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"
-        mentioned = (*record.held, *(claim.cell for claim in record.claims))
-        if len(mentioned) > MOST_CELLS or any(not 0 <= cell < len(cells) for cell in mentioned):
+        mentioned = (*record.held, *[claim.cell for claim in record.claims])
+        if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
         at = (record.x, record.y)
         reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
-        if any(_far(cells.centre(cell), at, reach) for cell in mentioned):
-            return "holds or claims a cell far from where it is"
+        for cell in mentioned:
+            if _far(cells.centre(cell), at, reach):
+                return "holds or claims a cell far from where it is"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK
             if _far((before.x, before.y), at, driven):

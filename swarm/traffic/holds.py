@@ -123,7 +123,10 @@ TAKE: Final[dict[str, Rule]] = {   # my claim becomes a hold, unless
 
 def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
     """Name the first rule that forbids, or None where all allow."""
-    return next((name for name, allows in rules.items() if not allows(case)), None)
+    for name, allows in rules.items():
+        if not allows(case):
+            return name
+    return None
 
 
 def acknowledged(me: str, own: Ledger, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:

@@ -171,7 +171,7 @@ class JointPlanning:
     def _named(self, situation: Situation) -> bool:
         if situation.tick < self._lead_from:
             return False
-        return self.need == self.me or any(record.need == self.me for record in situation.fresh.values())
+        return self.need == self.me or self.me in [record.need for record in situation.fresh.values()]
 
     def _begin_to_collect(self, situation: Situation) -> None:
         epoch = Epoch(situation.tick, self.me)

@@ -36,7 +36,7 @@ class _Node:
         self.at = at
         self.parent = parent
         self.urgency = urgency
-        self.priority = sorted(range(len(at)), key=lambda robot: -urgency[robot])
+        self.priority = sorted(range(len(at)), key=urgency.__getitem__, reverse=True)
         self.orders: deque[Orders] = deque([()])
 
 

@@ -61,7 +61,7 @@ def is_empty(front: Reading, side: float, radius: float) -> bool:
     A body farther than the cell's far edge is in another one. Where walls are nearer than that, the sector shows no
     body behind them: the robot may go on, and stops for what it sees then.
     """
-    if front.measured >= 1.5 * side - radius - 0.1:
+    if front.measured >= 1.5 * side - radius - 0.05:
         return True
     return front.measured > front.expected - 0.05
 

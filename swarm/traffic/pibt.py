@@ -94,16 +94,16 @@ class StepGenerator:
         """Find a cell for a robot, pushing those in the way; on failure it stays and says so."""
         home = self._at[robot]
         wishes = self._wishes(robot)
-        partner = self._swap_partner(robot, wishes[0])
+        partner = self._swap_partner(robot, wishes[0]) if wishes[0] != home else NOBODY
         if partner != NOBODY:
             wishes.reverse()
         now, then, to = self._now, self._next, self._to
         for rank, cell in enumerate(wishes):
-            if then[cell] != NOBODY or self._clashes(robot, cell):
+            other = now[cell]
+            if then[cell] != NOBODY or (other not in (NOBODY, robot) and self._clashes(robot, cell)):
                 continue
             then[cell] = robot
             to[robot] = cell
-            other = now[cell]
             if other not in (NOBODY, robot) and to[other] == UNDECIDED and not self._move(other):
                 continue
             if (
@@ -140,10 +140,8 @@ class StepGenerator:
     # ---- swap: two robots in a passage change places where it widens, the one in front backing out
 
     def _swap_partner(self, robot: int, wish: int) -> int:
-        """Name the robot to pull along while backing out, or NOBODY."""
+        """Name the robot to pull along while backing out to another cell, or NOBODY."""
         home = self._at[robot]
-        if wish == home:
-            return NOBODY
         now = self._now
         other = now[wish]
         if (

@@ -14,7 +14,9 @@ class TrafficSettings:
 
     tick: float = 0.05  # s
     every: int = 4  # ticks between two broadcasts of a robot
-    often: int = 2  # ticks between two while it listens or hears somebody listen: 15 in a row get lost once in 30,000 at 50 %
+    often: int = (
+        2  # ticks between two while it listens or hears somebody listen: 15 in a row get lost once in 30,000 at 50 %
+    )
     radius: float = 0.2  # m, of the robot's footprint
     margin: float = 0.03  # m, kept between the footprint and the edge of the held cells
     radio_range: float = 8.0  # m

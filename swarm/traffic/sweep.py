@@ -1,6 +1,6 @@
-"""Where wheels lead, and how near that comes to boxes: compiled, since a driver asks several times a tick."""
+"""Where wheels lead, and how near that comes to boxes and walls: compiled, since a driver asks several times a tick."""
 
-from math import cos, hypot, sin
+from math import cos, floor, hypot, sin
 from typing import Final
 
 import numpy as np
@@ -11,6 +11,7 @@ Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
 NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
+LEEWAY: Final = 1e-3  # m, less room than where it stands counts as no less
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
@@ -19,17 +20,30 @@ def _gap(boxes: Boxes, x: float, y: float) -> float:
     for k in range(boxes.shape[0]):
         dx = max(boxes[k, 0] - x, x - boxes[k, 2], 0.0)
         dy = max(boxes[k, 1] - y, y - boxes[k, 3], 0.0)
-        least = min(least, hypot(dx, dy))
+        if dx < least and dy < least:  # else it is no nearer, and hypot is dear
+            least = min(least, hypot(dx, dy) if dx > 0.0 and dy > 0.0 else max(dx, dy))
     return least
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8)", cache=True)
-def _line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
+def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Give the least distance [m] to a box on the straight way from one point to another, its start left out."""
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
         least = min(least, _gap(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
     return least
+
+
+@njit("b1[::1](f8[:, ::1], f8, f8, f8[:, ::1], f8, f8)", cache=True)
+def _lines_are_clear(
+    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
+) -> NDArray[np.bool_]:
+    need = min(enough, max(least, _gap(boxes, x, y)))
+    clear = np.empty(points.shape[0], np.bool_)
+    for k in range(points.shape[0]):
+        clear[k] = line_room(boxes, x, y, points[k, 0], points[k, 1]) >= need
+    return clear
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
@@ -93,10 +107,67 @@ def _braking_points(
     return points[:count].copy()
 
 
-def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Give the least distance [m] to a box on the straight way from one point to another, its start left out."""
-    room: float = _line_room(boxes, x0, y0, x1, y1)
-    return room
+@njit("f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+def clearance_along(
+    field: NDArray[np.float32],
+    side: float,
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    bodies: NDArray[np.float64],  # (count, 2): m, centres of others
+    body_radius: float,
+    x: float,
+    y: float,
+    yaw: float,
+    left_now: float,
+    right_now: float,
+    left: float,
+    right: float,
+    track_width: float,
+    most: float,  # m/s, change of a rim speed in one step
+    dt: float,
+    ticks: int,
+) -> float:
+    """Find the smallest distance [m] of the centre to what ``field`` is the clearance of, and to round bodies."""
+    rows, columns = field.shape
+    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
+    least = np.inf
+    step = 0
+    while True:
+        want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
+        left_now = min(left_now + most, max(left_now - most, want_left))
+        right_now = min(right_now + most, max(right_now - most, want_right))
+        half = (right_now - left_now) / track_width * dt / 2
+        reach = (left_now + right_now) / 2 * dt
+        x += reach * cos(yaw + half)
+        y += reach * sin(yaw + half)
+        yaw += 2 * half
+        along = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side - 0.5
+        up = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side - 0.5
+        row, column = floor(up), floor(along)
+        if row < 0 or column < 0 or row + 1 >= rows or column + 1 >= columns:
+            return 0.0
+        u, v = up - row, along - column
+        room = (1 - u) * ((1 - v) * field[row, column] + v * field[row, column + 1]) + u * (
+            (1 - v) * field[row + 1, column] + v * field[row + 1, column + 1]
+        )
+        for body in range(bodies.shape[0]):
+            room = min(room, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
+        least = min(least, room)
+        step += 1
+        if step >= ticks and left_now == 0.0 and right_now == 0.0:
+            return float(least)
+
+
+def lines_are_clear(
+    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
+) -> list[bool]:
+    """Tell of each of some points, (n, 2), whether the straight way there keeps clear of the boxes.
+
+    Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
+    """
+    clear: list[bool] = _lines_are_clear(boxes, x, y, points, least, enough).tolist()
+    return clear
 
 
 def path_room(
@@ -138,3 +209,78 @@ def braking_points(
     """
     points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt, commands)
     return points
+
+
+@njit(
+    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
+    "f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
+    cache=True,
+)
+def first_clear(
+    changes: NDArray[np.float64],
+    linear: float,
+    angular: float,
+    to_linear: float,
+    to_angular: float,
+    fastest: float,
+    enough: float,
+    tight: float,
+    boxes: Boxes,
+    box_x: float,
+    box_y: float,
+    box_yaw: float,
+    field: NDArray[np.float32],
+    side: float,
+    origin_x: float,
+    origin_y: float,
+    origin_yaw: float,
+    bodies: NDArray[np.float64],
+    body_radius: float,
+    x: float,
+    y: float,
+    yaw: float,
+    left_now: float,
+    right_now: float,
+    track_width: float,
+    most: float,
+    dt: float,
+    ticks: int,
+) -> tuple[float, float, float]:
+    """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
+
+    A share of the twist from (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
+    Clear is ``enough`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
+    ``clearance_along`` (an empty field: none); or, where the brake alone leaves less, that, and no less where
+    it is under ``tight`` [m]: look after look would eat the room up. Returns the change's number
+    (-1: none), and the rim speeds.
+    """
+    here = _path_room(boxes, box_x, box_y, box_yaw, left_now, right_now, 0.0, 0.0, track_width, most, dt, 0)
+    if field.size:
+        walls = clearance_along(
+            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+            left_now, right_now, 0.0, 0.0, track_width, most, dt, 0,
+        )  # fmt: skip
+        here = min(here, walls)
+    need = min(enough, here - LEEWAY if here > tight else here)
+    for number in range(changes.shape[0]):
+        share, blend = changes[number]
+        forward = (1 - blend) * linear + blend * to_linear
+        turn = (1 - blend) * angular + blend * to_angular
+        if forward <= 0.0:
+            continue
+        factor = share * min(1.0, fastest / forward)
+        half = factor * turn * track_width / 2
+        left, right = factor * forward - half, factor * forward + half
+        clear = True
+        for told in (1, ticks):
+            clear = clear and need <= _path_room(
+                boxes, box_x, box_y, box_yaw, left_now, right_now, left, right, track_width, most, dt, told
+            )
+            if clear and field.size:
+                clear = need <= clearance_along(
+                    field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+                    left_now, right_now, left, right, track_width, most, dt, told,
+                )  # fmt: skip
+        if clear:
+            return float(number), left, right
+    return -1.0, 0.0, 0.0

@@ -1,8 +1,8 @@
 """One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
 
 Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of
-(``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or by a joint
-plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
+(``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or
+by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -122,9 +122,8 @@ class Traffic:
         sends = self._speaks(tick, fresh)
         if sends:
             self._joint.need = None
-            if self._joint.frozen is None and self._needs.joint_plan(
-                self._own_record(inputs, waits), situation, self._joint
-            ):
+            may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
+            if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
         return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
 
@@ -184,7 +183,8 @@ class Traffic:
         if tick < self._listen_until or self._joint.frozen is not None or not walk.route or self.settings.in_sight:
             return ()
         cells, settings = self.cells, self.settings
-        if any(hypot(record.x - pose.x, record.y - pose.y) < settings.alone for record in fresh.values()):
+        (x, y, _), alone = pose, settings.alone
+        if any(hypot(record.x - x, record.y - y) < alone for record in fresh.values()):
             return ()
         theirs = {
             cell
@@ -291,11 +291,22 @@ class Traffic:
             return None
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) <= FACING:
-            empty = is_empty(inputs.readings[1], self.cells.side, self.settings.radius)
+            empty = not self._is_stood_in(cell, situation) and is_empty(
+                inputs.readings[1], self.cells.side, self.settings.radius
+            )
             self._sightings.note(cell, empty=empty, tick=inputs.tick)
             if not empty:
                 self._joint.leave()
         return centre
+
+    def _is_stood_in(self, cell: int, situation: Situation) -> bool:
+        """Return True if a silent robot was last heard with a part of its body in a cell."""
+        reach = self.settings.radius + self.settings.margin
+        return any(
+            cell in self.cells.touched(record.x, record.y, reach)
+            for robot, record in situation.others.items()
+            if robot not in situation.fresh
+        )
 
     def _stands_to_look(self, head: int, cell: int, pose: Pose) -> bool:
         """Return True if the robot is near the middle of its cell, or where it leans towards the next one."""
@@ -355,7 +366,7 @@ class Traffic:
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
         if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
-            waypoints[-1] = self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room)
+            waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
         elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(
@@ -388,4 +399,7 @@ class Traffic:
             (not walk.route and self._joint.epoch is None, TrafficActivity.CUT_OFF),
             (not walk.route, TrafficActivity.WAITING),
         )
-        return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)
+        for holds, activity in states:
+            if holds:
+                return activity
+        return TrafficActivity.DRIVING

@@ -39,7 +39,7 @@ class Walk(NamedTuple):
     def place(self, body: int) -> int:
         """Find where in the held cells the body is: the latest of them that is its cell."""
         held = self.ledger.held
-        return max((index for index, cell in enumerate(held) if cell == body), default=0)
+        return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
     def onto(self, way: tuple[int, ...]) -> "Walk":
         """Follow a joint plan's way; it begins at the head."""
@@ -63,7 +63,7 @@ class Walk(NamedTuple):
 
     def widened(self, cells: Collection[int]) -> "Walk":
         """Hold these cells too, beside the way."""
-        extra = tuple(sorted(set(cells) - set(self.ledger.held)))
+        extra = tuple(sorted(set(cells).difference(self.ledger.held)))
         if not extra:
             return self
         return self._replace(

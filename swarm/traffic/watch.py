@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import hypot
 from typing import NamedTuple
 
@@ -71,9 +72,12 @@ class Watch:
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
     def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
+        held = {robot: frozenset(seen.held) for robot, seen in robots.items()}
+        if sum(map(len, held.values())) == len(frozenset().union(*held.values())):
+            return []
         owners: dict[int, list[str]] = {}
-        for robot, seen in robots.items():
-            for cell in set(seen.held):
+        for robot, cells in held.items():
+            for cell in cells:
                 owners.setdefault(cell, []).append(robot)
         shared: dict[tuple[str, ...], list[int]] = {}
         for cell, names in sorted(owners.items()):
@@ -92,15 +96,13 @@ class Watch:
 
     def _contacts(self, robots: Mapping[str, Seen]) -> list[Found]:
         found: list[Found] = []
-        names = sorted(robots)
-        for index, one in enumerate(names):
-            a = robots[one].pose
-            for other in names[index + 1 :]:
-                b = robots[other].pose
-                gap = hypot(a.x - b.x, a.y - b.y) - 2 * self.radius
-                self.least_gap = min(self.least_gap, gap)
-                if gap < 0:
-                    found.append(("contact", (one, other), (self.cells.cell_of(a.x, a.y),)))
+        places = sorted((robot, seen.pose.x, seen.pose.y) for robot, seen in robots.items())
+        for (one, ax, ay), (other, bx, by) in combinations(places, 2):
+            gap = hypot(ax - bx, ay - by) - 2 * self.radius
+            if gap < self.least_gap:
+                self.least_gap = gap
+            if gap < 0:
+                found.append(("contact", (one, other), (self.cells.cell_of(ax, ay),)))
         return found
 
     def _count_waits(self, robots: Mapping[str, Seen]) -> None:

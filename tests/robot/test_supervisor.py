@@ -2,6 +2,7 @@
 
 from math import inf, pi
 
+import msgspec
 import numpy as np
 import pytest
 import shapely
@@ -14,7 +15,7 @@ from swarm.messages import Sense, Steering
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.robot.lookahead import least_clearance
-from swarm.robot.supervisor import REMEDIES, Supervisor
+from swarm.robot.supervisor import ESCAPE, ESCAPED, GAP, HALTED, PATIENCE, REMEDIES, Supervisor
 from tests.shared import scenario_of
 
 TEXT = """\
@@ -33,6 +34,8 @@ RADIUS, DT = SETTINGS.robot.radius, 1.0 / SETTINGS.rate
 MOST = SETTINGS.robot.wheel_acceleration * DT
 DRIVE = DifferentialDrive(SETTINGS.robot.track_width, SETTINGS.robot.wheel_radius)
 GRID = Grid.grown(SCENARIO.map, RADIUS, 0.8, 0.1)
+HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n")
+WIDE = Grid.grown(HALL.map, RADIUS, 0.8, 0.1)
 TOP = 4.0 * SETTINGS.robot.speed_scale
 
 wishes = st.tuples(st.floats(0.0, TOP), st.floats(0.0, TOP))
@@ -104,10 +107,8 @@ def test_whose_speeds_they_are_is_told_truly(pose: Pose, wish: tuple[float, floa
 
 
 def test_with_room_around_the_tables_speeds_pass_unchanged() -> None:
-    wide = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n")
-    grid = Grid.grown(wide.map, RADIUS, 0.8, 0.1)
     for wish in ((0.6, 0.6), (1.2, 0.4), (0.0, 0.5), (0.3, 0.7)):
-        speeds = Supervisor(SETTINGS).check(sense_at(Pose(15.0, 10.0, 0.5), wish, 0), grid, [], False, *wish)
+        speeds = Supervisor(SETTINGS).check(sense_at(Pose(15.0, 10.0, 0.5), wish, 0), WIDE, [], False, *wish)
         assert speeds == pytest.approx((*wish, Steering.FUZZY), abs=1e-12)
 
 
@@ -116,8 +117,6 @@ def test_what_the_front_sensor_sees_stops_it_though_the_map_is_free() -> None:
     wall_at = 4.0
     for tick in range(200):
         front = max(0.0, min(1.6, wall_at - RADIUS - pose.x))
-        import msgspec
-
         sense = msgspec.structs.replace(sense_at(pose, wheels, tick), front=front)
         speeds = supervisor.check(sense, GRID, [], False, 0.6, 0.6)
         if speeds.left != speeds.right:
@@ -189,3 +188,55 @@ def test_the_lookahead_is_stepping_by_hand(
     )  # fmt: skip
     nearest = min((distance(place, body) for place in poses), default=inf) - 0.27
     assert beside == pytest.approx(min(got, nearest), abs=2e-3)
+
+
+# --- the way out of a place without one ---
+
+
+@pytest.mark.parametrize(("left", "right", "side"), [(1.0, 0.2, 1), (0.2, 1.0, -1), (0.5, 0.4, 1), (0.4, 0.5, -1)])
+def test_where_the_tables_find_no_way_it_turns_to_the_freer_side_until_there_is_one(
+    left: float, right: float, side: int
+) -> None:
+    supervisor, pose = Supervisor(SETTINGS), Pose(6.3, 2.5, 0.0)  # 0.5 m before a wall, as the map has it
+    turned = []
+    for tick in range(60):
+        sense = msgspec.structs.replace(sense_at(pose, (0.0, 0.0), tick), left=left, front=0.05, right=right)
+        speeds = supervisor.check(sense, GRID, [], False, 0.3, 0.3)
+        turned.append(speeds.right - speeds.left)
+        assert speeds.left == pytest.approx(-speeds.right), "nothing is free ahead"
+    assert turned[0] == 0.0, "the tables have the time to turn out of it themselves"
+    assert turned[-1] == pytest.approx(side * ESCAPE * DRIVE.track_width)
+    began = next(tick for tick, turn in enumerate(turned) if turn)
+    assert began == round(PATIENCE / DT) + 1
+    assert turned[began:] == turned[-1:] * (60 - began), "and to one side alone"
+    pose = Pose(5.0, 4.5, pi)
+    for front, free in ((ESCAPED - 0.01, False), (ESCAPED, True)):
+        sense = msgspec.structs.replace(sense_at(pose, (0.0, 0.0), 60), left=left, front=front, right=right)
+        speeds = supervisor.check(sense, GRID, [], False, 0.3, 0.3)
+        assert (speeds.left + speeds.right > 0.0) is free
+
+
+def test_something_unexplained_is_given_more_time_to_go_away() -> None:
+    supervisor, pose = Supervisor(SETTINGS), Pose(5.0, 4.5, pi)
+    for tick in range(200):
+        sense = msgspec.structs.replace(sense_at(pose, (0.0, 0.0), tick), front=0.3)
+        speeds = supervisor.check(sense, GRID, [], True, 0.3, 0.3)
+        if speeds.left:
+            break
+    assert tick == round(PATIENCE / DT) * HALTED + 1
+
+
+# --- how fast it may go towards what it sees ---
+
+
+@given(st.floats(0.0, 1.6), st.floats(0.1, TOP))
+def test_the_brake_stops_it_before_what_the_front_sector_sees(front: float, wish: float) -> None:
+    """Rolled by hand with the wheels' own brake: it stands before the gap, and is not slower than that needs."""
+    pose = Pose(15.0, 10.0, 0.0)
+    sense = msgspec.structs.replace(sense_at(pose, (wish, wish), 0), front=front)
+    speeds = Supervisor(SETTINGS).check(sense, WIDE, [], False, wish, wish)
+    speed = speeds.left
+    stops_in = speed**2 / (2 * SETTINGS.robot.wheel_acceleration)
+    assert stops_in <= max(0.0, front - GAP) + 1e-9
+    mildest = next((share for share, _ in REMEDIES if (share * wish) ** 2 / (2 * 2.0) <= front - GAP), 0.0)
+    assert speed == pytest.approx(mildest * wish if front > GAP else 0.0)

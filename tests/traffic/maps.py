@@ -45,6 +45,10 @@ class Drawn:
         """Give the cells of several names."""
         return tuple(self.cell(self.names[name]) for name in names)
 
+    def pose(self, cell: int, yaw: float = 0.0) -> Pose:
+        """Give the pose in the middle of a cell."""
+        return Pose(*self.cells.centre(cell), yaw)
+
     def points(self, names: str) -> list[Point]:
         """Give the centres of several names [m]."""
         return [self.cells.centre(cell) for cell in self.at(names)]

@@ -21,7 +21,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
     joint.need = "r1"
     for tick in range(100, 200):
-        joint.step(Situation(tick, start, goal, False, 0, frozenset(), {"r9": silent}, {}))
+        joint.step(Situation(tick, start, goal, False, 0, frozenset(), frozenset(), {"r9": silent}, {}))
         if joint.plan is not None:
             break
     assert joint.plan is not None
@@ -44,3 +44,37 @@ def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
     wanted = {robot: OUTSIDE if wish == "-" else ROW.at(wish)[0] for robot, wish in zip(heads, wishes, strict=True)}
     goals = assign(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle.split())
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
+
+
+# --- what a leader says when there is no plan ---
+
+ROW_OF_FOUR = Drawn("abcd")
+TICKS = 200
+
+# fmt: off
+NO_PLAN = {  # where robots stand, where they want to be: what is said, and of whom
+    "two swap in a corridor":              ("ab", "ba", "unsolvable", ("r1", "r2")),
+    "a third one stands by":               ("abd", "bad", "unsolvable", ("r1", "r2")),
+    "one of two wants another's target":   ("abc", "bab", "no_plan_found", ("r1", "r2", "r3")),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", NO_PLAN)
+def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_target(name: str) -> None:
+    """Where a target was given to somebody else, that there is no plan proves nothing about the mission."""
+    heads, wishes, kind, who = NO_PLAN[name]
+    others, joint = {}, JointPlanning("r1", ROW_OF_FOUR.cells, TrafficSettings())
+    joint.need = "r1"
+    events = []
+    for tick in range(TICKS):
+        for number, (head, wish) in enumerate(zip(ROW_OF_FOUR.at(heads), ROW_OF_FOUR.at(wishes), strict=True), 1):
+            x, y = ROW_OF_FOUR.cells.centre(head)
+            others[f"r{number}"] = Record(
+                robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
+            )
+        mine = others.pop("r1")
+        situation = Situation(tick, mine.held[-1], mine.goal, False, 0, frozenset(), frozenset(), dict(others), dict(others))
+        events += joint.step(situation)
+    assert [(event.kind, event.robots) for event in events] == [(kind, who)]
+    assert joint.plan is None

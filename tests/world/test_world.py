@@ -3,7 +3,6 @@
 from math import pi
 
 import msgspec
-import numpy as np
 import pytest
 
 from swarm.geometry import Pose
@@ -258,13 +257,13 @@ def test_the_judge_of_gaps_on_named_cases(name: str) -> None:
     ticks, expected = GAPS[name]
     judge = ClearanceJudge(from_text(ROOM, 1.0), 0.2, len(ticks[0]))
     for positions in ticks:
-        judge.observe(np.array(positions))
+        judge.observe(positions)
     assert judge.smallest == pytest.approx(expected)
 
 
 def test_without_anything_to_touch_the_gap_is_infinite() -> None:
     judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2, 1)
-    judge.observe(np.array([[1.0, 1.0]]))
+    judge.observe([(1.0, 1.0)])
     assert judge.smallest == float("inf")
 
 

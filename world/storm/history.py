@@ -30,6 +30,7 @@ class Moment(NamedTuple):
     commands: Mapping[str, Command]  # answered in this tick
     spoken: Mapping[str, Broadcast]  # put on the radio in this tick
     events: tuple[Event, ...]
+    touching: frozenset[int]  # robots, by number, that something touches
 
 
 @dataclass
@@ -76,12 +77,13 @@ def record(plan: StormPlan) -> History:
                 Moment(
                     world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
                     tuple(tick.events),
+                    frozenset(contact.robot for contact in world.touching()),
                 )
             )  # fmt: skip
             if world.floor is not history.floors[-1][1]:
                 history.floors.append((world.tick, world.floor))
         poses = tuple(world.poses())
-        history.moments.append(Moment(world.tick, poses, tuple(world.mover_poses()), {}, {}, {}, {}, ()))
+        history.moments.append(Moment(world.tick, poses, tuple(world.mover_poses()), {}, {}, {}, {}, (), frozenset()))
         history.report = simulation.report(perf_counter() - began, limit)
     except Exception:
         history.crash = format_exc()

@@ -1,0 +1,136 @@
+"""One robot, stepped by hand: how long it believes what it heard, and what it takes up from the process before it."""
+
+import pytest
+
+from swarm.geometry import Pose
+from swarm.messages import RADIO, Activity, Broadcast, Sense, State
+from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.scenario.load import Scenario
+from tests.shared import scenario_of
+
+AT = Pose(2.5, 3.5, 0.0)
+STOPS = [[7.5, 3.5], [7.5, 2.5], [4.5, 2.5]]
+
+
+def scenario(rule: str = "give_way") -> Scenario:
+    return scenario_of(targets=STOPS, traffic={"rule": rule})
+
+
+def robot(rule: str = "give_way") -> Robot:
+    return Robot("r2", 1, scenario(rule), AT)
+
+
+def step(one: Robot, tick: int, *heard: Broadcast, pose: Pose = AT, run: int = 0) -> Outputs:
+    """Step a robot that stands in the open."""
+    sense = Sense(
+        run=run, tick=tick, time=tick * 0.05, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0, angular=0.0,
+        left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[],
+    )  # fmt: skip
+    return one.step(Inputs(sense, heard))
+
+
+def ahead(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
+    """A robot that comes the other way, and goes first: it has a stop behind it."""
+    return Broadcast(
+        robot=robot, run=run, tick=tick, x=3.6, y=3.5, yaw=0.0, activity=Activity.DRIVE, target=2, distance=3.0,
+        reached=[], ahead=[(3.4, 3.5), (3.2, 3.5)],
+    )  # fmt: skip
+
+
+# --- how long it believes what it heard ---
+
+LASTS = round(RADIO.timeout / 0.05)  # ticks
+
+
+def test_what_was_heard_counts_until_the_radios_timeout_and_no_longer() -> None:
+    one = robot()
+    said = [step(one, 0, ahead(0)).command.activity]
+    said += [step(one, tick).command.activity for tick in range(1, LASTS + 3)]
+    assert said == [Activity.GIVE_WAY] * (LASTS + 1) + [Activity.DRIVE] * 2
+
+
+def test_the_newest_of_each_robot_counts_in_whatever_order_it_comes() -> None:
+    one = robot()
+    step(one, 10, ahead(10))
+    step(one, 15, ahead(3))  # older than what is known
+    assert step(one, 10 + LASTS).command.activity is Activity.GIVE_WAY
+    assert step(one, 11 + LASTS).command.activity is Activity.DRIVE
+
+
+@pytest.mark.parametrize("heard", [ahead(0, robot="r2"), ahead(0, run=1)], ids=["itself", "another run"])
+def test_itself_and_other_runs_are_not_heard(heard: Broadcast) -> None:
+    assert step(robot(), 0, heard).command.activity is Activity.DRIVE
+
+
+# --- a process that takes another's place ---
+
+# fmt: off
+LEFT = {  # reached, given up: where it goes on
+    "at the start":           ([False] * 4,                [],     0),
+    "one reached":            ([True, False, False, False], [],     1),
+    "one given up":           ([False] * 4,                [0],    1),
+    "the second given up":    ([True, False, False, False], [1],    2),
+    "two given up":           ([False] * 4,                [0, 1], 2),
+    "on its way home":        ([True, False, True, False],  [1],    3),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("rule", ["give_way", "holds"])
+@pytest.mark.parametrize("name", LEFT)
+def test_a_mission_goes_on_with_all_that_was_reached_and_given_up(name: str, rule: str) -> None:
+    reached, given_up, target = LEFT[name]
+    one = robot(rule)
+    one.resume(
+        State(robot="r2", run=3, tick=70, activity=Activity.DRIVE, target=target, reached=reached,
+              unreachable=given_up, distance=1.0, replans=2)
+    )  # fmt: skip
+    command = step(one, 71, run=3, pose=Pose(5.5, 4.5, 0.0)).command  # away from home
+    assert (command.run, command.reached, command.unreachable) == (3, reached, given_up)
+    assert one.mission.target == target
+
+
+def test_who_was_not_told_to_go_begins_at_the_beginning() -> None:
+    one = robot()
+    one.resume(State(robot="r2", run=3, tick=0, activity=Activity.READY, target=0, reached=[True] * 4, unreachable=[1],
+                     distance=1.0, replans=2))  # fmt: skip
+    command = step(one, 1, run=3).command
+    assert (command.reached, command.unreachable) == ([False] * 4, [])
+
+
+def test_a_new_run_forgets_the_last_one() -> None:
+    one = robot()
+    step(one, 0, ahead(0))
+    command = step(one, 0, pose=Pose(7.5, 3.5, 0.0)).command
+    assert command.reached == [True, False, False, False]
+    command = step(one, 0, run=1).command
+    assert (command.run, command.reached, command.activity) == (1, [False] * 4, Activity.DRIVE)
+
+
+# --- what it says, and when ---
+
+
+def test_a_robot_speaks_in_its_own_slot_and_says_that_it_did() -> None:
+    every = scenario().settings.radio.every
+    for number in range(every):
+        one = Robot("r2", number, scenario(), AT)
+        for tick in range(2 * every):
+            outputs = step(one, tick)
+            assert (outputs.broadcast is not None) is outputs.command.sent is ((tick + number) % every == 0)
+
+
+def test_its_state_is_told_on_change_and_once_a_second() -> None:
+    one = robot()
+    told = [tick for tick in range(50) if step(one, tick).state is not None]
+    assert told == [0, 20, 40]
+    assert step(one, 50, ahead(50)).state is not None, "it gives way now"
+
+
+def test_a_stop_is_reached_within_reach_and_each_in_its_turn() -> None:
+    one, near = robot(), 0.4
+    assert step(one, 0, pose=Pose(7.5 - near - 0.01, 3.5, 0.0)).command.reached == [False] * 4
+    assert step(one, 1, pose=Pose(4.5, 2.5, 0.0)).command.reached == [False] * 4, "that one is the third"
+    assert step(one, 2, pose=Pose(7.5 - near + 0.01, 3.5, 0.0)).command.reached == [True, False, False, False]
+    plan = step(robot(), 0).plan
+    assert plan is not None
+    assert plan.points[-1] == pytest.approx(tuple(STOPS[0]))

@@ -1,0 +1,63 @@
+"""The timetable and the stopwatch, on a clock that is set by hand."""
+
+import pytest
+
+from world import pace
+from world.pace import SLIP, Stopwatch, Timetable
+
+
+class Clock:
+    """A wall clock that stands until it is told."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 100.0
+        for name in ("monotonic", "perf_counter"):
+            monkeypatch.setattr(pace, name, lambda: self.now)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    return Clock(monkeypatch)
+
+
+@pytest.mark.parametrize(("factor", "period"), [(1.0, 0.05), (2.0, 0.025), (0.5, 0.1), (10.0, 0.005)])
+def test_a_tick_lasts_as_long_as_the_factor_says(clock: Clock, factor: float, period: float) -> None:
+    timetable = Timetable(0.05, factor)
+    assert timetable.left == 0.0
+    for tick in range(1, 5):
+        timetable.tick()
+        assert timetable.left == pytest.approx(tick * period)
+    clock.now += 4 * period
+    assert timetable.left == pytest.approx(0.0, abs=1e-12)
+
+
+def test_being_late_is_caught_up_as_far_as_it_may(clock: Clock) -> None:
+    for late, caught_up in ((0.2, 0.2), (SLIP - 0.05, SLIP - 0.05), (SLIP + 0.05, SLIP), (60.0, SLIP)):
+        timetable = Timetable(0.05, 1.0)
+        clock.now += 0.05 + late
+        timetable.tick()
+        ticks = 0
+        while timetable.left == 0.0:
+            timetable.tick()
+            ticks += 1
+        assert ticks * 0.05 - timetable.left == pytest.approx(caught_up), late
+
+
+def test_after_a_pause_it_begins_anew(clock: Clock) -> None:
+    timetable = Timetable(0.05, 1.0)
+    clock.now += 30.0
+    timetable.start()
+    timetable.tick()
+    assert timetable.left == pytest.approx(0.05)
+
+
+def test_a_stopwatch_leaves_the_pauses_out(clock: Clock) -> None:
+    watch = Stopwatch()
+    shown = []
+    # fmt: off
+    for what in (watch.halt, watch.go, watch.go, watch.halt, watch.halt, watch.go):
+        what()
+        clock.now += 1.0
+        shown.append(watch.seconds)
+    # fmt: on
+    assert shown == pytest.approx([0.0, 1.0, 2.0, 2.0, 2.0, 3.0])

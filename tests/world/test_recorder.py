@@ -1,0 +1,261 @@
+"""The recorder is fed ticks made by hand, and each of its numbers is what they add up to."""
+
+import hashlib
+import struct
+from collections.abc import Sequence
+from math import inf, nextafter, pi
+
+import msgspec
+import pytest
+
+from swarm.geometry import Pose
+from swarm.maps.text import from_text
+from swarm.messages import Activity, Command, Steering
+from tests.shared import scenario_of
+from world.physics import Contact
+from world.recorder import DEADLOCK, MOVES, PARTED, Recorder
+from world.world import REST
+
+SCENARIO = scenario_of()
+DT = 0.25  # s; sums of it are exact
+A, B = Pose(2.5, 2.5, 0.0), Pose(4.5, 4.5, 1.0)
+WALL, OTHER, BOX = Contact(0, "wall", None), Contact(0, "robot", 1), Contact(0, "obstacle", None)
+STANDS = (0.0, 0.0)
+
+
+def recorder(*starts: Pose, stops: int = 1, dt: float = DT) -> Recorder:
+    poses = starts or (A,)
+    record = Recorder(SCENARIO, poses, [((7.5, 3.5),) * stops for _ in poses], dt)
+    record.poses(poses)
+    return record
+
+
+def doing(activity: Activity = Activity.DRIVE, steering: Steering = Steering.FUZZY, **fields: object) -> Command:
+    return msgspec.structs.replace(REST, activity=activity, steering=steering, **fields)
+
+
+# --- contacts ---
+
+LET_GO = round(PARTED / DT)  # ticks after which a touch is a new one
+
+# fmt: off
+TOUCHES: dict[str, tuple[list[int], list[int], list[int]]] = {  # ticks of a begin, of touching on; those that count
+    "once":                               ([3],                       [],              [3]),
+    "in the first tick":                  ([0],                       [],              [0]),
+    "again too soon":                     ([3, 3 + LET_GO - 1],       [],              [3]),
+    "again when it had let go":           ([3, 3 + LET_GO],           [],              [3, 3 + LET_GO]),
+    "trembles":                           ([3, 5, 7, 9, 11],          [],              [3]),
+    "trembles, lets go, comes again":     ([3, 5, 7, 7 + LET_GO],     [],              [3, 7 + LET_GO]),
+    "pressed for long, then again soon":  ([3, 12],                   list(range(4, 12)), [3]),
+    "pressed for long, then lets go":     ([3, 11 + LET_GO],          list(range(4, 12)), [3, 11 + LET_GO]),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", TOUCHES)
+def test_a_touch_counts_when_it_begins_and_was_let_go_of_before(name: str) -> None:
+    begins, lasting, counting = TOUCHES[name]
+    record = recorder()
+    counted = []
+    for tick in range(30):
+        record.poses([A])
+        touching = [WALL] if tick in begins or tick in lasting else []
+        fresh = record.contacts([WALL] if tick in begins else [], touching, [STANDS])
+        counted += [tick] * len(fresh)
+    assert counted == counting
+    assert record.contact_counts[0] == {"wall": len(counting)}
+
+
+def test_contacts_are_each_robots_own_and_of_a_kind() -> None:
+    record = recorder(A, B)
+    both = [WALL, OTHER, Contact(1, "robot", 0), BOX]
+    assert record.contacts(both, both, [STANDS, STANDS]) == both
+    assert [dict(counts) for counts in record.contact_counts] == [
+        {"wall": 1, "robot": 1, "obstacle": 1},
+        {"robot": 1},
+    ]
+
+
+@pytest.mark.parametrize(
+    ("wheels", "struck"),
+    [
+        ((0.0, 0.0), 1),
+        ((0.5, -0.5), 1),  # turns on the spot: its round body goes nowhere
+        ((MOVES, MOVES), 1),
+        ((MOVES * 1.1, MOVES * 1.1), 0),
+        ((-MOVES * 1.1, -MOVES * 1.1), 0),
+        ((MOVES * 3, 0.0), 0),
+        ((0.0, MOVES * 1.5), 1),
+        ((0.5, 0.5), 0),
+    ],
+)
+def test_who_stands_is_struck(wheels: tuple[float, float], struck: int) -> None:
+    record = recorder(A, B)
+    record.contacts([WALL], [WALL], [wheels, (1.0, 1.0)])
+    assert record.struck == [struck, 0]
+
+
+def test_a_touch_that_does_not_count_strikes_nobody() -> None:
+    record = recorder()
+    for _ in range(3):
+        record.poses([A])
+        record.contacts([WALL], [WALL], [STANDS])
+    assert record.struck == [1]
+
+
+# --- who steered ---
+
+
+def test_the_fuzzy_share_is_of_ticks_in_which_a_wheel_turns_and_believes_the_label() -> None:
+    """Only ``FUZZY`` counts, and it counts whatever the wheels did: what the tables said is not known here."""
+    record = recorder(A, B)
+    assert record.fuzzy_share == 0.0
+    turning, least, slow = (0.3, -0.3), (0.0, -MOVES * 1.1), (MOVES, -MOVES)
+    fuzzy, blend, rest = (doing(steering=label) for label in (Steering.FUZZY, Steering.SUPERVISOR, Steering.REST))
+    record.moving([fuzzy, blend], [turning, turning])  # 1 of 2
+    record.moving([fuzzy, rest], [least, least])  # 2 of 4
+    record.moving([fuzzy, fuzzy], [slow, STANDS])  # nobody moves
+    record.moving([doing(Activity.DONE), blend], [turning, STANDS])  # 3 of 5
+    assert record.fuzzy_share == 3 / 5
+
+
+def test_every_label_but_fuzzy_is_somebody_elses() -> None:
+    for label in Steering:
+        record = recorder()
+        record.moving([doing(steering=label)], [(0.3, 0.3)])
+        assert record.fuzzy_share == (label is Steering.FUZZY), label
+
+
+# --- ways and gaps ---
+
+
+def test_the_way_is_the_sum_of_the_steps_of_each() -> None:
+    record = recorder(A, B)
+    for pose in ((2.8, 2.9), (2.8, 2.9), (2.5, 2.5)):
+        record.poses([Pose(*pose, 0.0), B._replace(yaw=2.0)])
+    assert record.path_length == pytest.approx([1.0, 0.0])
+
+
+def test_the_smallest_gap_is_of_all_ticks_and_of_the_floor_of_its_time() -> None:
+    record = recorder()
+    record.poses([Pose(1.5, 2.5, 0.0)])  # 0.5 m off the wall, of which 0.2 are its own
+    record.poses([A])
+    assert record.clearance_min == pytest.approx(0.3)
+    walled = from_text("####\n####\n#..#\n#.##\n####\n####\n", 1.0)  # a wall on the right at x = 2, two rows up
+    record.set_floor(walled)
+    record.poses([Pose(1.7, 2.5, 0.0)])
+    assert record.clearance_min == pytest.approx(0.1)
+    beside = recorder(A, A._replace(x=A.x + 0.45))
+    assert beside.clearance_min == pytest.approx(0.05)
+
+
+# --- waiting ---
+
+GO, WAIT, SHUT, DONE, READY = (
+    Activity.DRIVE, Activity.GIVE_WAY, Activity.BLOCKED, Activity.DONE, Activity.READY,
+)  # fmt: skip
+
+# fmt: off
+WAITS: dict[str, tuple[list[Activity], int, int, int]] = {  # conflicts, ticks waited, of those in a row
+    "nobody":                         ([GO, READY, DONE],              0, 0, 0),
+    "once":                           ([GO, WAIT, WAIT, GO],           1, 2, 2),
+    "twice":                          ([WAIT, WAIT, WAIT, GO, WAIT],   2, 4, 3),
+    "the longer comes last":          ([WAIT, GO, WAIT, WAIT],         2, 3, 2),
+    "shut in is no conflict":         ([SHUT, SHUT, SHUT],             0, 3, 3),
+    "gives way and is shut in":       ([WAIT, SHUT, WAIT],             1, 3, 3),
+    "shut in, then gives way":        ([SHUT, WAIT],                   0, 2, 2),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", WAITS)
+def test_waits_under_the_simple_rule(name: str) -> None:
+    activities, conflicts, ticks, longest = WAITS[name]
+    record = recorder(A, B)
+    for activity in activities:
+        record.moving([doing(activity), doing()], [STANDS, STANDS])
+    assert record.conflicts == conflicts
+    assert record.waiting == [ticks * DT, 0.0]
+    assert record.longest_wait == longest * DT
+
+
+FULL = round(DEADLOCK / DT)  # ticks
+STILL, MOVING = [STANDS, STANDS], [(0.0, MOVES * 1.1), STANDS]
+
+# fmt: off
+STANDSTILLS: dict[str, tuple[list[tuple[str, list[tuple[float, float]]]], int]] = {  # what r1 does, and the wheels
+    "not long enough":                 ([("go", STILL)] * (FULL - 1),                                       0),
+    "just long enough":                ([("go", STILL)] * FULL,                                             1),
+    "for ever, once":                  ([("go", STILL)] * (5 * FULL),                                       1),
+    "one moves in between":            ([("go", STILL)] * (FULL - 1) + [("go", MOVING)] + [("go", STILL)] * (FULL - 1), 0),
+    "again after somebody moved":      ([("go", STILL)] * FULL + [("go", MOVING)] + [("go", STILL)] * FULL, 2),
+    "creeping counts as standing":     ([("go", [(MOVES, MOVES), STANDS])] * FULL,                          1),
+    "all done":                        ([("done", STILL)] * (5 * FULL),                                     0),
+    "the other is done and moves":     ([("other done", [STANDS, (0.5, 0.5)])] * FULL,                      1),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", STANDSTILLS)
+def test_a_standstill_of_all_that_are_unfinished_counts_once(name: str) -> None:
+    ticks, deadlocks = STANDSTILLS[name]
+    record = recorder(A, B)
+    for what, wheels in ticks:
+        one = doing(DONE if what == "done" else GO)
+        record.moving([one, doing(GO if what == "go" else DONE)], wheels)
+    assert record.deadlocks == deadlocks
+
+
+# --- stops ---
+
+
+def test_a_run_is_complete_when_every_robot_was_at_every_stop() -> None:
+    record = recorder(A, B, stops=2)
+    for count, (robot, stop) in enumerate([(0, 0), (1, 1), (0, 1), (1, 0)]):
+        assert not record.complete
+        assert not record.is_reached(robot, stop)
+        record.reached(robot, stop, 1.5 + count)
+        assert record.is_reached(robot, stop)
+    assert record.complete
+    assert record.reached_at == [[1.5, 3.5], [4.5, 2.5]]
+
+
+def test_what_robots_say_of_plans_and_stops_given_up_is_their_last_word() -> None:
+    record = recorder(A, B)
+    record.moving([doing(replans=1), doing(replans=0, unreachable=[0])], STILL)
+    record.moving([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])], STILL)
+    assert record.replans == [4, 0]
+    assert record.unreachable == [[1, 0], [0]]
+
+
+# --- the digest ---
+
+HISTORY = [[A, B], [Pose(2.6, 2.5, 0.1), B], [Pose(2.7, 2.5, -0.1), Pose(4.5, 4.5, pi)]]
+
+
+def digest(history: Sequence[Sequence[Pose]]) -> str:
+    record = Recorder(SCENARIO, history[0], [(), ()], DT)
+    for poses in history:
+        record.poses(poses)
+    return record.digest
+
+
+def test_the_digest_is_of_every_pose_in_order() -> None:
+    numbers = [number for poses in HISTORY for pose in poses for number in pose]
+    plain = struct.pack(f"<{len(numbers)}d", *numbers)
+    assert digest(HISTORY) == hashlib.blake2b(plain, digest_size=16).hexdigest()
+
+
+def test_one_bit_of_one_number_of_one_pose_changes_the_digest() -> None:
+    digests = {digest(HISTORY)}
+    for tick in range(3):
+        for robot in range(2):
+            for field in range(3):
+                history = [list(poses) for poses in HISTORY]
+                numbers = list(history[tick][robot])
+                numbers[field] = nextafter(numbers[field], inf)
+                history[tick][robot] = Pose(*numbers)
+                digests.add(digest(history))
+    digests.add(digest(HISTORY[:2]))
+    digests.add(digest([poses[::-1] for poses in HISTORY]))
+    assert len(digests) == 1 + 3 * 2 * 3 + 2

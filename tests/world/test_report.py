@@ -1,0 +1,210 @@
+"""The report of a tiny run: four bodies, commands written by hand, no robots. Every field is worked out beside it.
+
+The room is 8 m by 4 m inside walls, cells of 1 m, ten a row. A rim speed changes by 0.1 m/s a tick of 0.05 s.
+
+r1 drives 0.24 m straight and says that it is at its target, 0.24 m ahead; twice it says that it holds another cell.
+r2 creeps into the wall on the right. r4 creeps into r3, which stands, and both hold one cell; they then wait for each
+other, for ever. r3 gives its only stop up.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose
+from swarm.messages import Activity, Command, Steering
+from swarm.robot.ground import planning_grid
+from swarm.scenario.load import Scenario
+from tests.shared import scenario_of
+from world.report import missing, report, shortest_length, write
+from world.world import REST, World
+
+COLUMNS = 10
+AT = (Pose(2.5, 2.5, 0.0), Pose(8.79, 3.5, 0.0), Pose(5.0, 1.5, 0.0), Pose(4.59, 1.5, 0.0))
+STOPS = [[[2.74, 2.5]], [[8.5, 3.5], [8.5, 4.5]], [[0.5, 0.5]], [[5.6, 1.5]]]  # r3's lies in a wall
+CELLS = {"r1": [22], "r2": [38, 39], "r3": [14, 15], "r4": [14]}  # row * 10 + column; 39 is of the wall
+TICKS = 1220
+DT = 0.05  # s
+DRIVEN = 12  # ticks in which r1 is told 0.4 m/s: it drives at 0.1, 0.2, 0.3, nine times 0.4, then 0.3, 0.2, 0.1
+LENGTH = DT * (0.6 + 9 * 0.4 + 0.6)  # m
+ARRIVES = 20  # tick of r1's claim
+PRESSES = 6  # ticks in which r2 and r4 are told 0.1 m/s: 5 mm each, two of them until they touch
+WRONG = (100, 101, 102, 200)  # ticks in which r1 declares a cell beside its own
+
+
+def scenario(rule: str) -> Scenario:
+    traffic = {"rule": rule} | ({"cell": 1.0, "offset": [0.0, 0.0]} if rule == "holds" else {})
+    return scenario_of(own_targets=STOPS, targets=[], return_home=False, reach=0.01, robots=4, traffic=traffic)
+
+
+def r1(tick: int) -> dict[str, Any]:
+    speed = 0.4 if tick < DRIVEN else 0.0
+    blend = Steering.FUZZY if tick < 10 else Steering.SUPERVISOR
+    note = [("joint_plan", "r1 leads 2 robots")] if tick == 30 else []
+    over = Activity.DONE if tick >= ARRIVES else Activity.DRIVE
+    wrong = {"held": [23]} if tick in WRONG else {}
+    return {"left": speed, "right": speed, "steering": blend, "activity": over, "reached": [tick >= ARRIVES],
+            "notes": note, "replans": 2 if tick > 50 else 1, **wrong}  # fmt: skip
+
+
+def pressing(tick: int) -> dict[str, Any]:
+    speed = 0.1 if tick < PRESSES else 0.0
+    return {"left": speed, "right": speed, "steering": Steering.FUZZY}
+
+
+def r2(tick: int) -> dict[str, Any]:
+    shut = Activity.BLOCKED if 100 <= tick < 108 else Activity.DRIVE
+    return pressing(tick) | {"activity": shut}
+
+
+def r3(tick: int) -> dict[str, Any]:
+    waits = {"activity": Activity.GIVE_WAY, "waits": ["r4"]} if tick >= PRESSES + 4 else {}
+    return {"activity": Activity.DRIVE, "unreachable": [0], "replans": 7} | waits
+
+
+def r4(tick: int) -> dict[str, Any]:
+    return pressing(tick) | {"activity": Activity.DRIVE, "waits": ["r3"] if tick >= PRESSES + 4 else []}
+
+
+HAND: dict[str, Callable[[int], dict[str, Any]]] = {"r1": r1, "r2": r2, "r3": r3, "r4": r4}
+
+
+def run(rule: str, ticks: int = TICKS) -> World:
+    world = World(scenario(rule), list(AT), 1)
+    for tick in range(ticks):
+        commands: dict[str, Command] = {}
+        for name, says in HAND.items():
+            fields = {"run": 0, "tick": tick, "held": CELLS[name] if rule == "holds" else [], **says(tick)}
+            commands[name] = msgspec.structs.replace(REST, **fields)
+        world.step(commands)
+    return world
+
+
+def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
+    grid = planning_grid(scenario("holds"))
+    return report(
+        world, grid, scenario="by hand", seed=17, pace="2.0", wall_time=7.0, late_commands=3, reason=reason
+    )  # fmt: skip
+
+
+def flat(value: object, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Give every field with the way to it, ``a.b.c``."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from flat(item, f"{name}.{key}" if name else key)
+    else:
+        yield name, value
+
+
+SINKS = 0.003  # m, as deep as two shapes press into each other before the solver parts them
+CREPT = 0.01 + SINKS / 2  # m, to the touch, and into it and back
+SHARED = (PRESSES - 2) * DT * 0.1 / 2  # m, r4 pushes r3 along at half its speed: bodies are of one mass
+WAITED = TICKS - (PRESSES + 4)  # ticks that r3 and r4 wait for each other
+MOVED_R1, MOVED_PRESSING = 15, 6  # ticks with a wheel that turns
+FUZZY = 10 + 2 * PRESSES  # of these, labelled so
+
+# fmt: off
+ALWAYS: dict[str, Any] = {
+    "scenario": "by hand", "seed": 17, "robots": 4, "pace": "2.0", "complete": False, "reason": "nobody moves",
+    "sim_time": pytest.approx(TICKS * DT), "wall_time": 7.0, "real_time_factor": pytest.approx(TICKS * DT / 7.0),
+    "ticks": TICKS, "late_commands": 3,
+    "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0,  # r3 and r4 touch once, though each says so
+    "clearance_min": pytest.approx(0.0, abs=SINKS),
+    "fuzzy_share": pytest.approx(FUZZY / (MOVED_R1 + 2 * MOVED_PRESSING)),
+}
+ROBOTS: dict[str, dict[str, Any]] = {
+    "r1": {"targets": 1, "reached": [pytest.approx(ARRIVES * DT)], "path_length": pytest.approx(LENGTH),
+           "shortest_length": pytest.approx(0.24), "waiting": 0.0, "replans": 2, "contacts": 0, "struck": 0,
+           "stalled": 0, "unreachable": []},
+    "r2": {"targets": 2, "reached": [None, None], "path_length": pytest.approx(CREPT, abs=SINKS),
+           "shortest_length": pytest.approx(0.29 + 1.0), "waiting": pytest.approx(8 * DT), "replans": 0, "contacts": 1,
+           "struck": 0, "stalled": 1, "unreachable": []},
+    "r3": {"targets": 1, "reached": [None], "path_length": pytest.approx(SHARED, abs=1e-6), "shortest_length": None,
+           "waiting": pytest.approx(WAITED * DT), "replans": 7, "contacts": 1, "struck": 1, "stalled": 0,
+           "unreachable": [0]},
+    "r4": {"targets": 1, "reached": [None], "path_length": pytest.approx(0.01 + SHARED, abs=1e-6),
+           "shortest_length": pytest.approx(1.01), "waiting": 0.0, "replans": 0, "contacts": 1, "struck": 0, "stalled": 1, "unreachable": []},
+}
+TRAFFIC: dict[str, dict[str, Any]] = {
+    "holds": {  # what the watch saw
+        "conflicts": 2, "joint_plans": 1,
+        "deadlocks": 1,  # r3 and r4
+        "stalled": 2,  # r2 and r4; r3 has nothing left to do
+        "longest_wait": pytest.approx((TICKS - PRESSES - 1) * DT),  # r3's, from the tick after the last push
+        "overlaps": 1,  # r3 and r4 both hold cell 14, all the time
+        "outside": 2,  # r1, twice
+    },
+    "give_way": {  # what robots said of themselves
+        "conflicts": 1, "joint_plans": 0,  # r3 begins to give way; r2, shut in, does not
+        "deadlocks": 1,  # from tick 15 on nobody moves
+        "stalled": 2,
+        "longest_wait": pytest.approx(WAITED * DT),
+    },
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("rule", sorted(TRAFFIC))
+def test_every_field_of_a_report_is_what_a_hand_works_out(rule: str) -> None:
+    world = run(rule)
+    got = dict(flat(summed_up(world)))
+    expected = ALWAYS | {"digest": world.recorder.digest}
+    expected |= dict(flat(TRAFFIC[rule], "traffic")) | dict(flat(ROBOTS, "per_robot"))
+    assert sorted(got) == sorted(expected), "no field that nobody has worked out"
+    for name, value in expected.items():
+        assert got[name] == value, name
+
+
+def test_equal_runs_have_equal_reports_and_a_shorter_one_another_digest() -> None:
+    assert summed_up(run("holds", 30)) == summed_up(run("holds", 30))
+    assert summed_up(run("holds", 30))["digest"] != summed_up(run("holds", 31))["digest"]
+
+
+def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor() -> None:
+    floor = scenario_of(targets=[[2.5, 2.5]], return_home=False)
+    world = World(floor, [AT[0]], 1)
+    for _ in range(2):
+        world.step({"r1": msgspec.structs.replace(REST, reached=[True], activity=Activity.DONE)})
+    summary = report(
+        world, planning_grid(floor), scenario="s", seed=1, pace="max", wall_time=0.0, late_commands=0, reason="late"
+    )
+    assert (summary["complete"], summary["reason"], summary["real_time_factor"]) == (True, "", 0.0)
+    assert missing(world) == ""
+
+
+def test_what_is_missing_is_one_sentence() -> None:
+    assert missing(run("holds", 30)) == "not reached: r2 target 1, target 2; r3 target 1 (no path); r4 target 1"
+    assert missing(run("holds")).endswith("; r4 target 1; r2 got nowhere for 61 s, r4 got nowhere for 61 s")
+    world = run("holds", 30)
+    world.verdict = "no way exists for r1, r2 to reach their targets together"
+    assert missing(world).startswith(f"{world.verdict}; not reached: r2 target 1, ")
+
+
+def test_home_is_called_home() -> None:
+    world = World(scenario_of(), [AT[0]], 1)
+    assert missing(world) == "not reached: r1 target 1, home"
+
+
+def test_the_shortest_way_is_from_stop_to_stop_or_there_is_none() -> None:
+    grid = planning_grid(scenario("holds"))
+    assert shortest_length(grid, (2.5, 2.5), [(4.5, 2.5), (4.5, 3.5), (4.5, 2.5)]) == pytest.approx(4.0)
+    assert shortest_length(grid, (2.5, 2.5), []) == 0.0
+    assert shortest_length(grid, (2.5, 2.5), [(4.5, 2.5), (0.5, 0.5), (4.5, 2.5)]) is None
+
+
+def test_a_report_is_written_as_json_without_numbers_that_json_lacks(tmp_path: Path) -> None:
+    summary = {"gap": float("inf"), "rows": [1.5, float("nan"), {"least": -float("inf")}], "none": None, "text": "é"}
+    write(summary, tmp_path / "report.json")
+    text = (tmp_path / "report.json").read_text(encoding="utf-8")
+    assert json.loads(text) == {"gap": None, "rows": [1.5, None, {"least": None}], "none": None, "text": "é"}
+    assert text.endswith("}\n")
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="expected a file that can be written, got Is a directory"):
+        write({}, tmp_path)

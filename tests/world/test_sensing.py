@@ -1,0 +1,91 @@
+"""The noise of the sensors: on both sides of the truth, as wide as asked for, and independent from ray to ray."""
+
+from math import radians
+from statistics import fmean, pstdev
+
+import numpy as np
+import pytest
+
+from swarm.geometry import Pose
+from tests.shared import scenario_of, with_settings
+from world.physics import Physics
+from world.sensing import Sensing
+
+NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
+QUIET = scenario_of()
+NOISY = with_settings(QUIET, sensors={"noise": NOISE, "bearing_noise_deg": BEARING_NOISE})
+AT = Pose(5.0, 2.0, 0.0)  # the wall on the right is 1 m off, the target in sight
+TARGETS = [(8.0, 4.0)]
+MANY = 2000
+RAYS = QUIET.settings.sensors.rays
+
+
+def rays(scenario_noise: bool, count: int) -> list[list[float]]:
+    settings = (NOISY if scenario_noise else QUIET).settings
+    physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
+    sensing = Sensing(settings.sensors, 1, 7)
+    return [sensing.distances(physics)[0].rays for _ in range(count)]
+
+
+def test_a_ray_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
+    truth = rays(False, 1)[0]
+    read = rays(True, MANY)
+    judged = [ray for ray, distance in enumerate(truth) if 5 * NOISE < distance < 1.6 - 5 * NOISE]
+    assert len(judged) >= 3
+    for ray in judged:
+        errors = [row[ray] - truth[ray] for row in read]
+        assert fmean(errors) == pytest.approx(0.0, abs=4 * NOISE / MANY**0.5)
+        assert pstdev(errors) == pytest.approx(NOISE, rel=0.1)
+        assert 0.45 < sum(error > 0.0 for error in errors) / MANY < 0.55
+    a, b = judged[:2]
+    together = fmean((row[a] - truth[a]) * (row[b] - truth[b]) for row in read)
+    assert abs(together) < 0.1 * NOISE**2, "each ray errs by itself"
+
+
+def test_a_reading_stays_between_nought_and_the_range() -> None:
+    settings = with_settings(QUIET, sensors={"noise": 1.0}).settings
+    physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
+    sensing = Sensing(settings.sensors, 1, 7)
+    read = [ray for _ in range(200) for ray in sensing.distances(physics)[0].rays]
+    assert min(read) == 0.0
+    assert max(read) == settings.sensors.range
+    assert 0.2 < sum(0.0 < ray < settings.sensors.range for ray in read) / len(read) < 0.8
+
+
+def test_a_sector_reads_the_nearest_of_its_own_rays() -> None:
+    settings = QUIET.settings
+    for yaw in (0.0, 0.5, 1.0, 2.0, -1.2):
+        pose = Pose(1.7, 1.6, yaw)  # in a corner
+        physics = Physics(QUIET.map, settings.robot.radius, [pose], 1.6, 0.05)
+        left, front, right, every = Sensing(settings.sensors, 1, 7).distances(physics)[0]
+        assert len(every) == 3 * RAYS
+        assert (left, front, right) == (min(every[:RAYS]), min(every[RAYS : 2 * RAYS]), min(every[2 * RAYS :]))
+
+
+def test_a_bearing_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
+    physics = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05)
+    (truth,) = Sensing(QUIET.settings.sensors, 1, 7).bearings(physics, 0, AT, np.array(TARGETS))
+    assert truth is not None
+    assert truth == pytest.approx(0.588, abs=1e-3)  # atan(2 / 3)
+    sensing = Sensing(NOISY.settings.sensors, 1, 7)
+    errors = [
+        seen - truth for _ in range(MANY) for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS)) if seen is not None
+    ]
+    noise = radians(BEARING_NOISE)
+    assert len(errors) == MANY
+    assert fmean(errors) == pytest.approx(0.0, abs=4 * noise / MANY**0.5)
+    assert pstdev(errors) == pytest.approx(noise, rel=0.1)
+
+
+def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
+    """The same number of draws each tick: a wall between does not shift the noise of what is read after."""
+    walled = scenario_of("##########\n#........#\n#.####.###\n#........#\n#........#\n##########\n")
+    drawn = []
+    for scenario in (QUIET, walled):
+        physics = Physics(scenario.map, 0.2, [Pose(5.0, 1.6, 0.0)], 1.6, 0.05)
+        sensing = Sensing(NOISY.settings.sensors, 1, 7)
+        seen = sensing.bearings(physics, 0, Pose(5.0, 1.6, 0.0), np.array([(4.0, 4.5), (8.0, 1.6)]))
+        drawn.append(seen)
+    assert drawn[0][0] is not None
+    assert drawn[1][0] is None
+    assert drawn[0][1] == drawn[1][1]
