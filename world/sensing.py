@@ -1,11 +1,13 @@
 """What a robot's own sensors tell it: three proximity sectors and the infrared bearing of each target (section 2)."""
 
+from collections.abc import Sequence
 from math import radians
 from typing import NamedTuple
 
 import numpy as np
 
 from swarm.geometry import Pose, bearing, wrap
+from swarm.maps.occupancy import Point
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import SensorSettings
 from world.physics import Numbers, Physics
@@ -28,23 +30,31 @@ class Sensing:
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
 
-    def distances(self, physics: Physics) -> list[Distances]:
-        """Read, for every robot, the nearest hit of each sector's rays, other robots included, and the rays too."""
-        settings, n = self._settings, self._settings.rays
-        read = []
-        for robot, rays in enumerate(physics.cast_all(self._angles, settings.range)):
-            if settings.noise:
-                drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
-                rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
-            read.append(Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays))
-        return read
+    def distances(self, physics: Physics, robot: int) -> Distances:
+        """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
+        return self._read(robot, physics.cast(robot, self._angles, self._settings.range))
 
-    def bearings(self, physics: Physics, robot: int, pose: Pose, targets: Numbers) -> list[float | None]:
-        """Read the bearing [rad, left positive] of each target (n, 2) that no wall hides, None for the others."""
+    def all_distances(self, physics: Physics) -> list[Distances]:
+        """Read the same for every robot, all rays cast at once."""
+        found = physics.cast_all(self._angles, self._settings.range)
+        return [self._read(robot, rays) for robot, rays in enumerate(found)]
+
+    def _read(self, robot: int, rays: list[float]) -> Distances:
+        settings, n = self._settings, self._settings.rays
+        if settings.noise:
+            drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
+            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
+        return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
+
+    def bearings(
+        self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
+    ) -> list[float | None]:
+        """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""
+        places = np.asarray(targets, np.float64).reshape(-1, 2)
         noise = radians(self._settings.bearing_noise_deg)
         drawn = self._noise[robot].normal(0.0, noise, len(targets)).tolist() if noise else [0.0] * len(targets)
-        seen = physics.sees_each((pose.x, pose.y), targets)
+        seen = physics.sees_each((pose.x, pose.y), places)
         return [
             wrap(bearing(pose, target) + error) if shows else None
-            for target, error, shows in zip(targets.tolist(), drawn, seen, strict=True)
+            for target, error, shows in zip(map(tuple, places.tolist()), drawn, seen, strict=True)
         ]

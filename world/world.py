@@ -113,7 +113,7 @@ class World:
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
         rays_needed = not self._settings.map.known
-        self._distances = sensing.distances(physics)
+        self._distances = sensing.all_distances(physics)
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self._wheels[number])
             left, front, right, rays = self._distances[number]

@@ -73,7 +73,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else situation.goal,
-                braking=self._driver.braking(body, self._lateness.under_way((body.left, body.right))),
+                braking=self._driver.braking(body, self._lateness.under_way(sense.tick, (body.left, body.right))),
                 readings=readings,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],

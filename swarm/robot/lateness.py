@@ -19,14 +19,19 @@ class Lateness:
         self._most = acceleration * dt
         self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(LATEST / dt)))
         self._before: RimSpeeds | None = None
+        self._tick = -1
         self._believed = round(BELIEVED / dt)
         self._ticks = 0
 
-    def under_way(self, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
+    def under_way(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
         """Return the newest commands that the wheels may not have carried out yet, oldest first.
 
-        ``now`` are the rim speeds measured in this tick. () where the wheels obey at once.
+        ``now`` are the rim speeds measured in this tick. () where the wheels obey at once, and after a pause in which
+        all commands have run out.
         """
+        if tick - self._tick > len(self._commands) + 1:
+            self._commands.clear()
+        self._tick = tick
         before, self._before = self._before, now
         self._ticks = max(0, self._ticks - 1)
         if before is not None and self._commands:

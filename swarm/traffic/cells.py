@@ -172,10 +172,22 @@ class CellMap:
         if key not in self._blind:
             here = self.centre(cell)
             others = (self.centre(other) for other in self.neighbours[towards] if other != cell)
-            self._blind[key] = not all(self._in_sight(here, other) for other in others)
+            self._blind[key] = not all(self.in_sight(here, other) for other in others)
         return self._blind[key]
 
-    def _in_sight(self, a: Point, b: Point) -> bool:
+    def part(self, cell: int, other: int) -> None:
+        """Let two neighbours be joined no longer, while the map is being made: all robots have to do the same."""
+        joined = [list(near) for near in (self.neighbours[cell], self.neighbours[other])]
+        joined[0].remove(other)
+        joined[1].remove(cell)
+        table = list(self.neighbours)
+        table[cell], table[other] = map(tuple, joined)
+        self.neighbours = tuple(table)
+        self._blind.clear()
+        self._tables.clear()
+
+    def in_sight(self, a: Point, b: Point) -> bool:
+        """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
         along = ((a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count))
         return all(self._disc_is_clear(x, y, SIGHT) for x, y in along)

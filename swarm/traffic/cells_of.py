@@ -12,6 +12,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
+from swarm.traffic.sight import part_unheard
 
 # a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
@@ -30,7 +31,8 @@ IN_SIGHT: Final[dict[str, Any]] = {
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
     """Lay the lattice over a floor, where the scenario says it lies: all must give a cell the same number."""
     radius = settings.robot.radius
-    return _lattice(floor, settings.traffic.cell or RADII[0] * radius, radius + SPARE, settings.traffic.offset)
+    side = settings.traffic.cell or RADII[0] * radius
+    return _lattice(floor, side, radius + SPARE, settings.traffic.offset, _lean(settings))
 
 
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
@@ -55,7 +57,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
             else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
         )
         first = offset if first is None else first
-        if _serves(_lattice(floor, side, fits, offset), settings):
+        if _serves(_lattice(floor, side, fits, offset, _lean(settings)), settings):
             return _settled(settings, rule="holds", cell=side, offset=offset)
     if traffic.rule == "auto":
         return _settled(settings, rule="give_way")
@@ -121,8 +123,16 @@ def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
 
 
 @lru_cache(maxsize=4)
-def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None) -> CellMap:
-    return CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
+def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
+    cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
+    if lean is not None:
+        part_unheard(cells, lean)
+    return cells
+
+
+def _lean(settings: Settings) -> float | None:
+    """Return the room [m] a robot keeps where it leans round corners; None where walls do not stop the radio."""
+    return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
 
 
 def traffic_settings(settings: Settings) -> TrafficSettings:

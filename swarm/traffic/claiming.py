@@ -43,7 +43,8 @@ class Claiming:
                 break
             claim = walk.ledger.claims[0]
             case = self._case(claim, walk, situation, near)
-            against = obstacle(TAKE, case) if step_free else "not its turn"
+            heard = not self.settings.in_sight or self._would_be_heard(walk.head, cell, pose)
+            against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
                 break

@@ -110,7 +110,7 @@ class Driver:
         self._fastest = fastest  # m/s, of the blend
         x, y, yaw = cells.occupancy.origin
         self._origin = (x, y, cos(yaw), sin(yaw))
-        self._aimed_for: tuple[object, ...] = ()  # what the last aim was chosen for: who stands asks again and again
+        self._aimed_for: tuple[object, ...] = ()  # what the last aim was chosen for: one who stands asks again
         self._aimed: Point = (0.0, 0.0)
         self._turning = False
         self._side = 0.0  # of the turn on the spot it was last told to make; 0: none
@@ -120,14 +120,13 @@ class Driver:
     def take_cells(self, cells: CellMap) -> None:
         """Take another floor, on the same lattice."""
         self._cells = cells
-        self._aimed_for = ()
 
     def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
         """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
 
         ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
         """
-        if not under_way and body.left == body.right == 0.0:
+        if body.left == body.right == 0.0 and not under_way:
             return ()
         found: list[Point] = []
         for count in range(len(under_way) + 1):
@@ -150,12 +149,13 @@ class Driver:
 
     def _aim(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
         shut = self._shut(held)
+        x, y, _ = self._local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
         points = [*reversed(waypoints[1:]), *between]
-        flat, place = np.array([self._flat(point) for point in points]), self._local(pose)[:2]
+        places = np.array([self._flat(point) for point in points], np.float64)
         for spare in (AIM_SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
-            clear = lines_are_clear(shut, *place, flat, self._radius + TIGHT, self._radius + spare)
+            clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
             for point, is_clear in zip(points, clear, strict=True):
                 if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, spare)):
                     return point
@@ -195,18 +195,17 @@ class Driver:
         most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
         pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
         shut = self._shut(held)
-        grid, place = self.grid, self._local(body.pose)
-        walls, side, origin = (
-            (NO_WALLS, 1.0, ORIGIN) if grid is None else (grid.clearance, grid.resolution, grid.origin)
-        )
+        here = self._room(shut, body, 0.0, 0.0, 0)
+        here -= 1e-3 if here > self._radius + TIGHT else 0.0  # near the edge no look may lose any room
+        grid = self.grid
+        walls, side, origin = (NO_WALLS, 1.0, ORIGIN) if not grid else (grid.clearance, grid.resolution, grid.origin)
         number, left, right = first_clear(
-            CHANGES, *wanted, *pursuit, most, self._radius + self._margin, self._radius + TIGHT, shut, *place,
-            walls, side, *origin, self.bodies, self._radius, *body.pose, body.left, body.right, self._drive.track_width,
-            self._acceleration * self._dt, self._dt, self._ticks,
+            CHANGES, *wanted, *pursuit, most, min(self._radius + self._margin, here), shut, *self._local(body.pose),
+            walls, side, *origin, self.bodies, self._radius, *body.pose, body.left, body.right,
+            self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
         )  # fmt: skip
         if number >= 0:
             return Wheels(left, right, Whose.BLEND if CHANGES[int(number), 1] else Whose.TABLES)
-        here = self._room(shut, body, 0.0, 0.0, 0)
         return self._creep(body, shut, error, min(self._radius + TIGHT, here))
 
     def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:

@@ -1,6 +1,7 @@
 """What the proximity sectors say about cells: a body that nobody told of, or a silent robot's cell that is empty."""
 
 from collections.abc import Collection, Iterable
+from enum import Enum
 from math import cos, sin
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
+SHORT = 0.05  # m, readings differ by less
 EDGE = 0.1  # m, a hit this near a cell may be on a body in it
 
 
@@ -55,15 +57,19 @@ def _is(body: Known, hit: Point, cells: CellMap) -> bool:
     return body.cells is None or any(cell in body.cells for cell in cells.touched(*hit, EDGE))
 
 
-def is_empty(front: Reading, side: float, radius: float) -> bool:
-    """Return True if a robot in the middle of the next cell sees no body in the cell that it faces.
+class View(Enum):
+    """What a robot sees of the next cell."""
 
-    A body farther than the cell's far edge is in another one. Where walls are nearer than that, the sector shows no
-    body behind them: the robot may go on, and stops for what it sees then.
-    """
-    if front.measured >= 1.5 * side - radius - 0.05:
-        return True
-    return front.measured > front.expected - 0.05
+    EMPTY = "empty"
+    OCCUPIED = "occupied"
+    HIDDEN = "hidden"  # walls are nearer than the cell's far edge: what is behind them does not show
+
+
+def view(front: Reading, far_edge: float, radius: float) -> View:
+    """Judge the cell ahead by the front sector, ``far_edge`` [m] being how far off the cell ends."""
+    if front.measured >= far_edge - radius - SHORT:
+        return View.EMPTY
+    return View.OCCUPIED if front.measured < front.expected - SHORT else View.HIDDEN
 
 
 def _hit(pose: Pose, bearing: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:

@@ -11,7 +11,6 @@ Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
 NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
-LEEWAY: Final = 1e-3  # m, less room than where it stands counts as no less
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
@@ -212,7 +211,7 @@ def braking_points(
 
 
 @njit(
-    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
+    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
     "f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
     cache=True,
 )
@@ -223,8 +222,7 @@ def first_clear(
     to_linear: float,
     to_angular: float,
     fastest: float,
-    enough: float,
-    tight: float,
+    need: float,
     boxes: Boxes,
     box_x: float,
     box_y: float,
@@ -248,20 +246,10 @@ def first_clear(
 ) -> tuple[float, float, float]:
     """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
 
-    A share of the twist from (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
-    Clear is ``enough`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
-    ``clearance_along`` (an empty field: none); or, where the brake alone leaves less, that, and no less where
-    it is under ``tight`` [m]: look after look would eat the room up. Returns the change's number
-    (-1: none), and the rim speeds.
+    A share of the twist (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
+    Clear is ``need`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
+    ``clearance_along`` (an empty field: none). Returns the change's number (-1: none), and the rim speeds.
     """
-    here = _path_room(boxes, box_x, box_y, box_yaw, left_now, right_now, 0.0, 0.0, track_width, most, dt, 0)
-    if field.size:
-        walls = clearance_along(
-            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
-            left_now, right_now, 0.0, 0.0, track_width, most, dt, 0,
-        )  # fmt: skip
-        here = min(here, walls)
-    need = min(enough, here - LEEWAY if here > tight else here)
     for number in range(changes.shape[0]):
         share, blend = changes[number]
         forward = (1 - blend) * linear + blend * to_linear

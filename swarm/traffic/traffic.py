@@ -1,8 +1,8 @@
 """One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
 
 Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of
-(``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone or
-by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
+(``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone
+or by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import is_empty
+from swarm.traffic.look import View, view
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -33,6 +33,7 @@ __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
 FACING: Final = 0.1  # rad, off the cell looked at
 VIEW: Final = 2  # cells about the body that are thought of when nobody is near
+LEANS: Final = 0.1  # m, off the place where it leans
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
 
 
@@ -64,6 +65,7 @@ class Traffic:
         self._route_for: tuple[int, frozenset[int]] | None = None
         self._retry_at = 0
         self._sightings = Sightings(settings)
+        self._leans_to: int | None = None  # the cell that cannot be judged from the middle of this one
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
@@ -287,16 +289,22 @@ class Traffic:
             inputs.tick - situation.others[robot].stamp <= self.settings.surmise for robot in (*waits, *keepers)
         ):
             return None
-        if len(inputs.readings) != 3 or not self._stands_to_look(walk.head, cell, pose):
+        middle, leaning = self.cells.centre(walk.head), self.cells.leaning(walk.head, cell, self.settings.leaning_room)
+        leans = distance(leaning, pose) <= LEANS
+        if len(inputs.readings) != 3 or not (leans or distance(middle, pose) <= CENTRED):
             return None
         centre = self.cells.centre(cell)
-        if abs(bearing(pose, centre)) <= FACING:
-            empty = not self._is_stood_in(cell, situation) and is_empty(
-                inputs.readings[1], self.cells.side, self.settings.radius
-            )
-            self._sightings.note(cell, empty=empty, tick=inputs.tick)
-            if not empty:
-                self._joint.leave()
+        if abs(bearing(pose, centre)) > FACING:
+            return centre if leans or self._leans_to != cell else None
+        seen = view(inputs.readings[1], distance(pose, centre) + self.cells.side / 2, self.settings.radius)
+        if seen is View.HIDDEN and not leans:
+            self._leans_to = cell
+            return None
+        self._leans_to = None
+        empty = seen is not View.OCCUPIED and not self._is_stood_in(cell, situation)
+        self._sightings.note(cell, empty=empty, tick=inputs.tick)
+        if not empty:
+            self._joint.leave()
         return centre
 
     def _is_stood_in(self, cell: int, situation: Situation) -> bool:
@@ -307,11 +315,6 @@ class Traffic:
             for robot, record in situation.others.items()
             if robot not in situation.fresh
         )
-
-    def _stands_to_look(self, head: int, cell: int, pose: Pose) -> bool:
-        """Return True if the robot is near the middle of its cell, or where it leans towards the next one."""
-        leaning = self.cells.leaning(head, cell, self.settings.leaning_room)
-        return any(distance(place, pose) <= CENTRED for place in (self.cells.centre(head), leaning))
 
     # ---- what it says
 
@@ -365,7 +368,10 @@ class Traffic:
         waypoints = [self.cells.centre(cell) for cell in ahead]
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
-        if self.settings.in_sight and walk.route and self.cells.is_blind(walk.head, walk.route[0]):
+        if walk.route and (
+            walk.route[0] == self._leans_to
+            or (self.settings.in_sight and self.cells.is_blind(walk.head, walk.route[0]))
+        ):
             waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
         elif walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)

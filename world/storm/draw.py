@@ -19,7 +19,7 @@ FINE: Final = 0.4  # m, a character of the drawn map: a third of a cell
 SIDE: Final = 3  # characters, a cell
 RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; the first edit comes no sooner
-BUSY: Final = 120.0  # s in which faults are drawn
+BUSY: Final = 60.0  # s in which faults are drawn
 
 
 def draw(profile: str, seed: int) -> StormPlan:
@@ -200,7 +200,7 @@ def _faults(profile: Profile, robots: int, chance: Random) -> list[PlannedFault]
         if chance.random() < share:
             for robot in everybody:
                 found += [
-                    PlannedFault(robot=robot, kind=kind, tick=tick, ticks=chance.choice((30, 100, 100, 300)))
+                    PlannedFault(robot=robot, kind=kind, tick=tick, ticks=chance.choice((30, 60, 100, 200)))
                     for tick in _moments(profile.every, chance)
                 ]
     if chance.random() < profile.away:

@@ -6,6 +6,7 @@ from math import hypot
 from typing import Final
 
 from swarm.geometry import distance
+from swarm.messages import Broadcast
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT
 from world.storm.history import History, Moment
@@ -13,6 +14,7 @@ from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
 LATELY: Final = 20  # ticks
+BACK: Final = 200  # ticks after a silence in which a robot and those who could not ask it sort their cells out
 AWAY: Final = 20  # ticks without a step, after which a robot begins its holds again
 
 
@@ -49,38 +51,66 @@ def _mover_came(history: History, tick: int, number: int) -> bool:
 def no_overlap(history: History) -> Found:
     """Check that no two robots hold one cell.
 
-    A robot that is silent keeps its cells until a look has shown them empty, so a pair with one that has been silent
-    is judged by bodies alone: neither may be in a cell that the other takes.
+    A silent robot keeps its cells, also against those who cannot ask it, until a look has shown them empty. So it is
+    excused that somebody takes a silent robot's cell in which no body is, or of which nobody ever told it; and what a
+    moving obstacle pushes a body into.
     """
     if not holds(history):
         return
-    running: set[tuple[str, str]] = set()
+    pushed = pushes(history)
+    excused: set[tuple[str, str]] = set()
+    blamed: set[tuple[str, str]] = set()
     held: dict[str, frozenset[int]] = {}
-    since: dict[str, int] = {}  # silent since, or back since
+    silent: dict[str, int] = {}  # when each was silent last
+    told = _Told(history)
     for moment in history.moments:
-        for name, health in moment.health.items():
-            if health in SILENT:
-                since[name] = moment.tick
+        silent |= {name: moment.tick for name, health in moment.health.items() if health in SILENT}
+        told.hear(moment)
         held |= {name: frozenset(command.held) - {OUTSIDE} for name, command in moment.commands.items()}
-        now = set()
-        for a, b in combinations(sorted(held), 2):
-            shared = held[a] & held[b]
-            if not shared:
+        now = {(a, b): held[a] & held[b] for a, b in combinations(sorted(held), 2) if held[a] & held[b]}
+        for (a, b), shared in now.items():
+            if (a, b) in excused | blamed:
                 continue
-            asleep = [name for name in (a, b) if moment.tick - since.get(name, -(10**9)) <= 200]
-            if asleep and not _stands_in(history, moment, asleep, shared):
+            asleep = [name for name in (a, b) if moment.tick - silent.get(name, -BACK - 1) <= BACK]
+            if any(was_pushed(pushed, history.robots.index(name), moment.tick) for name in (a, b)) or any(
+                not told.of(b if name == a else a, name) & shared or not _stands_in(history, moment, name, shared)
+                for name in asleep
+            ):
+                excused.add((a, b))
                 continue
-            now.add((a, b))
-            if (a, b) not in running:
-                yield moment.tick, (a, b), f"{a} and {b} hold cell {', '.join(map(str, sorted(shared)))}"
-        running = now
+            blamed.add((a, b))
+            yield moment.tick, (a, b), f"{a} and {b} hold cell {', '.join(map(str, sorted(shared)))}"
+        excused &= now.keys()
+        blamed &= now.keys()
 
 
-def _stands_in(history: History, moment: Moment, names: Collection[str], shared: Collection[int]) -> bool:
+class _Told:
+    """What each robot has been told of the cells of each other one, over the radio and by who passed it on."""
+
+    def __init__(self, history: History) -> None:
+        self._cells: dict[tuple[str, str], tuple[int, frozenset[int]]] = {}
+        self._air: dict[str, Broadcast] = {}
+
+    def hear(self, moment: Moment) -> None:
+        """Take in what arrives at a tick."""
+        for name, sense in moment.senses.items():
+            for sender, _ in sense.hears:
+                traffic = self._air[sender].traffic if sender in self._air else None
+                for record in (traffic.own, *(relayed.record for relayed in traffic.others)) if traffic else ():
+                    if record.stamp > self._cells.get((name, record.robot), (-1, frozenset()))[0]:
+                        cells = frozenset((*record.held, *(claim.cell for claim in record.claims)))
+                        self._cells[name, record.robot] = record.stamp, cells
+        self._air |= moment.spoken
+
+    def of(self, listener: str, robot: str) -> frozenset[int]:
+        """Return the cells that a robot holds or claims, as far as ``listener`` was told."""
+        return self._cells.get((listener, robot), (-1, frozenset()))[1]
+
+
+def _stands_in(history: History, moment: Moment, name: str, shared: Collection[int]) -> bool:
+    pose = moment.poses[history.robots.index(name)]
     cells = cells_at(history, moment.tick)
-    radius = history.settings.robot.radius
-    poses = (moment.poses[history.robots.index(name)] for name in names)
-    return any(cell in shared for pose in poses for cell in cells.touched(pose.x, pose.y, radius - EXACT))
+    return any(cell in shared for cell in cells.touched(pose.x, pose.y, history.settings.robot.radius - EXACT))
 
 
 def no_hold_without_claim(history: History) -> Found:

@@ -10,7 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
-RASTER: Final = 1.5  # m, side of the squares that this judge counts as somewhere new
+RASTER: Final = 0.5  # m, of the squares that this judge counts as somewhere new: each of the world's is four of them
 
 
 def no_exception(history: History) -> Found:
@@ -99,7 +99,7 @@ def nobody_stands_unnamed(history: History) -> Found:
                 if (at is None or at > time) and stop not in given_up[name]
             ]
             stop = left[0] if left else None
-            square = floor(pose.x / RASTER + 0.5), floor(pose.y / RASTER + 0.5)
+            square = floor(pose.x / RASTER), floor(pose.y / RASTER)
             if under_way.get(name, -1) != stop:
                 seen[name] = set()
             if stop is None or square not in seen[name]:

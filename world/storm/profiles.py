@@ -17,7 +17,7 @@ class Profile:
     per_cell: float = 0.3  # robots for each free cell, at most
     walls: Span = (0.0, 0.25)  # share of the floor that is tried to be filled
     off_lattice: float = 0.4  # chance that walls lie anywhere, not cell by cell
-    stops: Span = (1, 3)  # for each robot
+    stops: Span = (1, 2)  # for each robot
     shared: float = 0.3  # chance that all visit the same targets
     home: float = 0.5  # chance that they return
     radio_range: tuple[float, ...] = (5.0, 6.5, 8.0, 12.0, 50.0)  # m
@@ -32,7 +32,7 @@ class Profile:
     edits: float = 0.0
     movers: float = 0.0
     noise: float = 0.0
-    every: float = 20.0  # s between two hold-ups or suspensions of one robot, on average
+    every: float = 25.0  # s between two hold-ups or suspensions of one robot, on average
     known: bool = True
 
 

@@ -1,5 +1,6 @@
 """What every law needs to know of a recorded run: its floor at a tick, who is dead, who was touched."""
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
@@ -38,13 +39,18 @@ def dead_of(history: History) -> set[str]:
 
 
 def pushes(history: History) -> Mapping[int, list[int]]:
-    """Return the ticks at which each robot was touched by something, by number."""
-    found: dict[int, list[int]] = {}
+    """Return the ticks at which each robot was touched by something, by number, in order."""
+    found: dict[int, set[int]] = {}
     for tick, contact, _ in history.contacts:
-        found.setdefault(contact.robot, []).append(tick)
-    return found
+        found.setdefault(contact.robot, set()).add(tick)
+    for moment in history.moments:
+        for robot in moment.touching:
+            found.setdefault(robot, set()).add(moment.tick)
+    return {robot: sorted(ticks) for robot, ticks in found.items()}
 
 
 def was_pushed(pushed: Mapping[int, list[int]], number: int, tick: int) -> bool:
     """Return True if something touched a robot shortly before a tick."""
-    return any(0 <= tick - at <= PUSHED for at in pushed.get(number, ()))
+    ticks = pushed.get(number, [])
+    index = bisect_right(ticks, tick)
+    return index > 0 and tick - ticks[index - 1] <= PUSHED

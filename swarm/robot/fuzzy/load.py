@@ -1,5 +1,6 @@
 """Find and read a profile: one that comes with the project, or a YAML file of the user's."""
 
+from functools import lru_cache
 from pathlib import Path
 
 import yaml
@@ -69,6 +70,12 @@ def _read(path: Path, where: str) -> Profile:
         raise ConfigError(f"{where}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{where}: expected UTF-8 text, got the byte {error.object[error.start]:#04x}") from error
+    return _parsed(source, where)
+
+
+@lru_cache(maxsize=16)
+def _parsed(source: str, where: str) -> Profile:
+    """Read a profile's text; kept, since thousands of short runs read the same one."""
     try:
         document = yaml.load(source, _Loader)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
