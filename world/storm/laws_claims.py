@@ -41,12 +41,8 @@ def no_false_agreement(history: History) -> Found:
                 claim = said.get((other, number))
                 if claim is None:
                     continue
+                agrees = f"{name} agrees that {other} takes cell {claim.cell}"
                 if claim.cell in own.held:
-                    yield (
-                        moment.tick,
-                        (name, other),
-                        f"{name} agrees that {other} takes cell {claim.cell}, and holds it",
-                    )
+                    yield moment.tick, (name, other), f"{agrees}, and holds it"
                 elif older.get(claim.cell, (claim.stamp, other)) < (claim.stamp, other):
-                    text = f"{name} agrees that {other} takes cell {claim.cell}, which it has claimed before"
-                    yield moment.tick, (name, other), text
+                    yield moment.tick, (name, other), f"{agrees}, and has claimed it before"
