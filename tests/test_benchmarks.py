@@ -1,11 +1,13 @@
 """Each section of docs/benchmarks.md says at which commit it was measured, and what is older than its code is listed."""
 
+import ast
 import shutil
 from pathlib import Path
 
 import pytest
 
 from benchmarks import __main__ as benchmarks
+from benchmarks import mutation
 from benchmarks.freshness import MEASURES, STAMP, GitError, git, measured, stale, staleness, stamp
 
 ROOT = Path(__file__).parents[1]
@@ -139,3 +141,63 @@ def test_the_page_keeps_the_stamp_of_each_section(tmp_path: Path, monkeypatch: p
     kept = benchmarks.kept()
     assert kept == {name: f"{benchmarks.summary(name)}\n\n{stamps[name]}\n\n| a table |" for name in stamps}
     assert benchmarks.section("fuzzy", "", "text") == f"{benchmarks.summary('fuzzy')}\n\ntext"
+
+
+# --- planted faults ---
+
+# fmt: off
+PLANTED: dict[str, list[str]] = {  # a line of code: what it becomes
+    "a = b < c":                          ["a = (b >= c)"],
+    "a = b not in c":                     ["a = (b in c)"],
+    "a = b is c":                         ["a = (b is not c)"],
+    "a = b and c":                        ["a = (b or c)"],
+    "a = not b":                          ["a = (b)"],
+    "a = b - c":                          ["a = (b + c)"],
+    "a += b":                             ["a -= b"],
+    "a = min(b, c)":                      ["a = max(b, c)"],
+    "f(True)":                            ["f(False)"],
+    "f(3)":                               ["f(300)", "f(4)", "f(6)"],
+    "f(0.0)":                             ["f(1.0)"],
+    "A = 3":                              ["A = 300"],
+    "if a: b()":                          ["if (False): b()"],
+    "def f() -> bool: return a":          ["def f() -> bool: return (not (a))"],
+    "def f() -> int: return a":           [],
+    "def f(a: Tag[3]) -> Tag[4]: ...":    [],
+    "a: Tag[3] = b":                      [],
+    "T = Annotated[int, Meta(ge=3)]":     [],
+    "@cached(3)\ndef f(): ...":           [],
+    "class A(B, frozen=True): ...":       [],
+    "f(b, strict=True)":                  [],
+    "raise E(a + b)":                     [],
+    "assert a < b":                       [],
+    "a = f'{b + c}'":                     [],
+    "'3 < 4'":                            [],
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("line", PLANTED)
+def test_faults_are_planted_in_code_and_nowhere_else(line: str) -> None:
+    made = []
+    for one in mutation.mutations("a.py", line):
+        planted = line.encode()[: one.start] + one.new.encode() + line.encode()[one.end :]
+        ast.parse(planted)
+        made.append(planted.decode())
+    assert sorted(made) == sorted(PLANTED[line])
+
+
+def test_the_same_seed_draws_the_same_faults_each_in_a_file_of_its_room_with_tests() -> None:
+    for room in mutation.ROOMS:
+        drawn = mutation.drawn(room, 10, 3)
+        assert drawn == mutation.drawn(room, 10, 3) != mutation.drawn(room, 10, 4)
+        assert len({(one.file, one.start, one.end) for one in drawn}) == 10
+        for one in drawn:
+            assert mutation.room_of(one.file) == room
+            assert (ROOT / one.file).read_text(encoding="utf-8").splitlines()[one.line - 1].strip() == one.code
+    for tests in mutation.TESTS.values():
+        assert [path for path in tests if not (ROOT / path.split("::")[0]).exists()] == []
+
+
+def test_what_does_no_harm_is_still_in_the_code() -> None:
+    for file, line, _ in mutation.HARMLESS:
+        assert line in (ROOT / file).read_text(encoding="utf-8")

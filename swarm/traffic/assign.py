@@ -1,8 +1,17 @@
 """Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from enum import Enum
 
 from swarm.traffic.cells import FAR, CellMap
+
+
+class Aside(Enum):
+    """Where a robot goes whose goal is another one's."""
+
+    NEAR = "near"  # near its goal: it is there soon once the goal is free
+    STAY = "stay"  # near where it is: fewest have to move
+    AWAY = "away"  # far from the one that comes: out of a dead end
 
 
 def assign(
@@ -12,13 +21,14 @@ def assign(
     blocked: Collection[int],
     since: Mapping[str, int],
     idle: Collection[str] = (),
+    aside: Aside = Aside.NEAR,
 ) -> dict[str, int]:
     """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
 
     Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``idle``
     chooses last, and makes room away from the one that comes.
 
-    Shared targets need no other rule: one robot gets the target, the others the nearest free cells about it. A robot
+    Shared targets need no other rule: one robot gets the target, the others free cells, chosen by ``aside``. A robot
     whose goal is nowhere (OUTSIDE) keeps its place as its wish.
     """
     reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
@@ -32,8 +42,22 @@ def assign(
     for robot in queue:
         if robot not in goals:
             near, table = cells.distances(wish[robot]), reach[robot]
-            comes = [0] * len(cells) if robot not in idle else reach[taken.get(wish[robot], robot)]
+            comer = taken.get(wish[robot], robot)
+            comes = reach[comer] if robot in idle or aside is Aside.AWAY else [0] * len(cells)
             free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-            goals[robot] = min(free, key=lambda cell: (near[cell], -comes[cell], table[cell], cell))
+            goals[robot] = min(free, key=_order(aside, near, table, comes))
             taken[goals[robot]] = robot
     return goals
+
+
+def _order(
+    aside: Aside, near: Sequence[int], table: Sequence[int], comes: Sequence[int]
+) -> Callable[[int], tuple[int, ...]]:
+    """Return what a cell is worth: steps from the robot's goal, from itself, and from the one that comes."""
+    match aside:
+        case Aside.NEAR:
+            return lambda cell: (near[cell], -comes[cell], table[cell], cell)
+        case Aside.STAY:
+            return lambda cell: (table[cell], -comes[cell], near[cell], cell)
+        case Aside.AWAY:
+            return lambda cell: (-comes[cell], table[cell], near[cell], cell)

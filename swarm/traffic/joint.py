@@ -14,7 +14,7 @@ from random import Random
 from typing import NamedTuple
 
 from swarm.geometry import distance
-from swarm.traffic.assign import assign
+from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import CellMap
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
@@ -26,14 +26,31 @@ NEVER = -(10**9)
 SETTLE = 20  # ticks after which a member that shows no sign of the plan is taken to go without it
 
 
+class Attempt(NamedTuple):
+    """How a leader puts the question to its search; an easier one follows where there is no answer."""
+
+    strangers: bool  # plan round those that take no part, and round bodies that somebody saw
+    aside: Aside
+
+
+ATTEMPTS = (
+    Attempt(True, Aside.NEAR),
+    Attempt(False, Aside.NEAR),
+    Attempt(True, Aside.STAY),
+    Attempt(True, Aside.AWAY),
+    Attempt(False, Aside.AWAY),
+)
+
+
 class Task(NamedTuple):
     """What a leader gave to its search, to write the answer down by."""
 
     members: tuple[str, ...]
     starts: tuple[int, ...]
     goals: tuple[int, ...]
+    attempt: int  # which of ATTEMPTS
     exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
-    last: bool  # nothing to leave out any more
+    blocked: bool  # something else than walls is in the way
 
 
 class JointPlanning:
@@ -237,7 +254,7 @@ class JointPlanning:
         if self._search is None:
             if not self._all_stand(situation):
                 return []
-            self._begin_to_search(situation, with_strangers=True)
+            self._begin_to_search(situation, 0)
         search, task = self._search, self._task
         assert search is not None
         assert task is not None
@@ -245,8 +262,17 @@ class JointPlanning:
         if result is None:
             return []
         moves = result.order is not None and any(len(way) > 1 for way in result.order.ways)
-        if not moves and not task.last:
-            self._begin_to_search(situation, with_strangers=False)
+        proven = result.outcome is Outcome.UNSOLVABLE and task.exact
+        following = next(
+            (
+                number
+                for number in range(task.attempt + 1, len(ATTEMPTS))
+                if task.blocked or ATTEMPTS[number].aside is not ATTEMPTS[number - 1].aside
+            ),
+            None,
+        )
+        if not moves and not proven and following is not None:
+            self._begin_to_search(situation, following)
             return []
         return self._finish(situation, task, result if moves else replace(result, order=None))
 
@@ -260,8 +286,9 @@ class JointPlanning:
             for robot in members
         )
 
-    def _begin_to_search(self, situation: Situation, *, with_strangers: bool) -> None:
+    def _begin_to_search(self, situation: Situation, number: int) -> None:
         assert self.collect is not None
+        attempt = ATTEMPTS[number]
         epoch = self.collect.epoch
         heads = {self.me: situation.head}
         wishes = {self.me: situation.goal}
@@ -280,9 +307,9 @@ class JointPlanning:
             for cell in (*record.held, *(claim.cell for claim in record.claims))
             if (robot, cell) not in situation.cleared
         }
-        in_the_way = strangers | situation.blocked if with_strangers else set()
+        in_the_way = strangers | situation.blocked if attempt.strangers else set()
         in_the_way -= set(heads.values())
-        goals = assign(self._cells, heads, wishes, in_the_way, since, idle)
+        goals = assign(self._cells, heads, wishes, in_the_way, since, idle, attempt.aside)
         members = tuple(sorted(heads))
         blocked = frozenset(in_the_way)
         starts, ends = tuple(heads[robot] for robot in members), tuple(goals[robot] for robot in members)
@@ -298,7 +325,7 @@ class JointPlanning:
             random=Random(f"{epoch.tick} {epoch.leader}"),
         )
         exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)
-        self._task = Task(members, starts, ends, exact, last=not in_the_way)
+        self._task = Task(members, starts, ends, number, exact, blocked=bool(strangers | situation.blocked))
 
     def _is_among(self, record: Record, heads: Collection[int]) -> bool:
         """Tell whether somebody who takes no part was last heard so near the members that it must be asleep or dead.

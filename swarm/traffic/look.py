@@ -5,7 +5,7 @@ from enum import Enum
 from math import cos, sin
 from typing import NamedTuple
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose, bearing, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
@@ -44,8 +44,8 @@ def unexplained(
     Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
     not to drive.
     """
-    for measured, _, bearing, half_width in bodies:
-        hits = [_hit(pose, bearing + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
+    for measured, _, middle, half_width in bodies:
+        hits = [_hit(pose, middle + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
         if not any(_is(body, hit, cells) for body in known if measured >= body.nearest for hit in hits):
             return hits[0]
     return None
@@ -72,6 +72,16 @@ def view(front: Reading, far_edge: float, radius: float) -> View:
     return View.OCCUPIED if front.measured < front.expected - SHORT else View.HIDDEN
 
 
-def _hit(pose: Pose, bearing: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
+def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
+    """Return True if a sector looks at where a body [m, its centre] was, and sees beyond it."""
+    near_edge = distance(pose, body) - 2 * radius
+    return any(
+        abs(wrap(bearing(pose, body) - reading.bearing)) <= reading.half_width
+        and reading.measured > near_edge + 2 * SHORT
+        for reading in readings
+    )
+
+
+def _hit(pose: Pose, off: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
     reach = settings.radius + measured + 0.5 * settings.radius
-    return pose.x + reach * cos(pose.yaw + bearing), pose.y + reach * sin(pose.yaw + bearing)
+    return pose.x + reach * cos(pose.yaw + off), pose.y + reach * sin(pose.yaw + off)

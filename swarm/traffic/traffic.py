@@ -19,7 +19,7 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import View, view
+from swarm.traffic.look import View, has_gone, view
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -301,17 +301,18 @@ class Traffic:
             self._leans_to = cell
             return None
         self._leans_to = None
-        empty = seen is not View.OCCUPIED and not self._is_stood_in(cell, situation)
+        empty = seen is not View.OCCUPIED and not self._is_stood_in(cell, situation, inputs)
         self._sightings.note(cell, empty=empty, tick=inputs.tick)
         if not empty:
             self._joint.leave()
         return centre
 
-    def _is_stood_in(self, cell: int, situation: Situation) -> bool:
-        """Return True if a silent robot was last heard with a part of its body in a cell."""
+    def _is_stood_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> bool:
+        """Return True if a silent robot was last heard with a part of its body in a cell, and may still be there."""
         reach = self.settings.radius + self.settings.margin
         return any(
             cell in self.cells.touched(record.x, record.y, reach)
+            and not has_gone((record.x, record.y), inputs.pose, inputs.readings, self.settings.radius)
             for robot, record in situation.others.items()
             if robot not in situation.fresh
         )
@@ -373,7 +374,7 @@ class Traffic:
             or (self.settings.in_sight and self.cells.is_blind(walk.head, walk.route[0]))
         ):
             waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
-        elif walk.head == self._goal and self._wish is not None:
+        elif not walk.route and walk.head == self._goal and self._wish is not None:
             waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
         return TrafficOutputs(
             broadcast=broadcast,

@@ -6,7 +6,7 @@ from typing import Any
 import shapely
 
 from swarm.maps.occupancy import Point
-from swarm.messages import Edit, Kind
+from swarm.messages import Edit, Kind, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
@@ -51,6 +51,9 @@ class Overheard:
         outputs = self.robot.step(inputs)
         self.said.append(outputs)
         return outputs
+
+    def missed(self, sense: Sense) -> bool:
+        return self.robot.missed(sense)
 
     def first_plan_from(self, tick: int) -> tuple[int, list[Point]]:
         """Tick and points of the first plan told at that tick or later."""

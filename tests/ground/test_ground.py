@@ -14,7 +14,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
-from swarm.robot.ground import LISTEN, TELL, Ground
+from swarm.robot.ground import BODY, LISTEN, TELL, Ground
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world.world import World
@@ -101,6 +101,23 @@ def test_another_robot_in_sight_is_no_wall() -> None:
     box = shapely.box(1.8, 2.8, 2.2, 3.2)
     assert not walls_of(grounds["told of"].map).intersects(box)
     assert walls_of(grounds["not told of"].map).intersects(box)
+
+
+def test_another_robot_hides_no_wall_that_is_farther_off_than_its_body_may_be() -> None:
+    scenario = unknown()
+    body = (1.0, 3.0)  # in the wall on the left: a robot is never there, but it is near it that walls are looked for
+    alone, told = Ground(scenario), Ground(scenario)
+    for _ in range(4):
+        for sense in looks(scenario):
+            alone.look(sense, [])
+            told.look(sense, [body])
+    rows, columns = np.nonzero((alone.map.cells == WALL) & (told.map.cells != WALL))
+    away = [
+        np.hypot((column + 0.5) * 0.1 - body[0], (row + 0.5) * 0.1 - body[1])
+        for row, column in zip(rows, columns, strict=True)
+    ]
+    assert 0 < len(away) < (alone.map.cells == WALL).sum() / 2
+    assert max(away) < scenario.settings.robot.radius + BODY + 0.15
 
 
 def test_a_wall_that_goes_is_unlearned() -> None:

@@ -1,18 +1,18 @@
 """The lattice of cells against the map it was made from."""
 
 from itertools import pairwise
-from math import hypot
+from math import hypot, pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
 from swarm.traffic.route import own_way
-from tests.traffic.maps import BAY, DOOR
+from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
 
 maps = st.builds(
     lambda seed, density, yaw: OccupancyMap(
@@ -106,3 +106,106 @@ def test_an_own_way_is_a_shortest_one(start: str, goal: str) -> None:
     assert way[-1] == b
     assert len(way) - 1 == cells.distances(b)[a]
     assert all(other in cells.neighbours[cell] for cell, other in pairwise(way))
+
+
+# --- the same floor elsewhere, and turned ---
+
+ROOMS = Drawn("######", "#a..b#", "#.##.#", "#c..d#", "######")
+
+
+@given(
+    origin=st.builds(Pose, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(-pi, pi)),
+    x=st.floats(0.0, 7.2), y=st.floats(0.0, 6.0), radius=st.floats(0.05, 0.5),
+)  # fmt: skip
+def test_a_floor_that_lies_elsewhere_and_turned_has_the_same_cells(
+    origin: Pose, x: float, y: float, radius: float
+) -> None:
+    here = ROOMS.cells
+    there = CellMap(OccupancyMap(ROOMS.occupancy.cells, SIDE, origin), side=SIDE, radius=0.23)
+    assert (there.stands, there.neighbours) == (here.stands, here.neighbours)
+    point = from_frame(origin, x, y)
+    assume(min(abs(v / SIDE - round(v / SIDE)) for v in (x, y, x - radius, x + radius, y - radius, y + radius)) > 1e-6)
+    assert there.cell_of(*point) == here.cell_of(x, y)
+    held = here.touched(x, y, radius)
+    assert there.touched(*point, radius) == held
+    assert there.fits(held, *point, radius) is here.fits(held, x, y, radius)
+    for cell in ROOMS.at("abcd"):
+        assert there.centre(cell) == pytest.approx(from_frame(origin, *here.centre(cell)))
+        inside = from_frame(origin, *here.moved_inside(cell, (x, y), 0.25))
+        assert there.moved_inside(cell, point, 0.25) == pytest.approx(inside, abs=1e-6)
+
+
+@given(x=st.floats(-1.0, 8.0), y=st.floats(-1.0, 7.0), radius=st.floats(0.1, 0.55))
+def test_a_place_moved_into_a_cell_fits_and_is_no_farther_than_it_has_to_be(x: float, y: float, radius: float) -> None:
+    cells = ROOMS.cells
+    for cell in ROOMS.at("abcd"):
+        place = cells.moved_inside(cell, (x, y), radius)
+        assert cells.fits((cell,), *place, radius - 1e-6)
+        x0, y0 = cells.centre(cell)
+        room = SIDE / 2 - radius
+        nearest = x0 + max(-room, min(room, x - x0)), y0 + max(-room, min(room, y - y0))
+        assert place == pytest.approx(nearest), "nothing solid is in these cells"
+
+
+def test_a_place_beside_a_wall_inside_its_cell_is_moved_towards_the_middle() -> None:
+    """Cells twice as wide as the map's own: a quarter of the cell is solid, and its middle free of it."""
+    solid = np.zeros((6, 6), np.uint8)
+    solid[3, 3] = 1
+    cells = CellMap(OccupancyMap(solid, 0.6, Pose(0.0, 0.0, 0.0)), side=1.8, radius=0.1)
+    cell = cells.cell_of(2.0, 2.0)
+    x0, y0 = cells.centre(cell)
+    x, y = cells.moved_inside(cell, (1.8 + 0.65, 1.8 + 0.15), 0.1)
+    assert cells.fits((cell,), x, y, 0.1 - 1e-6)
+    assert hypot(x - x0, y - y0) < hypot(2.45 - x0, 1.95 - y0) + 1e-9
+
+
+def test_the_place_to_lean_is_at_the_edge_to_the_next_cell() -> None:
+    cells = ROOMS.cells
+    a, b = ROOMS.at("ab")
+    x, y = cells.centre(a)
+    assert cells.leaning(a, a + 1, 0.3) == pytest.approx((x + SIDE / 2 - 0.3, y))
+    assert cells.leaning(a, a - cells.columns, 0.3) == pytest.approx((x, y - SIDE / 2 + 0.3))
+    assert cells.leaning(a, a + 1, SIDE) == pytest.approx((x, y)), "a disc too large stays in the middle"
+    assert a + 3 == b
+
+
+def test_a_way_round_a_corner_is_blind_and_a_straight_one_is_not() -> None:
+    cells = ROOMS.cells
+    a, b, c = ROOMS.at("abc")
+    assert cells.is_blind(a + 1, a), "from beyond the corner comes who enters a from below"
+    assert cells.is_blind(c + cells.columns, c)
+    straight = Drawn(".....").cells
+    assert not any(straight.is_blind(cell, cell + 1) for cell in range(4))
+    assert b == a + 3
+
+
+def test_who_stands_nowhere_is_put_to_the_nearest_place_with_room() -> None:
+    cells = ROOMS.cells
+    a, b, c, d = ROOMS.at("abcd")
+    for cell in (a, b, c, d):
+        x, y = cells.centre(cell)
+        assert cells.nearest_standable(x + 0.5, y - 0.5) == cell
+    wall_x, wall_y = cells.centre(a + cells.columns)  # in the wall above a
+    assert cells.nearest_standable(wall_x, wall_y) == a
+    assert cells.nearest_standable(wall_x, wall_y, among=(b, d)) == b
+    assert cells.nearest_standable(wall_x, wall_y, among=(a + cells.columns,)) == a, "none of these has room"
+    assert Drawn("###").cells.nearest_standable(0.0, 0.0) == OUTSIDE
+
+
+def test_the_cells_around_are_a_square_cut_at_the_edge() -> None:
+    cells = Drawn("abcd", "efgh", "ijkl").cells  # row 0 is i to l
+    assert cells.around(5, 1) == [0, 1, 2, 4, 5, 6, 8, 9, 10]
+    assert cells.around(0, 1) == [0, 1, 4, 5]
+    assert cells.around(11, 1) == [6, 7, 10, 11]
+    assert cells.around(5, 0) == [5]
+    assert cells.around(5, 9) == list(range(12))
+    assert cells.around(OUTSIDE, 3) == []
+
+
+def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outside() -> None:
+    cells = Drawn("abcd").cells
+    x, y = cells.centre(0)
+    assert cells.swept([(x, y)], 0.3) == {0}
+    assert cells.swept([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
+    assert cells.swept([(x + SIDE / 2, y)], 0.3) == {0, 1}
+    assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}

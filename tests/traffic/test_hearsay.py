@@ -1,8 +1,11 @@
 """What robots tell each other is merged, passed on, and not believed blindly."""
 
+from dataclasses import replace as replaced
+
+import pytest
 from msgspec.structs import replace
 
-from swarm.traffic.hearsay import Hearsay
+from swarm.traffic.hearsay import MOST_CELLS, SILENCE, SKEW, SLACK, Hearsay
 from swarm.traffic.record import Claim, Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import DOOR
@@ -91,3 +94,82 @@ def test_after_sleep_a_silent_robot_may_have_got_on() -> None:
     assert set(hearsay.others["r1"].held) == {A, A + 1, A + 2}
     hearsay.hear(120, [told(record(119))])
     assert hearsay.others["r1"].held == (A,)
+
+
+# --- bounds of what is believed, and of what is passed on ---
+
+
+@pytest.mark.parametrize(("ahead", "believed"), [(SKEW, True), (SKEW + 1, False)])
+def test_clocks_may_differ_a_little(ahead: int, believed: bool) -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    hearsay.hear(100, [told(record(100 + ahead))])
+    assert ("r1" in hearsay.others) is believed
+    if not believed:
+        assert kinds(hearsay, 101, told(record(99))) == [], "nor does a lie keep the truth out"
+
+
+@pytest.mark.parametrize(("count", "believed"), [(MOST_CELLS - 1, True), (MOST_CELLS, False)])
+def test_a_record_names_no_more_cells_than_a_robot_can_want(count: int, believed: bool) -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    hearsay.hear(10, [told(replace(record(9), claims=tuple(Claim(A + 1, number, 9) for number in range(count))))])
+    assert ("r1" in hearsay.others) is believed
+
+
+def test_a_robot_drives_no_faster_than_it_can() -> None:
+    ticks = 20
+    drives = SETTINGS.speed * SETTINGS.tick * ticks
+    for off, believed in ((drives + SLACK - 0.01, True), (drives + SLACK + 0.01, False)):
+        hearsay = Hearsay("r0", CELLS, SETTINGS)
+        x, y = CELLS.centre(A)
+        first = Record(robot="r1", stamp=10, x=x - 0.5, y=y, goal=B, held=(A,))
+        hearsay.hear(10, [told(first)])
+        here = CELLS.cell_of(x - 0.5 + off, y)
+        hearsay.hear(30, [told(replace(first, stamp=10 + ticks, x=x - 0.5 + off, held=(here,)))])
+        assert (hearsay.others["r1"].stamp == 30) is believed, off
+
+
+def test_what_is_passed_on_is_young_near_and_not_too_much() -> None:
+    hearsay = Hearsay("r0", CELLS, replaced(SETTINGS, relayed=2))
+    places = {"r1": A + 4, "r2": A + 1, "r3": A + 2}
+    hearsay.hear(10, [told(record(9, robot, cell)) for robot, cell in places.items()])
+    x, y = CELLS.centre(A)
+    assert [relayed.record.robot for relayed in hearsay.passed_on(10, x, y)] == ["r2", "r3"], "the nearest"
+    assert [relayed.hops for relayed in hearsay.passed_on(10, x, y)] == [1, 1]
+    assert len(hearsay.passed_on(9 + SETTINGS.keep, x, y)) == 2
+    assert hearsay.passed_on(10 + SETTINGS.keep, x, y) == ()
+
+
+def test_the_shorter_way_of_the_same_record_counts() -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    same = record(9)
+    hearsay.hear(10, [told(record(9, "r2"), same, hops=2)])
+    assert {one.record.robot: one.hops for one in hearsay.passed_on(10, 0.0, 0.0)} == {"r1": 3, "r2": 1}
+    hearsay.hear(11, [told(same)])
+    assert {one.record.robot: one.hops for one in hearsay.passed_on(11, 0.0, 0.0)} == {"r1": 1, "r2": 1}
+    hearsay.hear(12, [told(record(12, "r2"), same, hops=2)])
+    assert {one.record.robot: one.hops for one in hearsay.passed_on(12, 0.0, 0.0)} == {"r1": 1, "r2": 1}
+
+
+def test_who_is_silent_just_so_long_is_fresh() -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    hearsay.hear(10, [told(record(9))])
+    for tick, silent in ((9 + SETTINGS.fresh, False), (10 + SETTINGS.fresh, True)):
+        assert hearsay.silent("r1", tick) is silent
+        assert ("r1" in hearsay.fresh(tick)) is not silent
+
+
+def test_a_fault_is_told_again_after_a_while_and_another_one_at_once() -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    lies = [told(record(tick, "r0")) for tick in range(10, 12 + SILENCE)]
+    ticks = [tick for tick, lie in enumerate(lies, 10) if kinds(hearsay, tick, lie)]
+    assert ticks == [10, 10 + SILENCE]
+    assert kinds(hearsay, 12 + SILENCE, told(record(999, "r1"))) != []
+
+
+def test_cells_of_mine_that_a_live_robot_holds_too_are_not_mine_alone() -> None:
+    hearsay = Hearsay("r0", CELLS, SETTINGS)
+    hearsay.hear(10, [told(record(9, held=(A, A + 1)))])
+    assert hearsay.alone_in((A + 2, A + 1, A), 10) == (A + 2,)
+    assert hearsay.holders_of(A + 1, 10) == (CELLS.centre(A),)
+    assert hearsay.holders_of(A + 2, 10) == ()
+    assert hearsay.alone_in((A + 1,), 10 + SETTINGS.fresh) == (A + 1,), "a silent one is not live"

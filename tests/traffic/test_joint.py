@@ -1,5 +1,7 @@
 """What a leader makes of those it hears, and of those it does not."""
 
+from collections.abc import Mapping
+
 import pytest
 
 from swarm.traffic.assign import assign
@@ -14,6 +16,14 @@ ROUND = Drawn("a.n......f.b", ".##########.", "............")
 ROW = Drawn("abcde")
 
 
+def situation(tick: int, head: int, goal: int, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Situation:
+    """Where nobody has seen anything that was not told of."""
+    return Situation(
+        tick=tick, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
+        others=others, fresh=fresh,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(("where", "round_it"), [("n", True), ("f", False)], ids=["near", "out of hearing"])
 def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_it: bool) -> None:
     (start, goal, cell), (x, y) = ROUND.at("ab" + where), ROUND.points(where)[0]
@@ -21,7 +31,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
     joint.need = "r1"
     for tick in range(100, 200):
-        joint.step(Situation(tick, start, goal, False, 0, frozenset(), frozenset(), {"r9": silent}, {}))
+        joint.step(situation(tick, start, goal, {"r9": silent}, {}))
         if joint.plan is not None:
             break
     assert joint.plan is not None
@@ -74,7 +84,6 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
                 robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
             )
         mine = others.pop("r1")
-        situation = Situation(tick, mine.held[-1], mine.goal, False, 0, frozenset(), frozenset(), dict(others), dict(others))
-        events += joint.step(situation)
+        events += joint.step(situation(tick, mine.held[-1], mine.goal, dict(others), dict(others)))
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
     assert joint.plan is None

@@ -9,7 +9,7 @@ import shapely
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, Twist, distance, integrate
+from swarm.geometry import Pose, Twist, distance, from_frame, integrate, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, OccupancyMap
 from swarm.maps.text import from_text
 from tests.shared import ROOM
@@ -153,3 +153,57 @@ def test_a_robot_does_not_see_itself_but_sees_the_other() -> None:
     assert physics.cast(0, [0.0, pi], 1.6) == pytest.approx([0.6, 1.6], abs=1e-6)
     assert physics.cast(1, [pi, 0.0], 1.6) == pytest.approx([0.6, 1.6], abs=1e-6)
     assert physics.cast(1, [0.0], 9.0) == pytest.approx([4.8], abs=1e-6)
+
+
+@settings(max_examples=40)
+@given(
+    floors(), places, places, st.lists(angles, min_size=1, max_size=4),
+    st.builds(Pose, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), angles),
+)  # fmt: skip
+def test_a_floor_that_lies_elsewhere_and_turned_is_seen_alike(
+    floor: OccupancyMap, pose: Pose, other: Pose, rays: list[float], origin: Pose
+) -> None:
+    """Moved together, floor, robots, movers and rays see the same: whatever the map's origin is."""
+    assume(free(floor, pose) and free(floor, other) and distance(pose, other) > 2 * RADIUS)
+    moved = OccupancyMap(floor.cells, 1.0, origin)
+
+    def there(place: Pose) -> Pose:
+        return Pose(*from_frame(origin, place.x, place.y), wrap(place.yaw + origin.yaw))
+
+    box = Pose((pose.x + other.x) / 2, (pose.y + other.y) / 2 + 1.0, 0.4)
+    read, saw = [], []
+    for where, a, b, mover in ((floor, pose, other, box), (moved, there(pose), there(other), there(box))):
+        physics = Physics(where, RADIUS, [a, b], TOP, DT)
+        physics.add_mover(mover, None, (0.4, 0.2))
+        read.append([physics.cast(0, [angle + turn for turn in (-1e-4, 0.0, 1e-4)], 1.6) for angle in rays])
+        saw.append([physics.sees(a[:2], (b.x + 1e-4 * nudge, b.y)) for nudge in (-1, 0, 1)])
+    for near, far in zip(*read, strict=True):
+        if max(near) - min(near) < 1e-2:  # not past a corner, where a ray may go either way
+            assert far[1] == pytest.approx(near[1], abs=1e-2)
+    if len(set(saw[0])) == 1:
+        assert saw[1][1] is saw[0][1]
+
+
+@pytest.mark.parametrize(("length", "width"), [(0.8, 0.2), (0.2, 0.8)])
+def test_a_box_is_as_long_and_as_wide_as_it_is_and_turns(length: float, width: float) -> None:
+    for yaw, along in ((0.0, length), (pi / 2, width), (pi, length)):
+        physics = Physics(WIDE, RADIUS, [Pose(20.0, 20.0, 0.0)], TOP, DT)
+        physics.add_mover(Pose(21.0, 20.0, yaw), None, (length, width))
+        assert physics.cast(0, [0.0], 1.6) == pytest.approx([1.0 - RADIUS - along / 2])
+        physics.add_mover(Pose(20.0, 21.0, 0.0), 0.3, None)
+        assert physics.cast(0, [pi / 2], 1.6) == pytest.approx([1.0 - RADIUS - 0.3])
+        assert physics.sees((20.0, 20.0), (22.0, 20.0)), "what moves hides nothing from the infrared sensor"
+
+
+def test_movers_come_to_where_they_are_said_to_be() -> None:
+    physics = Physics(WIDE, RADIUS, [Pose(20.0, 20.0, 0.0)], TOP, DT)
+    physics.add_mover(Pose(21.0, 20.0, 0.0), 0.3, None)
+    for tick in range(1, 11):
+        physics.roll([STAND], [Pose(21.0 + 0.02 * tick, 20.0, 0.0)])
+        assert physics.cast(0, [0.0], 1.6) == pytest.approx([0.5 + 0.02 * tick], abs=1e-6)
+
+
+def test_from_inside_a_wall_nothing_is_free() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(0.5, 3.5, 0.0)], TOP, DT)
+    assert physics.cast(0, [0.0, pi / 2, pi], 1.6) == [0.0, 0.0, 0.0]
+    assert not physics.sees((0.5, 3.5), (0.6, 3.5))

@@ -24,7 +24,7 @@ def rays(scenario_noise: bool, count: int) -> list[list[float]]:
     settings = (NOISY if scenario_noise else QUIET).settings
     physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
     sensing = Sensing(settings.sensors, 1, 7)
-    return [sensing.distances(physics, 0).rays for _ in range(count)]
+    return [sensing.all_distances(physics)[0].rays for _ in range(count)]
 
 
 def test_a_ray_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
@@ -46,7 +46,7 @@ def test_a_reading_stays_between_nought_and_the_range() -> None:
     settings = with_settings(QUIET, sensors={"noise": 1.0}).settings
     physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
     sensing = Sensing(settings.sensors, 1, 7)
-    read = [ray for _ in range(200) for ray in sensing.distances(physics, 0).rays]
+    read = [ray for _ in range(200) for ray in sensing.all_distances(physics)[0].rays]
     assert min(read) == 0.0
     assert max(read) == settings.sensors.range
     assert 0.2 < sum(0.0 < ray < settings.sensors.range for ray in read) / len(read) < 0.8
@@ -57,7 +57,7 @@ def test_a_sector_reads_the_nearest_of_its_own_rays() -> None:
     for yaw in (0.0, 0.5, 1.0, 2.0, -1.2):
         pose = Pose(1.7, 1.6, yaw)  # in a corner
         physics = Physics(QUIET.map, settings.robot.radius, [pose], 1.6, 0.05)
-        left, front, right, every = Sensing(settings.sensors, 1, 7).distances(physics, 0)
+        left, front, right, every = Sensing(settings.sensors, 1, 7).all_distances(physics)[0]
         assert len(every) == 3 * RAYS
         assert (left, front, right) == (min(every[:RAYS]), min(every[RAYS : 2 * RAYS]), min(every[2 * RAYS :]))
 
@@ -69,7 +69,10 @@ def test_a_bearing_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
     assert truth == pytest.approx(0.588, abs=1e-3)  # atan(2 / 3)
     sensing = Sensing(NOISY.settings.sensors, 1, 7)
     errors = [
-        seen - truth for _ in range(MANY) for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS)) if seen is not None
+        seen - truth
+        for _ in range(MANY)
+        for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS))
+        if seen is not None
     ]
     noise = radians(BEARING_NOISE)
     assert len(errors) == MANY
@@ -89,3 +92,10 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
     assert drawn[0][0] is not None
     assert drawn[1][0] is None
     assert drawn[0][1] == drawn[1][1]
+
+
+def test_all_at_once_read_what_each_reads_alone() -> None:
+    poses = [AT, Pose(6.0, 2.2, 2.0), Pose(1.6, 1.6, -1.0)]
+    physics = Physics(QUIET.map, QUIET.settings.robot.radius, poses, 1.6, 0.05)
+    one, all_of_them = (Sensing(NOISY.settings.sensors, 3, 7) for _ in range(2))
+    assert all_of_them.all_distances(physics) == [one.distances(physics, robot) for robot in range(3)]

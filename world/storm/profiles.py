@@ -53,8 +53,8 @@ PROFILES: Final[Mapping[str, Profile]] = {
         loss=(0.7,), suspended=0.6, held_up=0.2, every=12.0,
     ),
     "contest": Profile(
-        columns=(2, 3), rows=(2, 2), robots=(3, 3), per_cell=0.75, walls=(0.0, 0.0), stops=(6, 10), shared=0.0, home=0.0,
-        loss=(0.7,), suspended=0.2,
+        columns=(2, 3), rows=(2, 2), robots=(3, 3), per_cell=0.75, walls=(0.0, 0.0), stops=(6, 10), shared=0.0,
+        home=0.0, loss=(0.7,), suspended=0.2,
     ),
     "unsolvable": Profile(
         columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),

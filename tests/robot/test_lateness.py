@@ -1,0 +1,71 @@
+"""Whether the wheels obey at once: told from what was commanded and what they did."""
+
+import pytest
+
+from swarm.robot.kinematics import ramp
+from swarm.robot.lateness import BELIEVED, DIFFERS, LATEST, Lateness
+
+DT, ACCELERATION = 0.05, 2.0
+MOST = ACCELERATION * DT
+KEPT = round(LATEST / DT)
+
+
+def drive(late: int, ticks: int, wanted: tuple[float, float] = (0.6, 0.5)) -> list[int]:
+    """Command the same speeds each tick to wheels that obey so many ticks late; count the commands under way."""
+    lateness, wheels, queue = Lateness(ACCELERATION, DT), (0.0, 0.0), [(0.0, 0.0)] * late
+    counted = []
+    for tick in range(ticks):
+        counted.append(len(lateness.under_way(tick, wheels)))
+        lateness.command(wanted)
+        queue.append(wanted)
+        left, right = queue.pop(0)
+        wheels = (ramp(wheels[0], left, MOST), ramp(wheels[1], right, MOST))
+    return counted
+
+
+def test_wheels_that_obey_at_once_leave_nothing_under_way() -> None:
+    assert drive(0, 40) == [0] * 40
+
+
+@pytest.mark.parametrize("late", [1, 2, 4])
+def test_wheels_that_obey_late_are_found_out_at_the_first_command_and_remembered(late: int) -> None:
+    counted = drive(late, 40)
+    assert counted == [0, *(min(tick, KEPT) for tick in range(1, 40))]
+
+
+def test_they_are_trusted_again_after_a_while() -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    lateness.under_way(0, (0.0, 0.0))
+    lateness.command((0.6, 0.6))
+    assert lateness.under_way(1, (0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
+    counted = []
+    for tick in range(2, 2 + round(BELIEVED / DT) + 5):
+        lateness.command((0.0, 0.0))
+        counted.append(bool(lateness.under_way(tick, (0.0, 0.0))))
+    assert counted == [True] * (round(BELIEVED / DT) - 1) + [False] * 6
+
+
+@pytest.mark.parametrize(("off", "late"), [(0.0, False), (0.9 * DIFFERS, False), (1.1 * DIFFERS, True)])
+@pytest.mark.parametrize("side", [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_a_small_difference_of_either_wheel_is_none(off: float, late: bool, side: tuple[int, int]) -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    lateness.under_way(0, (0.3, 0.3))
+    lateness.command((0.3, 0.3))
+    assert bool(lateness.under_way(1, (0.3 + off * side[0], 0.3 + off * side[1]))) is late
+
+
+def test_the_newest_commands_are_given_oldest_first() -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    for tick in range(9):
+        lateness.under_way(tick, (0.0, 0.0))
+        lateness.command((0.1 * tick, 0.0))
+    assert [round(left, 3) for left, _ in lateness.under_way(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+
+
+@pytest.mark.parametrize(("pause", "kept"), [(1, KEPT), (KEPT + 1, KEPT), (KEPT + 2, 0)])
+def test_after_a_pause_in_which_all_commands_ran_out_none_is_under_way(pause: int, kept: int) -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    for tick in range(KEPT):
+        lateness.under_way(tick, (0.0, 0.0))
+        lateness.command((0.6, 0.6))
+    assert len(lateness.under_way(KEPT - 1 + pause, (0.0, 0.0))) == kept

@@ -1,0 +1,42 @@
+"""What the tables are asked, in their own units, and what their answers are called."""
+
+from math import pi
+from typing import cast
+
+import pytest
+
+from swarm.messages import Sense, Steering
+from swarm.robot.cell_pilot import STEERING
+from swarm.robot.fuzzy import Controller
+from swarm.robot.pilot import fuzzy_speeds
+from swarm.traffic.driver import Whose
+from tests.shared import scenario_of
+
+
+class Listening:
+    """Tables that note what they are asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[float, ...]] = []
+
+    def wheel_speeds(self, *inputs: float) -> tuple[float, float]:
+        self.asked.append(inputs)
+        return 1.0, 2.0
+
+
+@pytest.mark.parametrize(("speed", "distance"), [(1.0, 1.0), (0.4, 1.0), (0.4, 0.5), (0.25, 2.0)])
+def test_the_tables_are_asked_in_their_own_units_and_answer_in_theirs(speed: float, distance: float) -> None:
+    """Distances divided by their scale, degrees with right positive; rim speeds times theirs."""
+    robot = scenario_of(robot={"speed_scale": speed, "distance_scale": distance}).settings.robot
+    sense = Sense(
+        run=0, tick=0, time=0.0, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
+        left=1.0, front=0.5, right=0.25, bearings=[], hears=[],
+    )  # fmt: skip
+    tables = Listening()
+    assert fuzzy_speeds(cast(Controller, tables), robot, sense, pi / 6) == pytest.approx((speed, 2.0 * speed))
+    assert tables.asked == [pytest.approx((1.0 / distance, 0.5 / distance, 0.25 / distance, -30.0))]
+
+
+def test_only_the_tables_own_ratio_is_called_fuzzy() -> None:
+    assert set(STEERING) == set(Whose)
+    assert [whose for whose, label in STEERING.items() if label is Steering.FUZZY] == [Whose.TABLES]

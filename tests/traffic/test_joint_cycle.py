@@ -1,0 +1,225 @@
+"""The life of a joint plan, tick by tick: who is asked, who stands for whom, for how long, and who is named."""
+
+from collections.abc import Mapping
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.traffic.joint import SETTLE, JointPlanning
+from swarm.traffic.record import Collect, Epoch, JointPlan, Record
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+FLOOR = Drawn("abcd", "....")
+A, B, C, D = FLOOR.at("abcd")
+SETTINGS = TrafficSettings()
+NOW = 1000
+
+
+def record(robot: str, cell: int, tick: int = NOW, **fields: object) -> Record:
+    x, y = FLOOR.cells.centre(cell)
+    return replace(Record(robot=robot, stamp=tick, x=x, y=y, goal=cell, held=(cell,)), **fields)
+
+
+def situation(tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B) -> Situation:
+    return Situation(
+        tick=tick, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
+        fresh=fresh,
+    )  # fmt: skip
+
+
+def robot(me: str) -> JointPlanning:
+    return JointPlanning(me, FLOOR.cells, SETTINGS)
+
+
+# --- who is asked ---
+
+
+def test_the_lowest_id_in_hearing_is_asked_me_included() -> None:
+    for me, heard, asked in (("r2", "r3", "r2"), ("r2", "r1", "r1"), ("r2", "r3 r1", "r1"), ("r2", "", "r2")):
+        joint = robot(me)
+        joint.ask(situation(NOW, {name: record(name, C) for name in heard.split()}))
+        assert joint.need == asked, heard
+
+
+def test_who_does_not_answer_is_passed_over_for_a_while() -> None:
+    joint = robot("r3")
+    near = {name: record(name, C) for name in ("r1", "r2")}
+    asked = []
+    for tick in range(SETTINGS.unanswered + 2):
+        joint.ask(situation(NOW + tick, near))
+        asked.append(joint.need)
+    assert asked == ["r1"] * (SETTINGS.unanswered + 1) + ["r2"]
+    until = NOW + SETTINGS.unanswered + SETTINGS.pass_over
+    for tick, again in ((until, "r2"), (until + 1, "r1")):
+        joint.ask(situation(tick, near))
+        assert joint.need == again, tick
+
+
+# --- standing for a call ---
+
+CALL = Epoch(NOW - 3, "r1")
+
+
+def called(tick: int = NOW, leader: str = "r1", members: tuple[str, ...] = ("r1", "r2"), at: int = NOW - 3) -> Record:
+    return record(leader, C, tick, collect=Collect(Epoch(at, leader), members))
+
+
+def test_who_is_called_stands_until_the_leader_gives_up() -> None:
+    joint = robot("r2")
+    joint.step(situation(NOW, {"r1": called(members=("r1", "r3"))}))
+    assert joint.frozen is None, "that call was not for me"
+    joint.step(situation(NOW, {"r1": called()}))
+    assert joint.frozen == CALL
+    joint.step(situation(NOW + 1, {"r1": called(NOW + 1)}))
+    assert joint.frozen == CALL
+    joint.step(situation(NOW + 2, {"r1": record("r1", C, NOW + 2)}))
+    assert joint.frozen is None
+    joint.step(situation(NOW + 3, {"r1": called(NOW + 3)}))
+    assert joint.frozen is None, "a call once given up is spent"
+    joint.step(situation(NOW + 4, {"r1": called(NOW + 4, at=NOW + 4)}))
+    assert joint.frozen == Epoch(NOW + 4, "r1"), "the next one is not"
+
+
+def test_nobody_stands_for_a_plan_that_never_comes() -> None:
+    joint = robot("r2")
+    stood = []
+    for tick in range(NOW, NOW + SETTINGS.freeze + 5):
+        joint.step(situation(tick, {"r1": called(tick)}))
+        stood.append(joint.frozen is not None)
+    assert stood == [True] * (SETTINGS.freeze + 1) + [False] * 4
+
+
+def test_of_two_that_call_the_lower_id_is_followed() -> None:
+    both = {"r1": called(leader="r1", members=("r1", "r3")), "r2": called(leader="r2", members=("r2", "r3"))}
+    for first in both:
+        joint = robot("r3")
+        joint.step(situation(NOW, {first: both[first]}))
+        joint.step(situation(NOW + 1, both))
+        assert joint.frozen == CALL, first
+    leading = robot("r2")
+    leading.need = "r2"
+    leading.step(situation(NOW, {"r3": record("r3", C)}))
+    assert leading.collect is not None
+    leading.step(situation(NOW + 1, {"r1": called(), "r3": record("r3", C)}))
+    assert leading.frozen == CALL, "it gives its own lead up"
+    assert not leading.collect
+    leading = robot("r1")
+    leading.need = "r1"
+    leading.step(situation(NOW, {"r2": record("r2", C)}))
+    leading.step(situation(NOW + 1, {"r2": called(leader="r2", members=("r1", "r2"))}))
+    assert leading.collect is not None, "and not for a higher one"
+
+
+# --- leading ---
+
+
+def lead(until: int, *, freezes: bool, follows: bool = True) -> tuple[JointPlanning, dict[int, list[str]], int]:
+    """Let r1 lead with r2 beside it, which stands when called or not; give the events and when the plan came."""
+    joint = robot("r1")
+    joint.need = "r1"
+    said: dict[int, list[str]] = {}
+    came = 0
+    for tick in range(NOW, until):
+        epoch = joint.plan.epoch if joint.plan is not None and follows else None
+        other = record("r2", C, tick, frozen=joint.frozen if freezes else None, epoch=epoch)
+        events = joint.step(situation(tick, {"r2": replace(other, goal=D)}))
+        if events:
+            said[tick] = [event.kind for event in events]
+        if joint.plan is not None and not came:
+            came = tick
+    return joint, said, came
+
+
+def test_a_leader_plans_as_soon_as_all_stand() -> None:
+    joint, said, came = lead(NOW + 4, freezes=True)
+    assert came == NOW + 1
+    assert said == {NOW + 1: ["joint_plan"]}
+    assert joint.plan is not None
+    assert set(joint.plan.ways) == {"r1", "r2"}
+    assert (joint.plan.ways["r1"][-1], joint.plan.ways["r2"][-1]) == (B, D)
+    assert joint.epoch == joint.plan.epoch == Epoch(NOW, "r1")
+    assert joint.plans_made == 1
+
+
+def test_it_waits_for_the_others_only_so_long_and_plans_without_them() -> None:
+    joint, _, came = lead(NOW + SETTINGS.gather + 3, freezes=False)
+    assert came == NOW + SETTINGS.gather
+    assert joint.plan is not None
+    assert set(joint.plan.ways) == {"r1"}
+
+
+def test_its_record_carries_the_plan_for_a_while() -> None:
+    joint, _, came = lead(NOW + 4, freezes=True)
+    for tick, carried in ((came, True), (came + SETTINGS.carry, True), (came + SETTINGS.carry + 1, False)):
+        assert (joint.carried(tick) is not None) is carried, tick
+    assert robot("r1").carried(NOW) is None
+
+
+def test_a_member_that_does_not_take_the_plan_up_is_named_once() -> None:
+    until = NOW + 4 * SETTLE
+    _, said, came = lead(until, freezes=True, follows=True)
+    assert said == {came: ["joint_plan"]}
+    joint, said, came = lead(came + 2 * SETTLE + 1, freezes=True, follows=False)
+    assert said == {came: ["joint_plan"]}
+    events = joint.step(situation(came + 2 * SETTLE + 1, {"r2": record("r2", C, came + 2 * SETTLE)}))
+    assert [(event.kind, event.robots) for event in events] == [("plan_ignored", ("r2",))]
+    assert joint.step(situation(came + 2 * SETTLE + 2, {"r2": record("r2", C, came + 2 * SETTLE)})) == []
+
+
+def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
+    joint = robot("r1")
+    joint.reset(NOW)
+    led = []
+    for tick in range(NOW, NOW + SETTINGS.listen + 2):
+        joint.need = "r1"
+        joint.step(situation(tick, {}))
+        led.append(joint.plan is not None or joint.collect is not None)
+    assert led == [False] * SETTINGS.listen + [True] * 2
+
+
+def test_who_was_away_stands_for_nobody_any_more() -> None:
+    joint = robot("r2")
+    joint.step(situation(NOW, {"r1": called()}))
+    joint.need = "r1"
+    joint.reset(NOW + 50)
+    assert joint.frozen is None
+    assert not joint.need
+
+
+# --- following ---
+
+
+def plan_of(**ways: tuple[int, ...]) -> JointPlan:
+    return JointPlan(epoch=CALL, ways=ways, after={})
+
+
+@pytest.mark.parametrize(
+    ("way", "adopted"),
+    [((A, B), True), ((B, C), False), (None, False)],
+    ids=["from where it stands", "from where it does not stand", "without me"],
+)
+def test_a_plan_is_taken_up_only_from_where_the_robot_stands(way: tuple[int, ...] | None, adopted: bool) -> None:
+    joint = robot("r2")
+    joint.step(situation(NOW, {"r1": called()}))
+    ways = {"r1": (C, D)} | ({"r2": way} if way else {})
+    leader = record("r1", C, NOW + 1, plan=plan_of(**ways))
+    joint.step(situation(NOW + 1, {"r1": leader}))
+    assert joint.frozen is None
+    assert joint.epoch == (CALL if adopted else None)
+    assert joint.way == (way if adopted else None)
+    assert joint.follows("r1") is adopted
+    assert (joint.adopted == NOW + 1) is adopted
+    assert joint.carried(NOW + 1) is None, "it is the leader's to carry"
+    joint.leave()
+    assert not joint.follows("r1")
+
+
+def test_somebody_elses_plan_is_not_taken_up() -> None:
+    joint = robot("r2")
+    joint.step(situation(NOW, {"r1": called()}))
+    other = JointPlan(epoch=Epoch(NOW - 9, "r1"), ways={"r2": (A, B)}, after={})
+    joint.step(situation(NOW + 1, {"r1": replace(called(NOW + 1), plan=other)}))
+    assert joint.epoch is None
+    assert joint.frozen == CALL

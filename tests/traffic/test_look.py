@@ -1,0 +1,168 @@
+"""What the sectors say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
+
+from math import cos, pi, sin
+
+import pytest
+
+from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting
+from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.look import Known, Reading, View, has_gone, unexplained, view
+from swarm.traffic.record import Record
+from swarm.traffic.settings import TrafficSettings
+from tests.traffic.maps import SIDE, Drawn
+
+FLOOR = Drawn(".....", "..a.b", ".....")
+A, B = FLOOR.at("ab")
+SETTINGS = TrafficSettings()
+HERE = FLOOR.pose(A)
+STOP, LESS = SETTINGS.stop_distance, SETTINGS.unexpected
+
+
+def front(measured: float, expected: float = 1.6) -> Reading:
+    return Reading(measured, expected, 0.0, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "body"),
+    [
+        (STOP - 0.01, 1.6, True),
+        (STOP + 0.01, 1.6, False),  # far enough off
+        (0.4, 0.4, False),  # the map's wall
+        (0.4, 0.4 + 0.9 * LESS, False),  # as exact as walls are known
+        (0.4, 0.4 + 1.1 * LESS, True),
+        (0.5, 0.3, False),
+    ],
+)
+def test_a_body_is_near_and_nearer_than_the_map_has_it(measured: float, expected: float, body: bool) -> None:
+    assert front(measured, expected).is_body(SETTINGS) is body
+
+
+def ahead(measured: float, side: float = 0.0) -> tuple[float, float]:
+    """The middle of a body as large as a robot's half that is seen so far off, and to the left of it."""
+    return HERE.x + 1.5 * SETTINGS.radius + measured, HERE.y + side
+
+
+def cell(x: float, y: float) -> int:
+    return FLOOR.cells.cell_of(x, y)
+
+
+@pytest.mark.parametrize("yaw", [0.0, pi / 2, -pi / 2])
+def test_what_nobody_told_of_is_where_it_is_seen(yaw: float) -> None:
+    pose = HERE._replace(yaw=yaw)
+    reading = Reading(0.4, 1.6, -yaw, 0.4)  # along x, whichever way the robot faces
+    assert unexplained([reading], pose, FLOOR.cells, [], SETTINGS) == pytest.approx(ahead(0.4))
+    assert unexplained([], pose, FLOOR.cells, [], SETTINGS) is None
+
+
+# fmt: off
+EXPLAINED: dict[str, tuple[Known, bool]] = {  # of a body seen 0.4 m ahead
+    "a robot that is there":               (Known(ahead(0.4), 0.2),                               True),
+    "a little off, ahead":                 (Known(ahead(0.55), 0.2),                              True),
+    "at the sector's edge":                (Known(ahead(0.4, 0.3), 0.2),                          True),
+    "too far on":                          (Known(ahead(0.7), 0.2),                               False),
+    "behind":                              (Known((HERE.x - 0.7, HERE.y), 0.2),                   False),
+    "held, in that cell":                  (Known(ahead(0.4), 0.2, {cell(*ahead(0.4))}),          True),
+    "held, in another cell":               (Known(ahead(0.4), 0.2, {B}),                          False),
+    "nearer than it can be":               (Known(ahead(0.4), 0.2, nearest=0.5),                  False),
+    "as near as it can be":                (Known(ahead(0.4), 0.2, nearest=0.4),                  True),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", EXPLAINED)
+def test_what_is_known_explains_what_is_seen_where_it_can_be(name: str) -> None:
+    known, explained = EXPLAINED[name]
+    found = unexplained([front(0.4)], HERE, FLOOR.cells, [Known((0.0, 0.0), 0.1), known], SETTINGS)
+    assert (found is None) is explained
+    both = [front(0.4), Reading(0.3, 1.6, 2.0, 0.4)]
+    assert unexplained(both, HERE, FLOOR.cells, [known], SETTINGS) is not None, "the other sector shows another one"
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "seen"),
+    [
+        (1.5 * SIDE - 0.2, 9.0, View.EMPTY),  # as far as the far edge of the next cell
+        (1.5 * SIDE - 0.2 - 0.1, 9.0, View.OCCUPIED),
+        (0.7, 0.7, View.HIDDEN),  # a wall beside the cell
+        (0.7, 0.73, View.HIDDEN),
+        (0.7, 0.8, View.OCCUPIED),  # somebody before the wall
+        (0.0, 9.0, View.OCCUPIED),
+    ],
+)
+def test_what_the_front_sector_says_of_the_next_cell(measured: float, expected: float, seen: View) -> None:
+    assert view(front(measured, expected), 1.5 * SIDE, 0.2) is seen
+
+
+@pytest.mark.parametrize(
+    ("away", "off", "measured", "gone"),
+    [
+        (1.2, 0.0, 1.6, True),  # the sector sees beyond where the body was
+        (1.2, 0.0, 0.8, False),  # the body is what it sees
+        (1.2, 1.0, 1.6, False),  # no sector looks there
+        (3.0, 0.0, 1.6, False),  # too far off to be seen
+    ],
+)
+def test_a_body_has_gone_where_a_sector_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
+    body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
+    assert has_gone(body, HERE, [front(measured)], 0.2) is gone
+
+
+# --- how long it stops ---
+
+
+def halts(*measured: float, others: tuple[Record, ...] = (), mine: frozenset[int] = frozenset()) -> list[Halt]:
+    """Look straight ahead, tick by tick."""
+    halting = Halting(FLOOR.cells, SETTINGS)
+    return [
+        halting.look(TrafficInputs(100 + tick, HERE, None, readings=(front(9.0), front(one), front(9.0))), others, mine)
+        for tick, one in enumerate(measured)
+    ]
+
+
+def test_it_stops_as_long_as_something_is_near_and_says_once_that_it_stays() -> None:
+    said = halts(*[1.6] * 3, *[0.4] * HALTED)
+    assert [halt.stopped for halt in said] == [False] * 3 + [True] * HALTED
+    assert all(halt.found is None for halt in said)
+    said = halts(*[0.4] * (HALTED + 1))
+    assert said[-1].stopped
+    assert said[-1].found == pytest.approx(ahead(0.4))
+    said = halts(*[0.4] * (HALTED + 40))
+    assert [halt.found is not None for halt in said].count(True) == 1
+    assert not said[-1].stopped, "it is known now, and driven round"
+
+
+def test_what_goes_away_in_between_begins_anew() -> None:
+    said = halts(*[0.4] * HALTED, 1.6, *[0.4] * HALTED)
+    assert all(halt.found is None for halt in said)
+    assert [halt.stopped for halt in said] == [True] * HALTED + [False] + [True] * HALTED
+
+
+def test_a_thing_found_is_forgotten_after_a_while() -> None:
+    said = halts(*[0.4] * (HALTED + 1 + SETTINGS.obstacle))
+    stops = [halt.stopped for halt in said]
+    assert stops == [True] * (HALTED + 1) + [False] * (SETTINGS.obstacle - 1) + [True]
+
+
+def test_what_came_very_near_is_believed_in_a_little_longer() -> None:
+    for near, lasts in ((CLOSE - 0.01, LINGERS - 1), (CLOSE + 0.01, 0)):
+        said = halts(near, *[1.6] * 20)
+        assert [halt.stopped for halt in said] == [True] + [True] * lasts + [False] * (20 - lasts)
+
+
+def test_a_robot_is_known_where_it_was_heard_and_farther_off_the_older_that_is() -> None:
+    x, y = ahead(0.4)
+    held = (cell(x, y),)
+
+    def stops(away: float, age: int, mine: frozenset[int] = frozenset(), held: tuple[int, ...] = held) -> bool:
+        record = Record(robot="r2", stamp=100 - age, x=x + away, y=y, goal=B, held=held)
+        return halts(0.4, others=(record,), mine=mine)[0].stopped
+
+    near = SETTINGS.radius + 0.15  # m, and how exactly a sector tells
+    drives = SETTINGS.speed * SETTINGS.tick * 10
+    assert not stops(0.0, 0)
+    assert not stops(near - 0.06, 0)
+    assert stops(near + 0.06 + 0.3, 0)
+    assert not stops(near - 0.06 + drives, 10)
+    assert stops(near + 0.06 + 0.3 + drives, 10)
+    assert stops(0.0, 0, mine=frozenset(held)), "in a cell that is mine alone nobody else is"
+    assert stops(0.0, 0, held=(B,)), "nor where it holds nothing"

@@ -1,0 +1,158 @@
+"""When a robot asks for a joint plan: each reason alone, just so and just not so."""
+
+from collections.abc import Mapping
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.need import AT_REST, Needs
+from swarm.traffic.record import Claim, Entry, Epoch, JointPlan, Record
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+LINE = Drawn("abcdef")
+A, B, C, D, E, F = LINE.at("abcdef")
+SETTINGS = TrafficSettings()
+NOW = 1000
+PLAN, OTHER = Epoch(5, "r1"), Epoch(6, "r1")
+
+
+def record(robot: str, *held: int, ahead: tuple[int, ...] = (), **fields: object) -> Record:
+    x, y = LINE.cells.centre(held[-1])
+    plain = Record(robot=robot, stamp=NOW, x=x, y=y, goal=F, held=held, ahead=ahead, moved=NOW - 1)
+    return replace(plain, **fields)
+
+
+def reason(own: Record, *fresh: Record, adopted: int | None = None, following: Epoch | None = None) -> str | None:
+    joint = JointPlanning("r1", LINE.cells, SETTINGS)
+    if adopted is not None:
+        joint.adopted = adopted
+    joint.epoch = following
+    others: Mapping[str, Record] = {one.robot: one for one in fresh}
+    situation = Situation(
+        tick=NOW, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
+        others=others, fresh=others,
+    )  # fmt: skip
+    return Needs("r1", SETTINGS).joint_plan(own, situation, joint)
+
+
+MINE = record("r1", A, ahead=(B, C), waits=("r2",))
+RESTS = record("r2", B, moved=NOW - AT_REST - 1)
+HEAD_ON = record("r2", B, ahead=(A,))
+PASSING = record("r2", B, ahead=(C, D))
+WAITS_BACK = record("r2", B, ahead=(C,), waits=("r1",))
+LONG = NOW - SETTINGS.stuck - 1
+
+# fmt: off
+REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
+    "somebody rests on the way":              (MINE, (RESTS,),                                             "rest"),
+    "it has not stood there long enough":     (MINE, (replace(RESTS, moved=NOW - AT_REST),),               None),
+    "it rests, but claims a cell":            (MINE, (replace(RESTS, claims=(Claim(C, 1, 1),)),),          None),
+    "it rests elsewhere":                     (MINE, (record("r2", C, moved=0),),                          None),
+    "it stands for a plan already":           (MINE, (replace(RESTS, frozen=PLAN),),                       None),
+    "somebody comes the other way":           (MINE, (HEAD_ON,),                                           "head-on"),
+    "it goes the same way":                   (MINE, (PASSING,),                                           None),
+    "it goes elsewhere":                      (MINE, (record("r2", B, ahead=(D,)),),                       None),
+    "it comes from farther on":               (MINE, (record("r2", C, ahead=(A,)),),                       None),
+    "two wait for each other":                (MINE, (WAITS_BACK,),                                        "circle"),
+    "three in a ring":                        (MINE, (replace(PASSING, waits=("r3",)),
+                                                      record("r3", D, ahead=(E,), waits=("r4", "r1"))),    "circle"),
+    "a chain that ends":                      (MINE, (replace(PASSING, waits=("r3",)),
+                                                      record("r3", D, ahead=(E,), waits=("r2", "r9"))),    None),
+    "a ring without me":                      (MINE, (replace(PASSING, waits=("r3",)),
+                                                      record("r3", D, ahead=(E,), waits=("r2",))),         None),
+    "I wait for nobody":                      (replace(MINE, waits=()), (RESTS,),                          None),
+    "who I wait for is silent":               (MINE, (),                                                   None),
+    "I have no way to go":                    (replace(MINE, ahead=()), (RESTS,),                          None),
+    "of two I wait for, the second rests":    (replace(MINE, waits=("r3", "r2")), (record("r3", D), RESTS), "rest"),
+    "stuck for long":                         (replace(MINE, moved=LONG), (PASSING,),                      "stuck"),
+    "not so long":                            (replace(MINE, moved=LONG + 1), (PASSING,),                  None),
+    "long, but not for anybody":              (replace(MINE, moved=0, waits=()), (PASSING,),               None),
+    "long, for somebody silent":              (replace(MINE, moved=0), (),                                 "stuck"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", REASONS)
+def test_a_robot_on_its_own_asks_for_a_reason(name: str) -> None:
+    own, fresh, expected = REASONS[name]
+    assert reason(own, *fresh) == expected
+
+
+def test_who_has_just_got_a_plan_asks_for_no_other() -> None:
+    for age, expected in ((0, None), (SETTINGS.calm - 1, None), (SETTINGS.calm, "rest")):
+        assert reason(MINE, RESTS, adopted=NOW - age) == expected, age
+
+
+STOOD = NOW - SETTINGS.plan_stuck - 1
+WITHIN = replace(MINE, epoch=PLAN, moved=STOOD)
+
+# fmt: off
+PLANS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
+    "one of the plan rests: its turn comes":  (replace(WITHIN, moved=NOW), (replace(RESTS, epoch=PLAN),),        None),
+    "one of another plan rests":              (replace(WITHIN, moved=NOW), (replace(RESTS, epoch=OTHER),),       "rest"),
+    "one without a plan rests":               (replace(WITHIN, moved=NOW), (RESTS,),                             "rest"),
+    "nobody of the plan gets on":             (WITHIN, (replace(RESTS, epoch=PLAN, moved=STOOD),),               "plan stuck"),
+    "one of the plan got on":                 (WITHIN, (replace(RESTS, epoch=PLAN, moved=STOOD + 1),),           None),
+    "I got on":                               (replace(WITHIN, moved=STOOD + 1),
+                                               (replace(RESTS, epoch=PLAN, moved=STOOD),),                       None),
+    "who gets on has no part in it":          (WITHIN, (replace(PASSING, epoch=OTHER),),                         "plan stuck"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_a_robot_that_follows_a_plan_lets_it_take_its_time(name: str) -> None:
+    own, fresh, expected = PLANS[name]
+    assert reason(own, *fresh, following=PLAN) == expected
+
+
+# --- whose turn it is within a plan ---
+
+
+def follower(me: str = "r2") -> JointPlanning:
+    """A robot that follows a plan: it may enter the first cell of its way once r1 has left the second of its own."""
+    joint = JointPlanning(me, LINE.cells, SETTINGS)
+    joint.epoch = joint.frozen = PLAN
+    plan = JointPlan(epoch=PLAN, ways={"r1": (A, B, C), "r2": (F, E)}, after={"r2": (Entry(1, "r1", 1),)})
+    leader = record("r1", A, plan=plan, epoch=PLAN)
+    joint.step(at({"r1": leader}))
+    assert joint.way == (F, E)
+    return joint
+
+
+def at(others: dict[str, Record], fresh: dict[str, Record] | None = None, tick: int = NOW) -> Situation:
+    return Situation(
+        tick=tick, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
+        fresh=others if fresh is None else fresh,
+    )  # fmt: skip
+
+
+# fmt: off
+TURNS: dict[str, tuple[Record | None, str | None]] = {
+    "it has not left its first cell":        (record("r1", A, epoch=PLAN, left=0),                            "r1"),
+    "it is in its second one":               (record("r1", B, epoch=PLAN, left=1),                            "r1"),
+    "it has left its second one":            (record("r1", C, epoch=PLAN, left=2),                            None),
+    "it was never heard":                    (None,                                                           None),
+    "it is silent, but not for long":        (record("r1", A, epoch=PLAN, stamp=NOW - SETTINGS.absent),       "r1"),
+    "it has been silent for long":           (record("r1", A, epoch=PLAN, stamp=NOW - SETTINGS.absent - 1),   None),
+    "it has yet to take the plan up":        (record("r1", A, stamp=NOW),                                     "r1"),
+    "it follows another, newer plan":        (record("r1", A, epoch=OTHER),                                   None),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", TURNS)
+def test_a_cell_is_entered_after_the_robot_that_comes_first_has_left_it(name: str) -> None:
+    first, waits_for = TURNS[name]
+    joint = follower()
+    assert joint.waits_for(1, at({"r1": first} if first else {})) == waits_for
+    assert joint.waits_for(0, at({"r1": first} if first else {})) is None, "no other cell is waited for"
+
+
+def test_who_follows_no_plan_waits_for_no_turn() -> None:
+    joint = follower()
+    joint.leave()
+    assert joint.waits_for(1, at({"r1": record("r1", A, epoch=PLAN)})) is None

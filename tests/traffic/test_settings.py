@@ -1,0 +1,59 @@
+"""What the constants of traffic have to be to each other, whatever they are."""
+
+from dataclasses import fields, replace
+from itertools import pairwise
+
+import pytest
+
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, SPARE, TrafficSettings
+
+SETTINGS = TrafficSettings()
+
+# fmt: off
+ORDERS: dict[str, tuple[str, ...]] = {  # each of these is less than the next: why
+    "a robot is heard several times before it counts as silent, and called dead long after":
+        ("often", "every", "ripe", "listen", "fresh", "absent", "surmise", "obstacle", "keep", "emptied"),
+    "who was away longer than it may have been late is told from who was late":   ("every", "gap", "fresh"),
+    "a leader waits less than its members stand, and they less than its plan is told":
+        ("again", "gather", "freeze", "carry"),
+    "nobody asks for a plan before the last one can have moved anybody":          ("gather", "calm", "stuck", "plan_stuck"),
+    "a plan that nobody moves in is given up before the silent are looked for":   ("absent", "plan_stuck", "surmise"),
+    "who does not answer is passed over before the same is tried again":          ("freeze", "pass_over", "backoff"),
+    "a body stops it farther off than walls are doubted":                         ("unexpected", "stop_distance", "sensor_range"),
+    "a robot tells more of its way than it holds":                                ("horizon", "ahead"),
+    "the body fits with its margin in half a look":                               ("margin", "radius", "stop_distance"),
+    "a share of a search is less than all of it":                                 ("starts", "robot_openings", "expansions", "enough"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("why", ORDERS)
+def test_constants_keep_their_order(why: str) -> None:
+    values = [getattr(SETTINGS, name) for name in ORDERS[why]]
+    assert all(a < b for a, b in pairwise(values)), dict(zip(ORDERS[why], values, strict=True))
+
+
+def test_no_time_is_longer_than_a_few_minutes() -> None:
+    ticks = {field.name: getattr(SETTINGS, field.name) for field in fields(SETTINGS) if field.type is int}
+    counts = {"starts", "enough", "expansions", "robot_openings"}
+    assert max(value for name, value in ticks.items() if name not in counts) * SETTINGS.tick <= 120.0
+
+
+def test_a_claim_is_ripe_when_everybody_has_spoken_twice() -> None:
+    assert SETTINGS.ripe == 2 * SETTINGS.every
+    assert SETTINGS.listen >= 3 * SETTINGS.ripe
+
+
+@pytest.mark.parametrize("reach", [3.0, 8.0, 20.0])
+def test_two_that_claim_one_cell_hear_each_other_wherever_they_are(reach: float) -> None:
+    settings = replace(SETTINGS, radio_range=reach)
+    assert settings.claim_radius == pytest.approx((reach - 1.0) / 2)
+    assert 2 * settings.claim_radius <= reach - 1.0 + 1e-9, "and have a metre to spare"
+    a_second_of_two = 2 * 1.0 * settings.speed
+    assert settings.claim_radius + a_second_of_two <= settings.alone <= settings.claim_radius + 3 * a_second_of_two
+
+
+def test_who_stands_fits_in_a_cell_of_four_radii_and_who_leans_in_one_of_six() -> None:
+    assert SETTINGS.radius + SETTINGS.margin + NEAR < SETTINGS.standing_room < 2 * SETTINGS.radius
+    assert SETTINGS.standing_room + SPARE < SETTINGS.leaning_room < 3 * SETTINGS.radius
+    assert 1.0 < LEAST_CLAIM < 2.0, "the next cell's centre, and a little"

@@ -1,0 +1,271 @@
+"""What a run does beside driving: when it is over, edits at their times, what watchers see, spells of faults."""
+
+from math import inf, pi
+
+import msgspec
+import pytest
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose
+from swarm.messages import Activity, Command, Edit, Event, Kind, Steering
+from swarm.scenario.load import Scenario
+from tests.shared import scenario_of
+from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
+from world.movers import Patrol
+from world.progress import STALLED
+from world.simulate import Simulation
+from world.world import PROVEN, REST, World
+
+DT = 0.05  # s
+AT, THERE = Pose(2.5, 2.5, 0.0), Pose(4.5, 4.5, 0.0)
+
+
+def world_of(*starts: Pose, scenario: Scenario | None = None) -> World:
+    return World(scenario or scenario_of(), list(starts) or [AT], 1)
+
+
+def say(world: World, **fields: object) -> Command:
+    plain: dict[str, object] = {"tick": world.tick, "activity": Activity.DRIVE, "steering": Steering.FUZZY}
+    return msgspec.structs.replace(REST, **(plain | fields))
+
+
+# --- when it is over ---
+
+
+def test_a_run_is_over_when_everybody_is_done() -> None:
+    world = world_of(AT, THERE)
+    world.step({"r1": say(world, activity=Activity.DONE), "r2": say(world)})
+    assert not world.finished
+    world.step({"r2": say(world, activity=Activity.DONE)})
+    assert world.finished
+
+
+# fmt: off
+VERDICTS = {  # a note: whether it ends the run after a while, and what it leaves to say
+    "unsolvable":    (True, True),
+    "no_plan_found": (False, True),
+    "joint_plan":    (False, False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("kind", VERDICTS)
+def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -> None:
+    ends, said = VERDICTS[kind]
+    world = world_of(AT, THERE)
+    world.step({"r1": say(world, notes=[(kind, "in words")])})
+    for _ in range(round(PROVEN / DT) - 2):
+        world.step({"r1": say(world, notes=[(kind, "again")])})  # saying it again starts no new count
+        assert not world.finished
+    world.step({})
+    assert world.finished is ends
+    assert (world.verdict == "again") is said
+
+
+def test_who_reaches_a_stop_takes_the_proof_back() -> None:
+    world = world_of(Pose(7.4, 3.5, 0.0), THERE)
+    world.step({"r1": say(world, notes=[("unsolvable", "no way")])})
+    world.step({"r1": say(world, reached=[True, False])})
+    for _ in range(2 * round(PROVEN / DT)):
+        world.step({})
+    assert not world.finished
+    assert world.verdict == ""
+
+
+# --- stops given up ---
+
+
+def test_a_stop_given_up_is_said_once_and_one_that_is_not_there_never() -> None:
+    world = world_of(AT)
+    said = [world.step({"r1": say(world, unreachable=given_up)}) for given_up in ([], [0], [0], [0, 9], [0, 9, 1])]
+    texts = [[event.text for event in events if event.kind == "unreachable"] for events in said]
+    assert texts == [[], ["gives up target 1: no path leads there"], [], [], ["gives up home: no path leads there"]]
+
+
+# --- who gets nowhere ---
+
+
+def test_who_gets_nowhere_is_named_with_its_stop_and_whom_it_waits_for() -> None:
+    world = world_of(AT, THERE)
+    events: list[Event] = []
+    for _ in range(round(STALLED / DT) + 2):
+        commands = {"r1": say(world, waits=["r2", "r3"]), "r2": say(world, unreachable=[0, 1])}
+        events += [event for event in world.step(commands) if event.kind == "stalled"]
+    assert [(event.robot, event.text) for event in events] == [
+        ("r1", "has got nowhere for 60 s on its way to target 1, waits for r2 and r3")
+    ]
+
+
+# --- edits that the scenario plans ---
+
+PLANNED = [
+    {"at": 1.0, "kind": "wall", "low": [6.2, 1.2], "high": [6.8, 1.8]},
+    {"at": 0.5, "kind": "obstacle", "low": [7.2, 1.2], "high": [7.8, 1.8]},
+    {"at": 1.5, "kind": "free", "low": [6.2, 1.2], "high": [6.8, 1.8]},
+    {"at": 1.2, "kind": "wall", "low": [2.2, 2.2], "high": [2.8, 2.8]},  # where a robot stands
+]
+
+
+def test_planned_edits_are_made_at_their_times_and_what_cannot_be_is_said() -> None:
+    world = world_of(AT, scenario=scenario_of(edits=PLANNED))
+    made: dict[float, list[tuple[str, str]]] = {}
+    for _ in range(40):
+        events = [event for event in world.step({}) if event.kind.startswith("edit")]
+        if events:
+            made[round(events[0].time, 2)] = [(event.kind, event.text) for event in events]
+    assert made.pop(1.2)[0][0] == "edit_refused"
+    assert made == {
+        0.5: [("edit", "obstacle from (7.2, 1.2) to (7.8, 1.8)")],
+        1.0: [("edit", "wall from (6.2, 1.2) to (6.8, 1.8)")],
+        1.5: [("edit", "free from (6.2, 1.2) to (6.8, 1.8)")],
+    }
+    assert world.edits == 3
+
+
+def test_an_edit_is_sensed_for_a_second_and_counted_for_ever() -> None:
+    world = world_of(AT)
+    edit = Edit(kind=Kind.WALL, low=(6.2, 1.2), high=(6.8, 1.8))
+    world.edit(edit)
+    heard = []
+    for _ in range(30):
+        sense = world.senses(lockstep=True)["r1"]
+        heard.append((len(sense.edits), sense.edits_before))
+        world.step({})
+    assert heard == [(1, 0)] * 21 + [(0, 1)] * 9
+
+
+STOPS_IN = 0.6**2 / 4.0  # m, at 2 m/s2
+
+
+@pytest.mark.parametrize(("ahead", "allowed"), [(0.15, False), (STOPS_IN + 0.05, False), (0.5, True)])
+def test_a_wall_is_put_up_only_where_who_drives_can_stop_before_it(ahead: float, allowed: bool) -> None:
+    world = world_of(Pose(2.5, 3.5, 0.0))
+    for _ in range(20):
+        world.step({"r1": say(world, left=0.6, right=0.6)})
+    x = world.poses()[0].x + 0.2 + ahead
+    cell = int(x) + 1.0  # the wall fills whole cells: drive on until it is so near
+    while world.poses()[0].x + 0.2 + ahead < cell:
+        world.step({"r1": say(world, left=0.6, right=0.6)})
+    edit = Edit(kind=Kind.WALL, low=(cell + 0.1, 3.2), high=(cell + 0.9, 3.8))
+    if allowed:
+        world.edit(edit)
+    else:
+        with pytest.raises(ConfigError, match="r1 can stop before"):
+            world.edit(edit)
+    assert world.edits == allowed
+
+
+# --- what watchers see ---
+
+
+def test_the_truth_is_what_can_be_seen_from_outside() -> None:
+    movers = [
+        {"radius": 0.3, "waypoints": [[6.5, 1.5], [6.5, 4.5]], "speed": 0.5},
+        {"size": [0.4, 0.2], "waypoints": [[7.5, 1.5], [7.5, 4.5]], "speed": 1.0},
+    ]
+    world = world_of(AT, scenario=scenario_of(movers=movers))
+    world.senses(lockstep=True)
+    world.step({"r1": say(world, left=0.05, right=0.1, heading=0.3, held=[3, 4], waits=["r9"], members=["r1", "r9"])})
+    truth = world.truth()
+    (body,) = truth.bodies
+    pose = world.poses()[0]
+    assert truth.tick == 1
+    assert truth.time == pytest.approx(DT)
+    assert (body.robot, body.x, body.y, body.yaw) == ("r1", pose.x, pose.y, pose.yaw)
+    assert (body.left_v, body.right_v) == pytest.approx((0.05, 0.1))
+    assert (body.heading, body.steering, body.activity) == (0.3, Steering.FUZZY, Activity.DRIVE)
+    assert (body.held, body.waits, body.members) == ([3, 4], ["r9"], ["r1", "r9"])
+    assert [(mover.radius, mover.size) for mover in truth.movers] == [(0.3, (0.0, 0.0)), (0.0, (0.4, 0.2))]
+    assert [(mover.x, mover.y, mover.yaw) for mover in truth.movers] == [
+        pytest.approx((6.5, 1.5 + 0.5 * DT, pi / 2)), pytest.approx((7.5, 1.5 + 1.0 * DT, pi / 2)),
+    ]  # fmt: skip
+
+
+# --- movers ---
+
+# fmt: off
+PLACES = {  # loop, time [s]: where it is on the way (0, 0), (3, 0), (3, 4) at 1 m/s
+    "at the start":            (False, 0.0,   (0.0, 0.0, 0.0)),
+    "on the first leg":        (False, 2.0,   (2.0, 0.0, 0.0)),
+    "at the corner":           (False, 3.0,   (3.0, 0.0, pi / 2)),
+    "on the second leg":       (False, 5.0,   (3.0, 2.0, pi / 2)),
+    "turned round":            (False, 8.0,   (3.0, 3.0, -pi / 2)),
+    "on the way back":         (False, 12.0,  (2.0, 0.0, pi)),
+    "there again":             (False, 16.0,  (2.0, 0.0, 0.0)),
+    "closing the loop":        (True, 9.5,    (1.5, 2.0, -2.2143)),
+    "round again":             (True, 13.0,   (1.0, 0.0, 0.0)),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_where_a_mover_is_at_a_time(name: str) -> None:
+    loop, time, place = PLACES[name]
+    mover = {"radius": 0.3, "waypoints": [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]], "speed": 1.0, "loop": loop}
+    (settings,) = scenario_of(movers=[mover]).settings.movers
+    assert tuple(Patrol(settings).at(time)) == pytest.approx(place, abs=1e-4)
+
+
+# --- spells of faults ---
+
+
+def test_a_spell_begins_and_ends_at_its_ticks() -> None:
+    for health in (Health.HELD_UP, Health.SUSPENDED, Health.AWAY):
+        drill = Drill(Faults(spells=(Spell("r1", health, 3, 4), Spell("r2", Health.HELD_UP, 5, 1))), 1, DT)
+        seen = [drill.health("r1", tick * DT, leads=False) for tick in range(10)]
+        assert seen == [Health.WELL] * 3 + [health] * 4 + [Health.WELL] * 3
+        assert drill.struck == ({"r1"} if health in SILENT else set())
+        assert [drill.health("r2", tick * DT, leads=False) for tick in range(4, 7)] == [
+            Health.WELL, Health.HELD_UP, Health.WELL,
+        ]  # fmt: skip
+
+
+def test_only_the_first_leader_dies_and_only_from_its_time_on() -> None:
+    drill = Drill(Faults(kill_leader_at=2.0), 1, DT)
+    assert drill.health("r1", 1.9, leads=True) is Health.WELL
+    assert drill.health("r2", 2.0, leads=False) is Health.WELL
+    assert drill.health("r3", 2.0, leads=True) is Health.DEAD
+    assert drill.health("r1", 9.0, leads=True) is Health.WELL, "one is enough"
+    assert drill.health("r3", 9.0, leads=False) is Health.DEAD
+    assert (drill.dead, drill.struck) == ({"r3": 2.0}, {"r3"})
+
+
+def test_a_fault_that_is_drawn_lasts_its_time() -> None:
+    drill = Drill(Faults(suspended=DT), 1, DT)  # every tick
+    seen = [drill.health("r1", tick * DT, leads=False) for tick in range(round(LASTS / DT) + 1)]
+    assert set(seen) == {Health.SUSPENDED}
+    assert drill.struck == {"r1"}
+    held = Drill(Faults(held_up=DT), 1, DT)
+    assert held.health("r1", 0.0, leads=False) is Health.HELD_UP
+    assert held.struck == set()
+    assert Drill(Faults(killed={"r1": inf}), 1, DT).health("r1", 1e9, leads=True) is Health.WELL
+    assert [Drill(Faults(late=late), 1, DT).late for late in (0.0, 0.05, 0.2)] == [0, 1, 4]
+
+
+def test_a_process_born_again_goes_on_with_the_mission_and_the_floor_of_now() -> None:
+    spell = Spell("r1", Health.AWAY, 120, 40)
+    scenario = scenario_of(targets=[[4.5, 2.5], [7.5, 3.5]], return_home=False, traffic={"rule": "give_way"})
+    simulation = Simulation.of(scenario, 1, 1, Faults(spells=(spell,)))
+    first = simulation.robots[0]
+    reached = []
+    for tick in range(180):
+        if tick == 140:
+            simulation.world.edit(Edit(kind=Kind.WALL, low=(6.2, 1.2), high=(6.8, 1.8)))
+        said = simulation.step()
+        assert ("r1" in said.commands) is not (120 <= tick < 160)
+        if "r1" in said.commands:
+            reached.append(list(said.commands["r1"].reached))
+    assert simulation.robots[0] is not first
+    assert reached[119] == [True, False], "the first target is near"
+    assert reached[120] == [True, False]
+    assert not simulation.robots[0].missed(simulation.world.senses(lockstep=True)["r1"])
+
+
+def test_held_up_a_robot_thinks_and_speaks_and_stands() -> None:
+    spell = Spell("r1", Health.HELD_UP, 0, 40)
+    simulation = Simulation.of(scenario_of(traffic={"rule": "give_way"}), 1, 1, Faults(spells=(spell,)))
+    before = simulation.world.poses()
+    said = [simulation.step() for _ in range(40)]
+    assert simulation.world.poses() == before
+    assert sum(bool(one.spoken) for one in said) == 10
+    assert all((one.commands["r1"].left, one.commands["r1"].right) == (0.0, 0.0) for one in said)
