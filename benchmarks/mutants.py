@@ -62,7 +62,7 @@ MUTANTS: Final = (
     Mutant("take unacknowledged", "contest", TRAFFIC + "holds.py",
            '"not all have acknowledged":            _all_acknowledge,', ""),
     Mutant("unsolvable unproven", "unsolvable,shared", TRAFFIC + "joint.py",
-           "proven = result.outcome is Outcome.UNSOLVABLE and task.exact", "proven = True"),
+           "proven = result.outcome is Outcome.UNSOLVABLE and task.exact\n        who", "proven = True\n        who"),
     Mutant("always exact", "unsolvable,dead", TRAFFIC + "joint.py",
            "exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)", "exact = True"),
     Mutant("who is done makes no room", "shared", ROBOT + "cell_pilot.py",
