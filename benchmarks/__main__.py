@@ -24,6 +24,7 @@ NO_BENCHMARK: Final = (
     "measure",
     "freshness",
     "fuzz_maps",
+    "mutants",
     "mutation",
 )  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")

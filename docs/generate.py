@@ -10,6 +10,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import fields as dataclass_fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
@@ -20,9 +21,11 @@ from swarm import messages
 from swarm.launch import table as processes
 from swarm.messages import REPLIES, TOPICS, Message
 from swarm.scenario.schema import Section, Settings
+from world.storm.laws import LAWS
+from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = ("architecture.md", "scenarios.md", "wire.md")
+PAGES: Final = ("architecture.md", "scenarios.md", "storm.md", "wire.md")
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 FIELD: Final = re.compile(r"^    (\w+): (.+?)(?: = (.+?))?(?:  # (.*))?$")
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"(?:  # (.*))?$')
@@ -225,6 +228,31 @@ def imports(room: Path) -> list[str]:
     return sorted(f"`{name}`" for name in found if name not in {own, "swarm"})
 
 
+# --- storm.md ---
+
+
+def laws() -> str:
+    """List every law."""
+    return rows(("law", "checks"), *((name, said(law).removeprefix("Check ")) for name, law in LAWS.items()))
+
+
+def profiles() -> str:
+    """List every profile by what it draws otherwise than the calm one."""
+    body = []
+    for name, profile in PROFILES.items():
+        differs = [
+            f"`{field.name}` {_span(getattr(profile, field.name))}"
+            for field in dataclass_fields(profile)
+            if getattr(profile, field.name) != field.default
+        ]
+        body.append((f"`{name}`", ", ".join(differs) or "as it is"))
+    return rows(("profile", "draws otherwise"), *body)
+
+
+def _span(value: object) -> str:
+    return " ".join(f"{one:g}" for one in value) if isinstance(value, tuple) else str(value).lower()
+
+
 PARTS: Final[dict[str, Callable[[], str]]] = {
     "topics": topics,
     "types": types,
@@ -232,6 +260,8 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "scenario": scenario,
     "processes": process_table,
     "rooms": rooms,
+    "laws": laws,
+    "profiles": profiles,
 }
 
 

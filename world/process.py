@@ -230,6 +230,8 @@ class Host:
         for event in world.step(self._commands):
             self._tell(event)
         self._commands = {}
+        if world.floor is not self._scenario.map:  # an edit of the scenario's own
+            self._tell_map()
         if world.finished:
             self._end(missing(world))
         elif world.time >= self._limit:
@@ -372,13 +374,17 @@ class Host:
         except ConfigError as fault:
             request.refuse(str(fault))
             return
+        text = f"{edit.kind.value} from {edit.low} to {edit.high}"
+        self._tell(self._world.event("edit", text))
+        self._tell_map()
+        request.accept(Accepted(text=text))
+
+    def _tell_map(self) -> None:
+        """Take the world's floor over as it is now, and let those who watch, join or begin again know."""
         self._scenario = replace(self._scenario, map=self._world.floor)
         self._wire = self._scenario.to_wire()
         self._grid = planning_grid(self._scenario)
-        text = f"{edit.kind.value} from {edit.low} to {edit.high}"
-        self._tell(self._world.event("edit", text))
         self._bus.send(MAP, self._floor())
-        request.accept(Accepted(text=text))
 
     def _restart(self) -> None:
         """All back to their starts, progress cleared; a run of its own begins."""

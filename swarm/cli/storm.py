@@ -4,10 +4,13 @@ import argparse
 import os
 import re
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
+
+if TYPE_CHECKING:
+    from world.storm.plan import StormPlan
 
 DEFAULT: Final = 100  # seeds
 LARGEST: Final = 2**53
@@ -21,6 +24,12 @@ def storm(options: argparse.Namespace) -> int:
     if options.show is not None:
         print(command.show(_only(profiles), _seed("--show", options.show)), end="")
         return 0
+    if options.shrink is not None:
+        plan = _plan(options.shrink, profiles)
+        out = options.out or Path("tests", "storm", f"{plan.profile}-{plan.seed}.yaml")
+        return command.shrunk(plan, out, _jobs(options.jobs))
+    if options.over == "processes" and options.twice:
+        raise ConfigError("swarm storm: expected either --twice or --over processes, got both; leave one out")
     if options.plan and (options.seeds or options.start is not None or options.profile != "all"):
         raise ConfigError("swarm storm: expected either plan files or --seeds and --profile, got both; leave one out")
     return command.run(
@@ -30,6 +39,7 @@ def storm(options: argparse.Namespace) -> int:
             files=tuple(options.plan),
             jobs=_jobs(options.jobs),
             twice=options.twice,
+            processes=options.over == "processes",
             results=options.results,
             plans=options.plans,
             as_json=options.json,
@@ -65,6 +75,14 @@ def _seed(flag: str, text: str) -> int:
     return int(text)
 
 
+def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
+    """Draw a seed's plan, or read a plan file."""
+    from world.storm.draw import draw
+    from world.storm.plan import read
+
+    return read(Path(text)) if text.endswith((".yaml", ".yml")) else draw(_only(profiles), _seed("--shrink", text))
+
+
 def _only(profiles: tuple[str, ...]) -> str:
     if len(profiles) > 1:
         raise ConfigError(f"--profile: expected one here, got {', '.join(profiles)}; a seed means another plan in each")
@@ -89,8 +107,12 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--profile", default="all", metavar="NAME,...", help="what is drawn; by default all")
     one.add_argument("--jobs", type=int, metavar="J", help="runs side by side, by default one a core")
     one.add_argument("--twice", action="store_true", help="run each plan twice: the digests have to be equal")
+    text = "processes: each plan over real ones too, one after the other; the digests have to be equal"
+    one.add_argument("--over", default="simulation", choices=("simulation", "processes"), help=text)
     one.add_argument("--results", type=Path, metavar="FILE.jsonl", help="gets a JSON line a seed, at once")
     one.add_argument("--plans", type=Path, metavar="DIR", help="gets the plans that failed")
     one.add_argument("--show", metavar="SEED", help="print the plan that a seed draws, and end")
+    one.add_argument("--shrink", metavar="SEED|PLAN.yaml", help="make a plan that fails small, write it, and end")
+    one.add_argument("--out", type=Path, metavar="FILE.yaml", help="of --shrink; by default in tests/storm")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=storm)

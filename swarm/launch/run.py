@@ -82,7 +82,7 @@ def run(options: Options) -> int:
             shown |= ports
         with Fleet(home, say) as fleet:
             summary_file = home / "report.json"
-            _start(fleet, options, endpoint, name, shown if mode is not None else None, summary_file)
+            start(fleet, options, endpoint, name, shown if mode is not None else None, summary_file)
             trouble = _watch(fleet, endpoint, name, stop, console, summary_file, options.scenario)
             if stop.is_set() and not summary_file.exists():
                 fleet.stop()
@@ -106,7 +106,7 @@ def _free_port() -> int:
     return Endpoint("127.0.0.1", 0).claim().port
 
 
-def _start(
+def start(
     fleet: Fleet,
     options: Options,
     endpoint: Endpoint,
@@ -114,6 +114,7 @@ def _start(
     shown: dict[str, Any] | None,
     summary_file: Path,
 ) -> None:
+    """Start the processes of a fleet; the world writes its report into ``summary_file`` at the end."""
     common = {"endpoint": endpoint, "fleet": name}
     fleet.start(ROUTER, "router", {"endpoint": endpoint})
     fleet.start(

@@ -7,10 +7,11 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages import Broadcast, Command, Event
+from swarm.traffic.record import Claim, Record
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.faults import Health
 from world.physics import Contact
-from world.storm.history import History, record
+from world.storm.history import History, Moment, record
 from world.storm.laws import LAWS, judge
 from world.storm.results import is_silent
 
@@ -53,6 +54,40 @@ def deaf_ear(history: History) -> History:
     def change(name: str, words: Broadcast) -> Broadcast:
         assert words.traffic is not None
         return changed(words, traffic=changed(words.traffic, own=changed(words.traffic.own, acks=())))
+
+    return with_words(history, change)
+
+
+def claimed(history: History, robot: str, change: Callable[[Claim], Claim]) -> History:
+    """Let a robot say other claims than it made, in the last record that has any."""
+    said = [m.tick for m in history.moments if robot in m.spoken and claims_of(m.spoken[robot])]
+
+    def alter(moment: Moment) -> Moment:
+        if moment.tick != said[-1]:
+            return moment
+        words = moment.spoken[robot]
+        assert words.traffic is not None
+        own = changed(words.traffic.own, claims=(change(words.traffic.own.claims[0]), *words.traffic.own.claims))
+        return moment._replace(spoken={**moment.spoken, robot: changed(words, traffic=changed(words.traffic, own=own))})
+
+    return with_moments(history, alter)
+
+
+def claims_of(words: Broadcast) -> tuple[Claim, ...]:
+    return tuple(words.traffic.own.claims) if words.traffic is not None else ()
+
+
+def agreeing(history: History, more: Callable[[Record, Claim], dict[str, object]]) -> History:
+    """Let r2 say something more of itself in each record in which it agrees to a claim of r1."""
+    said = {claim.number: claim for m in history.moments if "r1" in m.spoken for claim in claims_of(m.spoken["r1"])}
+
+    def change(name: str, words: Broadcast) -> Broadcast:
+        assert words.traffic is not None
+        acks = [number for robot, number in words.traffic.own.acks if robot == "r1"]
+        if name != "r2" or not acks:
+            return words
+        own = words.traffic.own
+        return changed(words, traffic=changed(words.traffic, own=changed(own, **more(own, said[acks[0]]))))
 
     return with_words(history, change)
 
@@ -111,6 +146,11 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("a cell held twice", "no overlap", overlap),
     ("a cell out of nowhere", "no hold without a claim", unclaimed),
     ("a claim nobody agreed to", "no hold without a claim", deaf_ear),
+    ("a number used again", "claims numbered once",
+     lambda h: claimed(h, "r1", lambda claim: claim._replace(stamp=claim.stamp - 1))),
+    ("agreed although held", "no false agreement", lambda h: agreeing(h, lambda own, claim: {"held": (*own.held, claim.cell)})),
+    ("agreed although claimed before", "no false agreement",
+     lambda h: agreeing(h, lambda own, claim: {"claims": (*own.claims, Claim(claim.cell, 10**6 + claim.number, -1))})),
     ("a body outside", "no body outside", outside),
     ("a flag taken back", "flags stay", taken_back),
     ("a stop not reached", "all arrive", never_there),

@@ -12,9 +12,11 @@ from swarm.stopping import told_to_stop
 from world.storm import summary
 from world.storm.draw import draw
 from world.storm.output import Lines, Say, shown, write_plan
-from world.storm.plan import read
+from world.storm.plan import StormPlan, read
 from world.storm.pool import Lost, answers
+from world.storm.processes import only_simulated, perform_both
 from world.storm.results import Job, Result, lost, perform
+from world.storm.shrink import deadline, first_broken, first_of, shrink
 
 INTERRUPTED: Final = 130  # the exit status that shells give Ctrl-C
 
@@ -47,7 +49,8 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
     found: list[Result] = []
     with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
         wrong = False
-        for job, result in _each(options, jobs, work, stop.is_set):
+        each = _over_processes(jobs, stop.is_set) if options.processes else None
+        for job, result in each or _each(jobs, options.jobs, work, stop.is_set):
             found.append(result)
             lines.add(result)
             wrong |= not _tell(job, result, options.plans, say)
@@ -70,15 +73,27 @@ def jobs_of(options: Options) -> list[Job]:
     """
     if options.files:
         plans = [read(path) for path in options.files]
+        for path, plan in zip(options.files, plans, strict=True):
+            if options.processes and (why := only_simulated(plan)):
+                raise ConfigError(f"{path}: {why}; run it without --over processes")
         return [Job(plan.profile, plan.seed, plan, options.twice) for plan in plans]
     for profile in options.profiles:
         draw(profile, 0)
     return [Job(profile, seed, None, options.twice) for seed in options.seeds for profile in options.profiles]
 
 
-def _each(options: Options, jobs: list[Job], work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
-    for job, answer in answers(work, jobs, workers=min(options.jobs, len(jobs)), stop=stop):
+def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
+    for job, answer in answers(work, jobs, workers=min(workers, len(jobs)), stop=stop):
         yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
+
+
+def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
+    """Run one plan after the other: each is many processes by itself."""
+    for job in jobs:
+        result = perform_both(job, stop)
+        if stop():
+            return
+        yield job, result
 
 
 def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
@@ -94,6 +109,32 @@ def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
         say(f"--plans {fault}")
         return False
     return True
+
+
+def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
+    """Shrink a plan in two minutes at most and write what is left: 1 it breaks a law, 0 there was nothing to shrink.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    over = deadline()
+    with told_to_stop() as told, shown(0) as (say, _):
+
+        def stop() -> bool:
+            return told.is_set() or over()
+
+        found = [result for _, result in _each([Job(plan.profile, plan.seed, plan)], 1, perform, stop)]
+        law = first_broken(found[0].violations) if found else None
+        if not found or law is None:
+            say("it keeps every law; nothing is written" if found else "no time was left to run it; nothing is written")
+            return 0
+        broken = next(violation for violation in found[0].violations if violation.law == law)
+        say(f"{law}, tick {broken.tick}: {broken.text}")
+        time = broken.tick / plan.scenario.rate
+        small = shrink(plan, law, time, lambda trials: first_of(trials, workers, stop), stop=stop, say=say)
+    write_plan(small, out)
+    print(f"{out}: {law}; {small.robots} robots, was {plan.robots}")
+    return 1
 
 
 def show(profile: str, seed: int) -> str:

@@ -90,7 +90,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
             late=chance.randint(1, 4) if chance.random() < profile.late else 0,
         )
-        return plan if _can_be_driven(plan) else None
+        return plan if can_be_driven(plan) else None
     except ConfigError:
         return None
 
@@ -224,7 +224,7 @@ def _moments(every: float, chance: Random) -> Iterator[int]:
 # ---- can it be driven
 
 
-def _can_be_driven(plan: StormPlan) -> bool:
+def can_be_driven(plan: StormPlan) -> bool:
     """Check that each robot alone can reach each stop over cells, on every floor that the edits make."""
     scenario = plan.to_scenario()
     settings = scenario.settings

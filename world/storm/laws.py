@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from world.storm.history import History
+from world.storm.laws_claims import claims_numbered_once, no_false_agreement
 from world.storm.laws_floor import no_body_outside, no_contact, no_hold_without_claim, no_overlap
 from world.storm.laws_mission import (
     all_arrive,
@@ -33,6 +34,8 @@ LAWS: Final[Mapping[str, Law]] = {
     "no contact": no_contact,
     "no overlap": no_overlap,
     "no hold without a claim": no_hold_without_claim,
+    "claims numbered once": claims_numbered_once,
+    "no false agreement": no_false_agreement,
     "no body outside": no_body_outside,
     "flags stay": flags_stay,
     "all arrive": all_arrive,

@@ -52,10 +52,17 @@ PROFILES: Final[Mapping[str, Profile]] = {
         columns=(2, 3), rows=(2, 3), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.0), stops=(4, 8), shared=0.0, home=0.0,
         loss=(0.7,), suspended=0.6, held_up=0.2, every=12.0,
     ),
+    "contest": Profile(
+        columns=(2, 3), rows=(2, 2), robots=(3, 3), per_cell=0.75, walls=(0.0, 0.0), stops=(6, 10), shared=0.0,
+        home=0.0, loss=(0.7,), suspended=0.2,
+    ),
     "unsolvable": Profile(
         columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),
         shared=0.0, home=0.3, loss=(0.0, 0.3),
     ),
+    "edits": Profile(edits=1.0, dead=0.3, held_up=0.2),
+    "movers": Profile(movers=1.0, held_up=0.2),
+    "away": Profile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
     "unknown": Profile(known=False, off_lattice=0.6, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
     "shared": replace(ALL, shared=1.0),
     "crowd": Profile(per_cell=0.6, robots=(4, 12), columns=(3, 6), rows=(3, 5), walls=(0.0, 0.05), held_up=0.2),

@@ -1,0 +1,218 @@
+"""Which planted faults does a storm find? ``python -m benchmarks.mutants [NAME ...] [--seeds N] [--patience S]``.
+
+Each fault is one line of code changed in a copy of the tree. ``swarm storm`` then runs seeds of the profiles that suit
+it until one breaks a law which it keeps without the fault. The table says which law, and at which seed.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Timer
+from time import perf_counter
+from typing import Final, NamedTuple
+
+from benchmarks.measure import machine, table
+
+ROOT: Final = Path(__file__).parents[1]
+ROOMS: Final = ("swarm", "world", "dashboard")
+SEEDS: Final = 100  # of each profile
+PATIENCE: Final = 600.0  # s for one fault
+BROKE: Final = re.compile(r"^(\S+) (\d+): ([^,]+), tick \d+: ")  # what swarm storm says of a seed that failed
+TRAFFIC: Final = "swarm/traffic/"
+ROBOT: Final = "swarm/robot/"
+
+
+class Mutant(NamedTuple):
+    """One planted fault: in ``file``, ``before`` (there exactly once) becomes ``after``."""
+
+    name: str
+    profiles: str  # that should find it
+    file: str
+    before: str
+    after: str
+
+
+# fmt: off
+MUTANTS: Final = (
+    Mutant("held cells let go early", "calm", TRAFFIC + "walk.py",
+           "if index >= place or (cell in touched and cell not in held[index + 1 :])", "if index >= place"),
+    Mutant("margin lost", "calm", TRAFFIC + "settings.py", "margin: float = 0.03", "margin: float = -0.02"),
+    Mutant("plan order ignored", "shared", TRAFFIC + "joint.py",
+           "return None if record.left > entry.place else entry.robot", "return None"),
+    Mutant("dead taken for fresh", "dead", TRAFFIC + "hearsay.py",
+           "oldest = tick - self._settings.fresh", "oldest = -1"),
+    Mutant("take although held", "claims", TRAFFIC + "holds.py",
+           '_nobody_holds,\n    "I have acknowledged', '_is_ripe,\n    "I have acknowledged'),
+    Mutant("no listening", "suspend", TRAFFIC + "settings.py", "listen: int = 30", "listen: int = 0"),
+    Mutant("edit ignored", "edits", ROBOT + "brain.py",
+           "self._pilot.take_floor(ground.map)\n        changed |=", "pass\n        changed |="),
+    Mutant("never looks", "dead", TRAFFIC + "traffic.py",
+           "if not waits or not walk.route or len(walk.ledger.held) > 1:", "if True:"),
+    Mutant("GRANT without I hold it", "contest", TRAFFIC + "holds.py",
+           '"I hold the cell":                      _i_do_not_hold,', ""),
+    Mutant("GRANT without older claim", "contest", TRAFFIC + "holds.py",
+           '"I have an older claim":                _i_have_no_older_claim,', ""),
+    Mutant("take unacknowledged", "contest", TRAFFIC + "holds.py",
+           '"not all have acknowledged":            _all_acknowledge,', ""),
+    Mutant("unsolvable unproven", "unsolvable,shared", TRAFFIC + "joint.py",
+           "proven = result.outcome is Outcome.UNSOLVABLE and task.exact\n        who", "proven = True\n        who"),
+    Mutant("always exact", "unsolvable,dead", TRAFFIC + "joint.py",
+           "exact = not in_the_way and all(goals[robot] == wishes[robot] for robot in members)", "exact = True"),
+    Mutant("who is done makes no room", "shared", ROBOT + "cell_pilot.py",
+           "idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted", "idle = False"),
+    Mutant("claim numbers used twice", "contest", TRAFFIC + "holds.py", "self.number + 1)", "self.number)"),
+    Mutant("resume forgets", "away", ROBOT + "brain.py",
+           "self.mission.resume(state.reached, state.unreachable)", "pass"),
+    Mutant("braking path too short", "calm", TRAFFIC + "driver.py",
+           "self._drive.track_width, self._acceleration, self._dt, commands",
+           "self._drive.track_width, 4 * self._acceleration, self._dt, commands"),
+    Mutant("brake too strong in the look-ahead", "calm", TRAFFIC + "driver.py",
+           "self._acceleration * self._dt, self._dt, self._ticks,\n        )  # fmt: skip\n        if",
+           "2 * self._acceleration * self._dt, self._dt, self._ticks,\n        )  # fmt: skip\n        if"),
+    Mutant("escape to the wrong side", "crowd,late", TRAFFIC + "driver.py",
+           "return self._turn(body, error + off)", "return self._turn(body, error - off)"),
+    Mutant("staleness times 100", "dead", TRAFFIC + "settings.py", "fresh: int = 40", "fresh: int = 4000"),
+    Mutant("command timeout ignored", "suspend", "world/world.py",
+           "alive = (self.tick - command.tick) * dt <= COMMAND.timeout", "alive = True"),
+    Mutant("stop distance 0", "movers", TRAFFIC + "settings.py",
+           "stop_distance: float = 0.6", "stop_distance: float = 0.0"),
+    Mutant("halting never", "movers", TRAFFIC + "halting.py", "if place is None:", "if True:"),
+    Mutant("claims kept while frozen", "crowd,claims", TRAFFIC + "traffic.py",
+           "walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))", "pass"),
+    Mutant("ripe at once", "contest", TRAFFIC + "settings.py", "ripe: int = 8", "ripe: int = 0"),
+    Mutant("asks half as far", "contest,calm", TRAFFIC + "claiming.py",
+           "reach = 2 * farthest + 1.5", "reach = farthest"),
+    Mutant("relayed records dropped", "sight", TRAFFIC + "hearsay.py",
+           "for hops, record in broadcast.others:", "for hops, record in ():"),
+    Mutant("lateness taken for 0", "late", ROBOT + "lateness.py",
+           "return tuple(self._commands) if self._ticks else ()", "return ()"),
+    Mutant("an edit makes forget the others", "edits", TRAFFIC + "traffic.py",
+           "self._hearsay.cells = self._halting.cells",
+           "self._hearsay = Hearsay(self.me, cells, self.settings)\n        self._halting.cells"),
+    Mutant("a new process counts claims from 1", "away", TRAFFIC + "traffic.py",
+           "return self._begun(tick * 64 + 1, touched, pose)", "return self._begun(1, touched, pose)"),
+)
+# fmt: on
+
+
+class Caught(NamedTuple):
+    """The first seed that failed with the fault and not without."""
+
+    law: str
+    profile: str
+    seed: int
+
+
+def missing(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
+    """Name the faults whose text is not in its file exactly once: the code has changed, and the row has to follow."""
+    found = []
+    for mutant in mutants:
+        path = ROOT / mutant.file
+        count = path.read_text(encoding="utf-8").count(mutant.before) if path.exists() else 0
+        if count != 1:
+            found.append(f"{mutant.name}: {mutant.file}: expected {mutant.before!r} once, found it {count} times")
+    return found
+
+
+def copy_to(folder: Path) -> None:
+    """Copy the tree with its compiled kernels; what numba keeps is of the same source, by its time."""
+    for room in ROOMS:
+        shutil.copytree(ROOT / room, folder / room)
+
+
+def plant(mutant: Mutant, folder: Path) -> None:
+    """Change the copy."""
+    path = folder / mutant.file
+    path.write_text(path.read_text(encoding="utf-8").replace(mutant.before, mutant.after), encoding="utf-8")
+
+
+def mend(mutant: Mutant, folder: Path) -> None:
+    """Put the file back, its time too."""
+    shutil.copy2(ROOT / mutant.file, folder / mutant.file)
+
+
+def broken(folder: Path, profiles: str, seeds: str, jobs: int, patience: float) -> Iterator[Caught]:
+    """Run a storm in a tree and give what breaks, as it comes. Leaving the iteration ends it."""
+    command = [sys.executable, "-m", "swarm.cli", "storm", "--profile", profiles, "--seeds", seeds, "--jobs", str(jobs)]
+    process = subprocess.Popen(
+        command, cwd=folder, env=os.environ | {"PYTHONPATH": str(folder)}, text=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    timer = Timer(patience, process.send_signal, [signal.SIGINT])
+    timer.start()
+    said = []
+    try:
+        assert process.stderr is not None
+        for line in process.stderr:
+            said.append(line)
+            if match := BROKE.match(line):
+                yield Caught(match[3], match[1], int(match[2]))
+        if process.wait() == 2:
+            raise SystemExit("".join(said))
+    finally:
+        timer.cancel()
+        process.send_signal(signal.SIGINT)
+        process.wait()
+
+
+class Baseline:
+    """Which laws a seed breaks without any fault; each is run once."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, int], set[str]] = {}
+
+    def breaks(self, caught: Caught) -> bool:
+        """Return True if that seed breaks that law anyhow."""
+        key = caught.profile, caught.seed
+        if key not in self._known:
+            seeds = f"{caught.seed}:{caught.seed + 1}"
+            self._known[key] = {one.law for one in broken(ROOT, caught.profile, seeds, 1, PATIENCE)}
+        return caught.law in self._known[key]
+
+
+def hunt(mutant: Mutant, folder: Path, baseline: Baseline, options: argparse.Namespace) -> Caught | None:
+    """Run seeds with the fault planted until one fails that does not fail without."""
+    plant(mutant, folder)
+    storm = broken(folder, mutant.profiles, f"0:{options.seeds}", options.jobs, options.patience)
+    try:
+        return next((caught for caught in storm if not baseline.breaks(caught)), None)
+    finally:
+        storm.close()  # type: ignore[attr-defined]
+        mend(mutant, folder)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Plant faults and let storms find them.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="faults whose name has this in it; by default all")
+    parser.add_argument("--seeds", type=int, default=SEEDS)
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--patience", type=float, default=PATIENCE, help="s of wall time for one fault")
+    options = parser.parse_args()
+    gone = missing()
+    print("\n".join(gone), file=sys.stderr, end="\n" if gone else "")
+    there = [mutant for mutant in MUTANTS if not any(line.startswith(f"{mutant.name}: ") for line in gone)]
+    chosen = [one for one in there if not options.names or any(name in one.name for name in options.names)]
+    rows, baseline = [("planted", "caught by", "profile", "at seed", "s")], Baseline()
+    with TemporaryDirectory() as home:
+        copy_to(Path(home))
+        for mutant in chosen:
+            began = perf_counter()
+            caught = hunt(mutant, Path(home), baseline, options)
+            found = (caught.law, caught.profile, str(caught.seed)) if caught else ("not caught", mutant.profiles, "-")
+            rows.append((mutant.name, *found, f"{perf_counter() - began:.0f}"))
+            print(f"{mutant.name}: {', '.join(found)}, {rows[-1][-1]} s", file=sys.stderr, flush=True)
+    print(f"{machine()}\n")
+    print(table(rows))
+    print(f"\ncaught {sum(row[1] != 'not caught' for row in rows[1:])} of {len(chosen)}")
+    return 1 if gone else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

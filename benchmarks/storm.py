@@ -1,0 +1,87 @@
+"""Storm: random worlds held against the laws, how often they fail, and whether a seed means the same run again.
+
+``--full`` runs as many seeds as it takes to accept a version; by default a few, for the page. The seeds begin at
+``--start``: fresh ones say more than those that were looked at.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from benchmarks.measure import machine, table
+
+ROOT: Final = Path(__file__).parents[1]
+
+
+class Case(NamedTuple):
+    """One storm."""
+
+    name: str
+    few: int  # seeds
+    full: int
+    arguments: tuple[str, ...]
+
+
+# fmt: off
+CASES: Final = (
+    Case("all",                            40, 2000, ("--profile", "all")),
+    Case("claims",                         20,  500, ("--profile", "claims")),
+    Case("unsolvable",                     20,  500, ("--profile", "unsolvable")),
+    Case("unknown",                         6,  300, ("--profile", "unknown")),
+    Case("every seed twice",               10,  200, ("--profile", "all", "--twice")),
+    Case("in one process and over many",   5,   50, ("--profile", "calm,edits", "--over", "processes")),
+)
+# fmt: on
+
+
+def storm(case: Case, seeds: int, start: int, jobs: int) -> dict[str, Any]:
+    """Run a storm and give its summary."""
+    command = [
+        sys.executable, "-m", "swarm.cli", "storm", *case.arguments, "--json",
+        "--seeds", str(seeds), "--start", str(start), "--jobs", str(jobs),
+    ]  # fmt: skip
+    answer = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=False)
+    if answer.returncode not in {0, 1}:
+        raise SystemExit(f"{case.name}: swarm storm ended with status {answer.returncode}")
+    summary: dict[str, Any] = json.loads(answer.stdout)
+    return summary
+
+
+def row(name: str, counted: dict[str, Any]) -> tuple[str, ...]:
+    """Lay counts out: runs, failed, rate, interval, silent."""
+    low, high = counted["interval"]
+    rate, interval = f"{100 * counted['rate']:.1f} %", f"{100 * low:.1f}-{100 * high:.1f} %"
+    return name, str(counted["runs"]), str(counted["failed"]), rate, interval, str(counted["silent"])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Run storms and print how often they fail.")
+    parser.add_argument("--full", action="store_true", help="as many seeds as it takes to accept a version")
+    parser.add_argument("--start", type=int, default=100_000, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    options = parser.parse_args()
+    rows: list[tuple[str, ...]] = [("storm", "runs", "failed", "rate", "95 %", "silent")]
+    speeds, broken = [], []
+    for case in CASES:
+        told = storm(case, case.full if options.full else case.few, options.start, options.jobs)
+        rows.append(row(case.name, told))
+        if len(told["by"]["class"]) > 1:
+            rows += [row(f"- {one['name']}", one) for one in told["by"]["class"]]
+        speeds.append(f"{case.name} {told['seeds_per_hour']:.0f}")
+        broken += [f"{one['profile']} {one['seed']}: {one['law']}: {one['text']}" for one in told["failures"]]
+        print(f"{case.name}: {told['failed']} of {told['runs']}", file=sys.stderr, flush=True)
+    print(f"{machine()}\n")
+    print(table(rows))
+    print(f"\nSeeds an hour, {options.jobs} side by side: {', '.join(speeds)}.")
+    if broken:
+        print("\nWhat broke:\n")
+        print("\n".join(f"- {line}" for line in broken[:40]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
