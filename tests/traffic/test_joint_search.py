@@ -72,7 +72,7 @@ def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
     """Three that reverse their order need two bays; each pair alone could do with the one there is."""
     drawn = Drawn("#####", "abc..", "###.#")
     result = search(drawn.cells, drawn.at("abc"), drawn.at("cba"), Budget(expansions=200_000))
-    assert result.outcome in {Outcome.SOLVED, Outcome.UNSOLVABLE}
+    assert result.outcome in {Outcome.SOLVED, Outcome.FOR_ONE}
     full = Drawn("####", "abc.", "####")
     result = search(full.cells, full.at("abc"), full.at("acb"), Budget())
     assert result.outcome is Outcome.UNSOLVABLE
