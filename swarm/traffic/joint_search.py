@@ -60,7 +60,7 @@ class JointSearch:
     """A search for a joint plan, to be advanced a little each control step until ``result`` is there.
 
     ``eager`` are the robots that still have to be at their goals, who has waited longest first; the others only have to
-    stand somewhere. None: all.
+    stand somewhere. None: all that are not there.
     """
 
     def __init__(
@@ -87,7 +87,8 @@ class JointSearch:
         self._best: tuple[tuple[float, float], Steps, Order] | None = None
         self._least = 0  # openings of the cheapest plan so far
         self._best_first: BestFirst | None = None
-        self._eager = tuple(range(len(starts))) if eager is None else tuple(eager)
+        away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
+        self._eager = tuple(away if eager is None else eager)
         self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
         self._together = True  # it is not proven that they cannot all be at their goals at once
         self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
