@@ -1,5 +1,6 @@
 """Joint plans: found where there are some, judged by a checker of its own, and refused where there are none."""
 
+from collections.abc import Sequence
 from random import Random
 
 import pytest
@@ -19,10 +20,17 @@ def joined(cells: CellMap) -> dict[int, tuple[int, ...]]:
     return {cell: cells.neighbours[cell] for cell in range(len(cells)) if cells.stands[cell]}
 
 
-def search(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], budget: Budget, share: int = 100) -> Result:
+def search(
+    cells: CellMap,
+    starts: tuple[int, ...],
+    goals: tuple[int, ...],
+    budget: Budget,
+    share: int = 100,
+    eager: Sequence[int] | None = None,
+) -> Result:
     """Search to the end, a share at a time; a plan that comes out is a good one."""
     tables = [cells.distances(goal) for goal in goals]
-    searching = JointSearch(cells.neighbours, tables, starts, goals, budget=budget, random=Random(1))
+    searching = JointSearch(cells.neighbours, tables, starts, goals, budget=budget, random=Random(1), eager=eager)
     result = None
     while result is None:
         result = searching.advance(share)
@@ -74,9 +82,10 @@ def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
     result = search(drawn.cells, drawn.at("abc"), drawn.at("cba"), Budget(expansions=200_000))
     assert result.outcome in {Outcome.SOLVED, Outcome.FOR_ONE}
     full = Drawn("####", "abc.", "####")
-    result = search(full.cells, full.at("abc"), full.at("acb"), Budget())
+    assert search(full.cells, full.at("abc"), full.at("acb"), Budget()).outcome is Outcome.FOR_ONE
+    result = search(full.cells, full.at("abc"), full.at("acb"), Budget(), eager=(2,))
     assert result.outcome is Outcome.UNSOLVABLE
-    assert result.who == (1, 2)
+    assert result.who == (0, 1, 2)
 
 
 def test_out_of_budget_is_not_called_unsolvable() -> None:
