@@ -29,7 +29,7 @@ SETTLE = 20  # ticks after which a member that shows no sign of the plan is take
 class Attempt(NamedTuple):
     """How a leader puts the question to its search; an easier one follows where there is no answer."""
 
-    strangers: bool  # plan round those that take no part, and round bodies that somebody saw
+    strangers: bool  # plan round all that those hold who take no part, not only round bodies
     everybody: bool  # those that are where they want to be move too, where they are in the way
     aside: Aside
 
@@ -54,6 +54,7 @@ class Task(NamedTuple):
     attempt: int  # which of ATTEMPTS
     exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
     at_rest: dict[str, int]  # who stays where it is, and where that is
+    until: tuple[str, ...]  # for whom the others make room
 
 
 class JointPlanning:
@@ -124,6 +125,20 @@ class JointPlanning:
             if record.epoch == self.epoch or self._about_to_follow(record):
                 return robot
         return None
+
+    def makes_room(self, situation: Situation) -> bool:
+        """Return True if a member for whom the others make room has still to arrive."""
+        if self.epoch is None or self.plan is None:
+            return False
+        for robot in self.plan.until:
+            record = situation.fresh.get(robot) if robot != self.me else None
+            if record is None:
+                continue
+            if record.epoch == self.epoch and record.left < len(self.plan.ways[robot]) - 1:
+                return True
+            if record.epoch != self.epoch and self._about_to_follow(record):
+                return True
+        return False
 
     def _about_to_follow(self, record: Record) -> bool:
         """Tell whether a member may not have adopted my plan yet when it said this."""
@@ -293,8 +308,9 @@ class JointPlanning:
         assert self.collect is not None
         attempt, epoch = ATTEMPTS[number], self.collect.epoch
         heads, wishes = self._members(situation, epoch)
-        strangers = self._strangers(situation, heads) | situation.blocked
-        in_the_way = strangers - set(heads.values()) if attempt.strangers else set()
+        in_the_way = situation.bodies | situation.blocked
+        in_the_way |= self._strangers(situation, heads) if attempt.strangers else frozenset()
+        in_the_way -= set(heads.values())
         idle = {robot for robot, record in situation.fresh.items() if record.idle}
         since = {self.me: situation.moved} | {robot: record.moved for robot, record in situation.fresh.items()}
         idle |= {self.me} if situation.idle else set()
@@ -308,6 +324,12 @@ class JointPlanning:
             return False
         self._asked_before = {question} if number == 0 else self._asked_before | {question}
         settings = self._settings
+        eager = [
+            index
+            for index, robot in enumerate(members)
+            if robot not in idle and ends[index] == wishes[robot] != heads[robot]
+        ]
+        eager.sort(key=lambda index: (since[members[index]], index))
         self._search = JointSearch(
             [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
             if blocked
@@ -319,18 +341,12 @@ class JointPlanning:
                 settings.starts, settings.expansions // (2 if number else 1), settings.enough // len(members)
             ),
             random=Random(f"{epoch.tick} {epoch.leader}"),
-            eager=sorted(
-                (
-                    index
-                    for index, robot in enumerate(members)
-                    if robot not in idle and ends[index] == wishes[robot] != heads[robot]
-                ),
-                key=lambda index: (since[members[index]], index),
-            ),
+            eager=eager,
         )
         exact = not blocked
         at_rest = {robot: heads[robot] for robot in sorted(resting)}
-        self._task = Task(members, starts, ends, number, exact, at_rest)
+        until = tuple(members[index] for index in eager) if number else ()
+        self._task = Task(members, starts, ends, number, exact, at_rest, until)
         return True
 
     def _members(self, situation: Situation, epoch: Epoch) -> tuple[dict[str, int], dict[str, int]]:
@@ -374,6 +390,7 @@ class JointPlanning:
             epoch=epoch,
             ways=dict(zip(names, result.order.ways, strict=True))
             | {robot: (cell,) for robot, cell in task.at_rest.items()},
+            until=(names[result.who[0]],) if result.outcome is Outcome.FOR_ONE else task.until,
             after={
                 robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
                 for robot, after in zip(names, result.order.after, strict=True)

@@ -52,7 +52,7 @@ class Result:
     outcome: Outcome
     steps: Steps  # when solved
     order: Order | None
-    who: tuple[int, ...] = ()  # when unsolvable: those who cannot all arrive, whatever the others do
+    who: tuple[int, ...] = ()  # unsolvable: who cannot all arrive, whatever the others do; solved for one: who does
     expansions: int = 0
 
 
@@ -161,7 +161,7 @@ class JointSearch:
         if state is State.SOLVED:
             self._take(search.steps, max(1, search.expansions // len(starts)))
             if len(eager) < len(starts):
-                self._finish(Outcome.FOR_ONE)
+                self._finish(Outcome.FOR_ONE, eager)
         elif state is State.UNSOLVABLE and len(eager) == 1:
             self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
         if state is not State.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:

@@ -45,12 +45,13 @@ class Entry(NamedTuple):
     place: Index
 
 
-class JointPlan(Struct, frozen=True, kw_only=True):
+class JointPlan(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Who goes where, and who enters each cell after whom."""
 
     epoch: Epoch
     ways: dict[Id, tuple[Cell, ...]]  # from the cell it stood in; none twice in a row
     after: dict[Id, tuple[Entry, ...]]
+    until: tuple[Id, ...] = ()  # the others stay where their ways end until these have arrived
 
 
 class Sighting(NamedTuple):

@@ -19,3 +19,4 @@ class Situation(NamedTuple):
     cleared: Cleared  # silent robots' cells that somebody saw empty
     others: Mapping[str, Record]
     fresh: Mapping[str, Record]
+    bodies: frozenset[int] = frozenset()  # cells in which silent robots were heard last, and may still stand

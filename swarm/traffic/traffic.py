@@ -110,6 +110,7 @@ class Traffic:
             self._sightings.cleared(self._hearsay.others, fresh),
             self._hearsay.others,
             fresh,
+            self._remembered(fresh),
         )
         events += self._joint.step(situation)
         walk = self._find_way(walk, situation, inputs.path)
@@ -256,6 +257,8 @@ class Traffic:
             return self._without_stale_claims(walk.onto(way))
         if joint.epoch is not None and (walk.route or walk.head == self._goal or len(walk.ledger.held) > 1):
             return walk  # a plan is followed until its last cell is driven into
+        if joint.makes_room(situation):
+            return walk
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
         joint.leave()
@@ -315,6 +318,14 @@ class Traffic:
         if not empty:
             self._joint.leave()
         return self.cells.centre(cell)
+
+    def _remembered(self, fresh: Mapping[str, Record]) -> frozenset[int]:
+        """Return the cells that silent robots were in when they spoke last, but for those seen to have gone."""
+        found: set[int] = set()
+        for robot, record in self._hearsay.others.items():
+            if robot not in fresh and self._gone.get(robot) != record.stamp:
+                found.update(self.cells.touched(record.x, record.y, self.settings.radius))
+        return frozenset(found)
 
     def _remembered_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Return where a silent robot was last heard with a part of its body in a cell, unless it is seen to have gone.
