@@ -32,6 +32,7 @@ STEERING = {
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
+CIRCLES = 8.0  # s in which a robot that drives unconstrained has come no nearer to its goal
 AT_REST = 0.1  # m, from where it wants to stand when nothing is left to do
 
 
@@ -55,6 +56,7 @@ class CellPilot:
         self._supervisor = Supervisor(settings)
         self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
+        self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
             acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
@@ -121,7 +123,8 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        if not granted.at_large or (self._hemmed_in(pose) and driver.faces_away(heading)):
+        circles = self._gets_nowhere(situation, granted)
+        if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
             free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
             stop_at = distance_along(pose, granted.waypoints)
             may_drive = granted.may_drive
@@ -136,6 +139,18 @@ class CellPilot:
         return self._supervisor.check(
             sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
         ), heading
+
+    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
+        """Return True if the robot drives unconstrained and its way has not become shorter for long.
+
+        In some corners the tables turn to and fro for ever; the driver then leads it out.
+        """
+        left = (situation.target, len(granted.way))
+        target, fewest, since = self._progress
+        if not granted.at_large or left[0] != target or left[1] < fewest:
+            self._progress = (*left, situation.sense.tick)
+            return False
+        return (situation.sense.tick - since) / self._settings.rate > CIRCLES
 
     def _hemmed_in(self, pose: Pose) -> bool:
         """Tell whether it is in a passage one cell wide: there the paper's tables find no room to turn round."""

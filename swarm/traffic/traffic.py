@@ -284,14 +284,9 @@ class Traffic:
 
     def _look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
         """Turn to the next cell when only robots long silent keep it, and judge it by what the front sector sees."""
-        if not waits or not walk.route or len(walk.ledger.held) > 1:
-            return None
-        cell, pose = walk.route[0], inputs.pose
-        keepers = [robot for robot, record in situation.others.items() if keeps(record, cell)]
-        keepers = [robot for robot in keepers if (robot, cell) not in situation.cleared]
-        if not keepers or any(
-            inputs.tick - situation.others[robot].stamp <= self.settings.surmise for robot in (*waits, *keepers)
-        ):
+        cell, pose = walk.route[0] if walk.route else OUTSIDE, inputs.pose
+        if not waits or len(walk.ledger.held) > 1 or not self._is_long_silent(cell, waits, situation):
+            self._leans_to = None
             return None
         middle, leaning = self.cells.centre(walk.head), self.cells.leaning(walk.head, cell, self.settings.leaning_room)
         leans = distance(leaning, pose) <= LEANS
@@ -310,6 +305,16 @@ class Traffic:
             self._leans_to = cell
             return None
         return self._note(cell, empty=seen is not View.OCCUPIED, tick=inputs.tick)
+
+    def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
+        """Return True if robots keep a cell, and all of them, and all waited for, have been silent for long."""
+        keepers = [
+            robot
+            for robot, record in situation.others.items()
+            if keeps(record, cell) and (robot, cell) not in situation.cleared
+        ]
+        oldest = situation.tick - self.settings.surmise
+        return bool(keepers) and all(situation.others[robot].stamp < oldest for robot in (*waits, *keepers))
 
     def _note(self, cell: int, *, empty: bool, tick: int) -> Point:
         """Take down what was seen in a cell, and return its middle."""

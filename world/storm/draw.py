@@ -19,6 +19,7 @@ FINE: Final = 0.4  # m, a character of the drawn map: a third of a cell
 SIDE: Final = 3  # characters, a cell
 RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; the first edit comes no sooner
+MOVER_ROOM: Final = 0.45  # m, of a moving obstacle and of what robots keep clear of it
 BUSY: Final = 60.0  # s in which faults are drawn
 
 
@@ -80,6 +81,8 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
         raw["edits"] = _edits(columns, rows, chance)
     if chance.random() < profile.movers:
         raw["movers"] = [_mover(cells, piece, chance)]
+        if _shuts_off(raw, cells, piece):
+            return None
     try:
         settings = checked(raw, "storm")
         plan = StormPlan(
@@ -187,6 +190,19 @@ def _mover(cells: CellMap, piece: list[int], chance: Random) -> dict[str, Any]:
         "speed": round(chance.uniform(0.1, 0.4), 2),
         "radius": 0.2,
     }
+
+
+def _shuts_off(raw: dict[str, Any], cells: CellMap, piece: list[int]) -> bool:
+    """Return True if a moving obstacle's way is a passage without a way round, or leads over a start or a stop."""
+    a, b = raw["movers"][0]["waypoints"]
+    along = [(a[0] + share / 20 * (b[0] - a[0]), a[1] + share / 20 * (b[1] - a[1])) for share in range(21)]
+    swept = cells.swept(along, MOVER_ROOM)
+    left = [cell for cell in piece if cell not in swept]
+    places = [*raw["start"]["poses"], *raw.get("targets", []), *(p for row in raw.get("own_targets", []) for p in row)]
+    if not left or any(cells.cell_of(place[0], place[1]) in swept for place in places):
+        return True
+    table = cells.distances(left[0], swept)
+    return any(table[cell] >= FAR for cell in left)
 
 
 # ---- what goes wrong

@@ -10,7 +10,7 @@ from swarm.traffic.cells_of import cells_of
 from world.faults import Health
 from world.storm.history import History
 
-PUSHED: Final = 100  # ticks after a contact in which a body may be where nothing was granted
+PUSHED: Final = 400  # ticks after a contact in which a body may be where nothing was granted: it creeps back
 EXACT: Final = 1e-6  # m and s
 
 Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happened
