@@ -77,6 +77,7 @@ class CellPilot:
                 goal=None if idle else situation.goal,
                 braking=self._driver.braking(body, self._lateness.under_way(sense.tick, (body.left, body.right))),
                 readings=readings,
+                done=situation.done,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )

@@ -34,6 +34,7 @@ class TrafficInputs(NamedTuple):
     braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
     readings: tuple[Reading, ...] = ()  # left, front, right
     heard: Sequence[TrafficBroadcast] = ()
+    done: bool = False  # no stop is left: the goal is only where to stand
     path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
 
 

@@ -8,7 +8,7 @@ next; whoever is called by two follows the lower id; who stood in vain for ``fre
 gives a right to a cell: lost, late or half adopted it costs time only.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from random import Random
 from typing import NamedTuple
@@ -324,12 +324,7 @@ class JointPlanning:
             return False
         self._asked_before = {question} if number == 0 else self._asked_before | {question}
         settings = self._settings
-        eager = [
-            index
-            for index, robot in enumerate(members)
-            if robot not in idle and ends[index] == wishes[robot] != heads[robot]
-        ]
-        eager.sort(key=lambda index: (since[members[index]], index))
+        eager = self._eager(situation, members, ends, wishes, idle)
         self._search = JointSearch(
             [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
             if blocked
@@ -348,6 +343,27 @@ class JointPlanning:
         until = tuple(members[index] for index in eager) if number else ()
         self._task = Task(members, starts, ends, number, exact, at_rest, until)
         return True
+
+    def _eager(
+        self,
+        situation: Situation,
+        members: Sequence[str],
+        ends: Sequence[int],
+        wishes: Mapping[str, int],
+        idle: Collection[str],
+    ) -> list[int]:
+        """Number the members that have to come to their own goals, who has waited longest first.
+
+        Those that have stops left: the others only go back to where they stood.
+        """
+        told = {robot: (record.done, record.wants, record.held[-1:]) for robot, record in situation.fresh.items()}
+        told[self.me] = (situation.done, situation.wants, (situation.head,))
+        wanting = [
+            (*told[robot][:2], index)
+            for index, robot in enumerate(members)
+            if robot not in idle and ends[index] == wishes[robot] and told[robot][2] != (ends[index],)
+        ]
+        return [index for done, _, index in sorted(wanting) if done == min(wanting)[0]]
 
     def _members(self, situation: Situation, epoch: Epoch) -> tuple[dict[str, int], dict[str, int]]:
         """Return the heads and the goals of all that stand for a plan."""

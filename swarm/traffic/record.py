@@ -79,6 +79,8 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     y: Metres
     goal: Cell
     idle: bool = False  # wants to be nowhere: makes room, and chooses last where to stand
+    done: bool = False  # has no stop left: only goes back to where it has to stand
+    wants: Tick = 0  # since when it has had this goal
     ahead: tuple[Cell, ...] = ()  # of its way, beyond the head
     waits: tuple[Id, ...] = ()  # whom it waits for
     moved: Tick = 0  # when it last left a cell or got a new one

@@ -19,4 +19,6 @@ class Situation(NamedTuple):
     cleared: Cleared  # silent robots' cells that somebody saw empty
     others: Mapping[str, Record]
     fresh: Mapping[str, Record]
+    done: bool = False  # has no stop left
+    wants: int = 0  # tick since which it has had this goal
     bodies: frozenset[int] = frozenset()  # cells in which silent robots were heard last, and may still stand

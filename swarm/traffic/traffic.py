@@ -61,6 +61,7 @@ class Traffic:
         self._listen_until = 0
         self._moved = 0
         self._goal = OUTSIDE
+        self._wants = 0  # tick since which it has had this goal
         self._wish: Point | None = None
         self._route_for: tuple[int, frozenset[int]] | None = None
         self._retry_at = 0
@@ -110,6 +111,8 @@ class Traffic:
             self._sightings.cleared(self._hearsay.others, fresh),
             self._hearsay.others,
             fresh,
+            inputs.done,
+            self._wants,
             self._remembered(fresh),
         )
         events += self._joint.step(situation)
@@ -216,7 +219,7 @@ class Traffic:
                 reachable = [other for other, steps in enumerate(table) if steps < FAR]
                 cell = min(reachable, key=lambda other: (distance(self.cells.centre(other), goal), other))
             if cell != self._goal:
-                self._goal = cell
+                self._goal, self._wants = cell, self._last_tick
                 self._joint.leave()
         self._wish = goal
 
@@ -372,6 +375,8 @@ class Traffic:
             y=inputs.pose.y,
             goal=self._goal,
             idle=inputs.goal is None,
+            done=inputs.done,
+            wants=self._wants,
             held=walk.ledger.held,
             claims=walk.ledger.claims,
             acks=acknowledged(self.me, walk.ledger, self._hearsay.others),
