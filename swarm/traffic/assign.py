@@ -26,7 +26,7 @@ def assign(
     """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
 
     Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``idle``
-    chooses last, and makes room away from the one that comes.
+    chooses last, and makes room away from the one that comes, even where nobody wants its place if all go AWAY.
 
     Shared targets need no other rule: one robot gets the target, the others free cells, chosen by ``aside``. A robot
     whose goal is nowhere (OUTSIDE) keeps its place as its wish.
@@ -36,13 +36,13 @@ def assign(
     queue = sorted(heads, key=lambda robot: (robot in idle, reach[robot][wish[robot]], since[robot], robot))
     taken: dict[int, str] = {}
     for robot in queue:
-        if reach[robot][wish[robot]] < FAR:
+        if reach[robot][wish[robot]] < FAR and not (aside is Aside.AWAY and robot in idle):
             taken.setdefault(wish[robot], robot)
     goals = {robot: cell for cell, robot in taken.items()}
     for robot in queue:
         if robot not in goals:
             near, table = cells.distances(wish[robot]), reach[robot]
-            comer = taken.get(wish[robot], robot)
+            comer = taken.get(wish[robot], queue[0])
             comes = reach[comer] if robot in idle or aside is Aside.AWAY else [0] * len(cells)
             free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
             goals[robot] = min(free, key=_order(aside, near, table, comes))

@@ -15,6 +15,7 @@ from swarm.traffic.settings import TrafficSettings
 SKEW = 20  # ticks; clocks may differ by so much before a record counts as from the future
 MOST_CELLS = 64  # cells in one record's lists
 SILENCE = 100  # ticks between two events about the same fault of the same robot
+OLD_NEWS = 8  # broadcasts, of which one passes on the records of robots long silent
 SLACK = 0.5  # m; a jump is more than this beyond what a robot can drive
 
 
@@ -89,12 +90,18 @@ class Hearsay:
         return (self._live if self._live.tick == tick else self._live_at(tick)).records
 
     def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
-        """Choose the records to pass on: nearest first, none that came too far or is too old."""
+        """Choose the records to pass on: nearest first, none that came too far.
+
+        Old ones, of robots long silent, go out now and then, and at once where somebody listens: who comes new has to
+        know of the dead.
+        """
         settings = self._settings
+        listens = any(record.listens for record in self.fresh(tick).values())
+        oldest = -1 if listens or tick // settings.every % OLD_NEWS == 0 else tick - settings.keep
         worth = [
             (hypot(known.record.x - x, known.record.y - y), robot, known)
             for robot, known in self._known.items()
-            if known.hops <= settings.hops and tick - known.record.stamp <= settings.keep
+            if known.hops <= settings.hops and known.record.stamp >= oldest
         ]
         return tuple(Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed])
 

@@ -5,7 +5,7 @@ from dataclasses import replace as replaced
 import pytest
 from msgspec.structs import replace
 
-from swarm.traffic.hearsay import MOST_CELLS, SILENCE, SKEW, SLACK, Hearsay
+from swarm.traffic.hearsay import MOST_CELLS, OLD_NEWS, SILENCE, SKEW, SLACK, Hearsay
 from swarm.traffic.record import Claim, Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import DOOR
@@ -136,7 +136,8 @@ def test_what_is_passed_on_is_young_near_and_not_too_much() -> None:
     assert [relayed.record.robot for relayed in hearsay.passed_on(10, x, y)] == ["r2", "r3"], "the nearest"
     assert [relayed.hops for relayed in hearsay.passed_on(10, x, y)] == [1, 1]
     assert len(hearsay.passed_on(9 + SETTINGS.keep, x, y)) == 2
-    assert hearsay.passed_on(10 + SETTINGS.keep, x, y) == ()
+    later = [len(hearsay.passed_on(10 + SETTINGS.keep + SETTINGS.every * turn, x, y)) for turn in range(2 * OLD_NEWS)]
+    assert sorted(later) == [0] * (2 * OLD_NEWS - 2) + [2, 2], "old news goes out now and then"
 
 
 def test_the_shorter_way_of_the_same_record_counts() -> None:

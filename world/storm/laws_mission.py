@@ -10,7 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
-RASTER: Final = 0.5  # m, of the squares that this judge counts as somewhere new: each of the world's is four of them
+RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
 
 
 def no_exception(history: History) -> Found:
