@@ -138,14 +138,14 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "contacts": {"robot": int, "wall": int, "obstacle": int},
     "clearance_min": float, "fuzzy_share": float,
-    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "longest_wait": float},
+    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float},
     "per_robot": dict,
     "digest": str,
 }
 OF_HOLDS = {"overlaps": int, "outside": int}  # further fields of its traffic under that rule
 PER_ROBOT = {
     "targets": int, "reached": list, "path_length": float, "shortest_length": float, "waiting": float,
-    "replans": int, "contacts": int, "struck": int, "unreachable": list,
+    "replans": int, "contacts": int, "struck": int, "stalled": int, "unreachable": list,
 }
 # fmt: on
 
