@@ -14,9 +14,7 @@ from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
 LATELY: Final = 20  # ticks
-GLANCE: Final = (
-    0.2  # m, a radius; a body whose middle is beside a cell need not show to who looks into it
-)
+GLANCE: Final = 0.2  # m, a radius; a body whose middle is beside a cell need not show to who looks into it
 BACK: Final = 200  # ticks after a silence in which a robot and those who could not ask it sort their cells out
 AWAY: Final = 20  # ticks without a step, after which a robot begins its holds again
 
