@@ -14,13 +14,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, bearing
+from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import ORIGIN, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import NEAR
 from swarm.traffic.sweep import braking_points, first_clear, lines_are_clear, path_room
 
@@ -34,6 +34,7 @@ CAREFUL: Final = 20.0  # s for which it then drives with care:
 SETTLING: Final = 5.0  # 1/s, turn per heading error at most,
 STOPPING: Final = 3.0  # 1/s, and speed per distance left
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
+AT_AIM: Final = 0.05  # m; what is nearer is no aim
 AIM_SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim
 SHARES: Final = (0.75, 0.5, 0.25)  # of the way from the middle of the cell it is in to the next waypoint
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
@@ -152,7 +153,10 @@ class Driver:
         x, y, _ = self._local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
-        points = [*reversed(waypoints[1:]), *between]
+        last = self._cells.cell_of(*waypoints[-1])  # its middle can be reached where a place beside it cannot
+        middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
+        ways = [*reversed(waypoints[1:]), *middle, *between]
+        points = [point for point in ways if distance(pose, point) > AT_AIM] or [waypoints[0]]
         places = np.array([self._flat(point) for point in points], np.float64)
         for spare in (AIM_SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
             clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
