@@ -288,7 +288,8 @@ class Traffic:
     def _look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
         """Turn to the next cell when only robots long silent keep it, and judge it by what the front sector sees."""
         cell, pose = walk.route[0] if walk.route else OUTSIDE, inputs.pose
-        if not waits or len(walk.ledger.held) > 1 or not self._is_long_silent(cell, waits, situation):
+        wants = bool(waits) or self._leans_to == cell  # where it leans to look it may not be heard: it asks for nothing
+        if not wants or len(walk.ledger.held) > 1 or not self._is_long_silent(cell, waits, situation):
             self._leans_to = None
             return None
         middle, leaning = self.cells.centre(walk.head), self.cells.leaning(walk.head, cell, self.settings.leaning_room)
