@@ -126,10 +126,12 @@ class JointPlanning:
                 return robot
         return None
 
-    def makes_room(self, situation: Situation) -> bool:
-        """Return True if a member for whom the others make room has still to arrive."""
-        if self.epoch is None or self.plan is None:
+    def makes_room(self, situation: Situation, *, under_way: bool) -> bool:
+        """Return True if the plan is for some only, and one of them has still to arrive, or this robot to make room."""
+        if self.epoch is None or self.plan is None or not self.plan.until:
             return False
+        if under_way:
+            return True
         for robot in self.plan.until:
             record = situation.fresh.get(robot) if robot != self.me else None
             if record is None:

@@ -258,9 +258,9 @@ class Traffic:
                 self._goal = way[-1]
             self._moved = tick
             return self._without_stale_claims(walk.onto(way))
-        if joint.epoch is not None and (walk.route or walk.head == self._goal or len(walk.ledger.held) > 1):
-            return walk  # a plan is followed until its last cell is driven into
-        if joint.makes_room(situation):
+        if joint.epoch is not None and (walk.route or walk.head == self._goal):
+            return walk
+        if joint.makes_room(situation, under_way=len(walk.ledger.held) > 1):
             return walk
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
