@@ -124,7 +124,7 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        circles = self._gets_nowhere(situation, granted)
+        circles = self._gets_nowhere(situation, granted, halt)
         if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
             free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
             stop_at = distance_along(pose, granted.waypoints)
@@ -141,14 +141,14 @@ class CellPilot:
             sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
         ), heading
 
-    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
+    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
         """Return True if the robot drives unconstrained and its way has not become shorter for long.
 
-        In some corners the tables turn to and fro for ever; the driver then leads it out.
+        Standing before something unexplained does not count. In some corners the tables turn to and fro for ever; the driver then leads it out.
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
-        if not granted.at_large or left[0] != target or left[1] < fewest:
+        if halt or not granted.at_large or left[0] != target or left[1] < fewest:
             self._progress = (*left, situation.sense.tick)
             return False
         return (situation.sense.tick - since) / self._settings.rate > CIRCLES
