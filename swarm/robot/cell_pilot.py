@@ -144,7 +144,8 @@ class CellPilot:
     def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
         """Return True if the robot drives unconstrained and its way has not become shorter for long.
 
-        Standing before something unexplained does not count. In some corners the tables turn to and fro for ever; the driver then leads it out.
+        Standing before something unexplained does not count. In some corners the tables turn to and fro for ever; the
+        driver then leads it out.
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
