@@ -9,6 +9,7 @@ import pytest
 from benchmarks import __main__ as benchmarks
 from benchmarks import mutation
 from benchmarks.freshness import MEASURES, STAMP, GitError, git, measured, stale, staleness, stamp
+from benchmarks.mutants import missing
 
 ROOT = Path(__file__).parents[1]
 PATHS = ("code", "case.yaml")
@@ -201,3 +202,7 @@ def test_the_same_seed_draws_the_same_faults_each_in_a_file_of_its_room_with_tes
 def test_what_does_no_harm_is_still_in_the_code() -> None:
     for file, line, _ in mutation.HARMLESS:
         assert line in (ROOT / file).read_text(encoding="utf-8")
+
+
+def test_every_planted_fault_is_a_text_of_the_code() -> None:
+    assert missing() == []
