@@ -16,7 +16,7 @@ from world.physics import Contact
 from world.simulate import Simulation
 from world.storm.plan import StormPlan
 
-HOPELESS: Final = 150.0  # s; a run in which nobody has got anywhere for so long is over
+HOPELESS: Final = 240.0  # s; a run in which nobody has got anywhere for so long is over
 
 
 class Moment(NamedTuple):
