@@ -195,7 +195,7 @@ class Copy:
         self._usual: dict[tuple[str, ...], tuple[float, tuple[str, ...]]] = {}  # s, and options that leave tests out
 
     def survives(self, mutation: Mutation) -> bool:
-        """Tell whether the tests pass although a fault is planted. A timeout counts as caught."""
+        """Return True if the tests pass although a fault is planted. A timeout counts as caught."""
         tests = TESTS[max((path for path in TESTS if mutation.file.startswith(path)), key=len)]
         if tests not in self._usual:
             _, said, seconds = self._test(tests, 3600.0, "-rf")

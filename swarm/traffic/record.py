@@ -55,7 +55,7 @@ class JointPlan(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Sighting(NamedTuple):
-    """A look at a cell that only silent robots keep, or at a body that nobody told of."""
+    """A look at a cell that only silent robots keep, or at an unexpected body."""
 
     cell: Cell
     empty: bool

@@ -26,7 +26,7 @@ def _gap(boxes: Boxes, x: float, y: float) -> float:
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8)", cache=True)
 def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Give the least distance [m] to a box on the straight way from one point to another, its start left out."""
+    """Return the least distance [m] to a box on the straight way from one point to another, its start left out."""
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
@@ -161,7 +161,7 @@ def clearance_along(
 def lines_are_clear(
     boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
 ) -> list[bool]:
-    """Tell of each of some points, (n, 2), whether the straight way there keeps clear of the boxes.
+    """Return, for each of some points (n, 2), whether the straight way there keeps clear of the boxes.
 
     Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
     """

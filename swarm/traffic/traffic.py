@@ -1,6 +1,6 @@
 """One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
 
-Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for what nobody told of
+Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for unexpected obstacles
 (``halting``). 1: a cell is held only once all near have acknowledged the claim (``holds``). 2: which way to go, alone
 or by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
@@ -228,7 +228,7 @@ class Traffic:
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
-        """Stop before what nobody told of; where it stays, give back what is ahead and plan round it."""
+        """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
         mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
         stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
         if place is not None:

@@ -55,7 +55,7 @@ def short_run() -> History:
 
 
 def with_moments(history: History, change: Callable[[Moment], Moment]) -> History:
-    """Give the same history with each moment changed."""
+    """Return the same history with each moment changed."""
     return replace(history, moments=[change(moment) for moment in history.moments])
 
 
