@@ -102,7 +102,7 @@ class Sense(Message, frozen=True, kw_only=True):
     right: Length
     bearings: list[Angle | None]  # rad, of each target, None where it is out of sight
     hears: list[tuple[Id, Count]]  # broadcasts (robot, tick) that reach this robot
-    rays: list[Length] = []  # m, every ray of left, front, right in turn; only where the map is unknown
+    rays: list[Length]  # m, every ray of left, front, right in turn
     edits_before: Count = 0  # how many edits there have been before those in ``edits``
     edits: list[Edit] = []  # of the last second
 

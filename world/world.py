@@ -112,7 +112,6 @@ class World:
         sensing, physics = self._sensing, self._physics
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
-        rays_needed = not self._settings.map.known
         self._distances = sensing.all_distances(physics)
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self._wheels[number])
@@ -121,7 +120,7 @@ class World:
                 run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
                 bearings=sensing.bearings(physics, number, pose, self._stop_places[number]), hears=self._heard[number],
-                rays=rays if rays_needed else [], edits_before=self.edits - len(edits), edits=edits,
+                rays=rays, edits_before=self.edits - len(edits), edits=edits,
             )  # fmt: skip
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:

@@ -71,15 +71,15 @@ def note(
         odds[end_row, end_column] = min(most, odds[end_row, end_column] + gain)
 
 
-@njit("f8(u1[:, ::1], f8, f8, f8, f8[::1], f8)", cache=True)
-def _nearest(
+@njit("f8[::1](u1[:, ::1], f8, f8, f8, f8[::1], f8)", cache=True)
+def _each(
     solid: NDArray[np.uint8], x: float, y: float, yaw: float, angles: NDArray[np.float64], reach: float
-) -> float:
-    nearest = np.inf
+) -> NDArray[np.float64]:
+    found = np.empty(angles.size)
     for k in range(angles.size):
         heading = (yaw + angles[k] + pi) % (2 * pi) - pi
-        nearest = min(nearest, _first_solid(solid, x, y, pi if heading <= -pi else heading, reach))
-    return nearest
+        found[k] = _first_solid(solid, x, y, pi if heading <= -pi else heading, reach)
+    return found
 
 
 @lru_cache
@@ -87,9 +87,14 @@ def _as_array(angles: tuple[float, ...]) -> NDArray[np.float64]:
     return np.array(angles, np.float64)
 
 
-def nearest_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> float:
-    """Measure from the centre what the map alone would let rays at body ``angles`` [rad] read: 0..reach [m]."""
+def each_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> NDArray[np.float64]:
+    """Measure from the centre what the map alone would let rays at body ``angles`` [rad] read: 0..reach [m] each."""
     x, y = grid.to_cells(pose.x, pose.y)
     yaw = pose.yaw - grid.origin.yaw
-    nearest: float = _nearest(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
-    return nearest * grid.resolution
+    found: NDArray[np.float64] = _each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
+    return found * grid.resolution
+
+
+def nearest_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> float:
+    """Measure the shortest of them [m]."""
+    return float(each_on_map(grid, pose, angles, reach).min())

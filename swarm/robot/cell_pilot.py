@@ -1,6 +1,5 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
-from collections.abc import Sequence
 from math import inf
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Steering
-from swarm.planning.rays import nearest_on_map
+from swarm.planning.rays import each_on_map
 from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
@@ -20,7 +19,7 @@ from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
-from swarm.traffic.look import Reading
+from swarm.traffic.look import Scan
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 STEERING = {
@@ -49,7 +48,9 @@ class CellPilot:
         self._cells = cells
         self._controller = controller
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
-        self._sectors = sectors(settings.sensors)
+        fans = sectors(settings.sensors)
+        self._bearings = (*fans.left, *fans.front, *fans.right)
+        self._front = half_width(fans.front)
         self._constants = traffic_settings(settings)
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._traffic = Traffic(name, cells, self._constants, slot=number)
@@ -68,7 +69,7 @@ class CellPilot:
         idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
         path = situation.navigator.path
         self._driver.grid = situation.navigator.grid
-        readings = self._readings(situation)
+        scan = self._scan(situation)
         body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
             TrafficInputs(
@@ -76,7 +77,7 @@ class CellPilot:
                 pose=pose,
                 goal=None if idle else situation.goal,
                 braking=self._driver.braking(body, self._lateness.under_way(sense.tick, (body.left, body.right))),
-                readings=readings,
+                scan=scan,
                 done=situation.done,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
@@ -84,7 +85,7 @@ class CellPilot:
         )
         others = [(other.x, other.y) for other in situation.others.values()]
         halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
-        speeds, heading = self._wheels(situation, granted, body, readings, halt)
+        speeds, heading = self._wheels(situation, granted, body, scan, halt)
         self._lateness.command((speeds.left, speeds.right))
         return Move(
             speeds,
@@ -109,7 +110,7 @@ class CellPilot:
         return comes_near(self._cells, here, goal, self._settings)
 
     def _wheels(
-        self, situation: Situation, granted: TrafficOutputs, body: Body, readings: Sequence[Reading], halt: bool
+        self, situation: Situation, granted: TrafficOutputs, body: Body, scan: Scan, halt: bool
     ) -> tuple[WheelSpeeds, float]:
         """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend.
 
@@ -126,7 +127,8 @@ class CellPilot:
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
         circles = self._gets_nowhere(situation, granted, halt)
         if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
-            free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
+            ahead = [one.measured for one in scan.bodies(self._constants) if abs(one.bearing) <= self._front]
+            free = min(ahead, default=inf)
             stop_at = distance_along(pose, granted.waypoints)
             may_drive = granted.may_drive
             return _by(
@@ -167,16 +169,16 @@ class CellPilot:
             return Activity.BLOCKED
         return Activity.GIVE_WAY if granted.activity in STANDING else Activity.DRIVE
 
-    def _readings(self, situation: Situation) -> tuple[Reading, ...]:
-        """Set what each sector measures beside what the map alone would let it measure."""
-        sense, grid = situation.sense, situation.navigator.grid
+    def _scan(self, situation: Situation) -> Scan:
+        """Set what each ray measures beside what the map alone would let it measure."""
+        grid, pose = situation.navigator.grid, situation.pose
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
-        found = []
-        for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
-            near = measured < self._constants.stop_distance or angles is self._sectors.front  # others stop nobody
-            expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
-            found.append(Reading(measured, expected, angles[len(angles) // 2], half_width(angles)))
-        return tuple(found)
+
+        def expected() -> list[float]:
+            found: list[float] = (each_on_map(grid, pose, self._bearings, radius + reach) - radius).tolist()
+            return found
+
+        return Scan(self._bearings, situation.sense.rays, expected)
 
 
 def _targets_of_others(settings: Settings, number: int) -> list[Point]:

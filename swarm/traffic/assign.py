@@ -20,34 +20,39 @@ def assign(
     wishes: Mapping[str, int],
     blocked: Collection[int],
     since: Mapping[str, int],
+    done: Collection[str] = (),
     idle: Collection[str] = (),
     aside: Aside = Aside.NEAR,
 ) -> dict[str, int]:
     """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
 
-    Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``idle``
-    chooses last, and makes room away from the one that comes, even where nobody wants its place if all go AWAY.
+    Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``done``
+    chooses after all that have stops left, even after those that have to be content with a cell near their goal: one
+    that stands there to look past a dead robot must not be sent away for the sake of one that only goes back to its
+    place. Who is ``idle`` chooses last, and makes room away from the one that comes, even where nobody wants its place
+    if all go AWAY.
 
     Shared targets need no other rule: one robot gets the target, the others free cells, chosen by ``aside``. A robot
     whose goal is nowhere (OUTSIDE) keeps its place as its wish.
     """
     reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
     wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
-    queue = sorted(heads, key=lambda robot: (robot in idle, reach[robot][wish[robot]], since[robot], robot))
+    rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}
+    queue = sorted(heads, key=lambda robot: (rank[robot], reach[robot][wish[robot]], since[robot], robot))
     taken: dict[int, str] = {}
-    for robot in queue:
-        if reach[robot][wish[robot]] < FAR and not (aside is Aside.AWAY and robot in idle):
-            taken.setdefault(wish[robot], robot)
-    goals = {robot: cell for cell, robot in taken.items()}
-    for robot in queue:
-        if robot not in goals:
-            near, table = cells.distances(wish[robot]), reach[robot]
-            comer = taken.get(wish[robot], queue[0])
-            comes = reach[comer] if robot in idle or aside is Aside.AWAY else [0] * len(cells)
-            free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-            goals[robot] = min(free, key=_order(aside, near, table, comes))
-            taken[goals[robot]] = robot
-    return goals
+    for level in sorted(set(rank.values())):
+        peers = [robot for robot in queue if rank[robot] == level]
+        for robot in peers:
+            if reach[robot][wish[robot]] < FAR and not (aside is Aside.AWAY and robot in idle):
+                taken.setdefault(wish[robot], robot)
+        for robot in peers:
+            if robot not in taken.values():
+                near, table = cells.distances(wish[robot]), reach[robot]
+                comer = taken.get(wish[robot], queue[0])
+                comes = reach[comer] if rank[robot] or aside is Aside.AWAY else [0] * len(cells)
+                free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
+                taken[min(free, key=_order(aside, near, table, comes))] = robot
+    return {robot: cell for cell, robot in taken.items()}
 
 
 def _order(

@@ -13,7 +13,7 @@ from swarm.traffic.settings import TrafficSettings
 HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
 CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
 LINGERS: Final = 10  # ticks for which that is believed
-ABOUT: Final = 0.15  # m, how exactly a sector tells where something is
+ABOUT: Final = 0.15  # m, how exactly a ray tells where something is
 
 
 class Halt(NamedTuple):
@@ -34,16 +34,16 @@ class Halting:
         self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
 
     def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
-        """Judge what the sectors show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
+        """Judge what the rays show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
-        seen = [reading for reading in inputs.readings if reading.is_body(settings)]
+        seen = inputs.scan.bodies(settings)
         known = self._known(tick, others, mine) if seen else []
         place = unexplained(seen, inputs.pose, self.cells, known, settings)
         if place is None:
             self._since = None
             return Halt(tick < self._lingers_until)
-        if min(reading.measured for reading in inputs.readings) < CLOSE:
+        if inputs.scan.nearest < CLOSE:
             self._lingers_until = tick + LINGERS
         if self._since is None:
             self._since = tick

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.hearsay import Event
-from swarm.traffic.look import Reading
+from swarm.traffic.look import Scan
 from swarm.traffic.record import TrafficBroadcast
+
+NO_RAYS: Final = Scan()
 
 
 class TrafficActivity(StrEnum):
@@ -32,7 +34,7 @@ class TrafficInputs(NamedTuple):
     pose: Pose
     goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
     braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
-    readings: tuple[Reading, ...] = ()  # left, front, right
+    scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
     done: bool = False  # no stop is left: the goal is only where to stand
     path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way

@@ -316,10 +316,11 @@ class JointPlanning:
         idle = {robot for robot, record in situation.fresh.items() if record.idle}
         since = {self.me: situation.moved} | {robot: record.moved for robot, record in situation.fresh.items()}
         idle |= {self.me} if situation.idle else set()
+        done = {robot for robot, record in situation.fresh.items() if record.done}
+        done |= {self.me} if situation.done else set()
         if attempt.aside is Aside.AWAY:
-            idle |= {robot for robot, record in situation.fresh.items() if record.done}
-            idle |= {self.me} if situation.done else set()
-        goals = assign(self._cells, heads, wishes, in_the_way, since, idle, attempt.aside)
+            idle |= done
+        goals = assign(self._cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
         resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
         members = tuple(sorted(heads.keys() - resting))
         blocked = frozenset(in_the_way | {heads[robot] for robot in resting})

@@ -1,30 +1,56 @@
-"""What the proximity sectors say about cells: a body that nobody told of, or a silent robot's cell that is empty."""
+"""What the proximity rays say about cells: a body that nobody told of, or a silent robot's cell that is empty."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import Enum
-from math import cos, sin
-from typing import NamedTuple
+from functools import cached_property
+from math import cos, inf, pi, sin
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, bearing, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
-SHORT = 0.05  # m, readings differ by less
-EDGE = 0.1  # m, a hit this near a cell may be on a body in it
+SHORT: Final = 0.05  # m, readings differ by less
+EDGE: Final = 0.1  # m, a hit this near a cell may be on a body in it
 
 
 class Reading(NamedTuple):
-    """One sector: what it measures, and what it would if there were the map's walls alone."""
+    """One ray: what it measures, and what it would if there were the map's walls alone."""
 
     measured: float  # m, from the robot's edge
     expected: float  # m
-    bearing: float  # rad, of the sector's middle, left positive
-    half_width: float  # rad
+    bearing: float  # rad, left positive
 
     def is_body(self, settings: TrafficSettings) -> bool:
         """Tell whether it shows something near that is not on the map."""
         return self.measured < settings.stop_distance and self.measured <= self.expected - settings.unexpected
+
+
+class Scan:
+    """The rays of one tick. What the map would let them measure is worked out only when somebody asks."""
+
+    def __init__(
+        self,
+        bearings: Sequence[float] = (),
+        measured: Sequence[float] = (),
+        expected: Callable[[], Sequence[float]] = tuple,
+    ) -> None:
+        self._bearings = bearings
+        self._measured = measured
+        self._expected = expected
+        self.nearest = min(measured, default=inf)  # m
+
+    @cached_property
+    def readings(self) -> tuple[Reading, ...]:
+        """Every ray."""
+        return tuple(map(Reading, self._measured, self._expected(), self._bearings))
+
+    def bodies(self, settings: TrafficSettings) -> list[Reading]:
+        """Return the rays that show something near that is not on the map."""
+        if self.nearest >= settings.stop_distance:
+            return []
+        return [reading for reading in self.readings if reading.is_body(settings)]
 
 
 class Known(NamedTuple):
@@ -39,15 +65,15 @@ class Known(NamedTuple):
 def unexplained(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
 ) -> Point | None:
-    """Find, among ``bodies`` that the sectors show, one that nobody told of: give where it seems to be [m], else None.
+    """Find, among ``bodies`` that the rays show, one that nobody told of: give where it seems to be [m], else None.
 
     Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
     not to drive.
     """
-    for measured, _, middle, half_width in bodies:
-        hits = [_hit(pose, middle + share * half_width, measured, settings) for share in (0.0, -0.5, 0.5, -1.0, 1.0)]
-        if not any(_is(body, hit, cells) for body in known if measured >= body.nearest for hit in hits):
-            return hits[0]
+    for reading in bodies:
+        hit = _hit(pose, reading, settings)
+        if not any(_is(body, hit, cells) for body in known if reading.measured >= body.nearest):
+            return hit
     return None
 
 
@@ -62,26 +88,56 @@ class View(Enum):
 
     EMPTY = "empty"
     OCCUPIED = "occupied"
-    HIDDEN = "hidden"  # walls are nearer than the cell's far edge: what is behind them does not show
+    HIDDEN = "hidden"  # something stands before it
 
 
-def view(front: Reading, far_edge: float, radius: float) -> View:
-    """Judge the cell ahead by the front sector, ``far_edge`` [m] being how far off the cell ends."""
-    if front.measured >= far_edge - radius - SHORT:
-        return View.EMPTY
-    return View.OCCUPIED if front.measured < front.expected - SHORT else View.HIDDEN
+def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, radius: float) -> View:
+    """Judge a cell by the rays that cross it. ``radius`` [m] is the robot's: rays begin at its edge."""
+    through = hidden = 0
+    for reading in readings:
+        enters, leaves = _crossing(pose, reading.bearing, cells.centre(cell), cells.side)
+        wall = radius + reading.expected
+        if leaves <= enters or wall <= enters:
+            continue  # it goes past, or the map's own wall is before it
+        hit = radius + reading.measured
+        if hit >= min(leaves, wall) - SHORT:
+            through += 1
+        elif hit >= enters - EDGE:
+            return View.OCCUPIED
+        else:
+            hidden += 1
+    return View.EMPTY if through > hidden else View.HIDDEN
 
 
 def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
-    """Return True if a sector looks at where a body [m, its centre] was, and sees beyond it."""
-    near_edge = distance(pose, body) - 2 * radius
+    """Return True if a ray points at where a body [m, its centre] was, and sees beyond its near edge."""
+    away, direction = distance(pose, body), bearing(pose, body)
+    near_edge = away - 2 * radius
     return any(
-        abs(wrap(bearing(pose, body) - reading.bearing)) <= reading.half_width
+        abs(off := wrap(direction - reading.bearing)) < pi / 2
+        and away * sin(abs(off)) <= radius / 2
         and reading.measured > near_edge + 2 * SHORT
         for reading in readings
     )
 
 
-def _hit(pose: Pose, off: float, measured: float, settings: TrafficSettings) -> tuple[float, float]:
-    reach = settings.radius + measured + 0.5 * settings.radius
-    return pose.x + reach * cos(pose.yaw + off), pose.y + reach * sin(pose.yaw + off)
+def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:
+    """Return how far [m] a ray from the robot's centre goes before it enters a square, and before it leaves it."""
+    enters, leaves = 0.0, inf
+    heading = pose.yaw + off
+    for start, middle, slope in ((pose.x, centre[0], cos(heading)), (pose.y, centre[1], sin(heading))):
+        low, high = middle - side / 2 - start, middle + side / 2 - start
+        if abs(slope) < 1e-9:
+            if not low <= 0.0 <= high:
+                return inf, 0.0
+            continue
+        near, far = sorted((low / slope, high / slope))
+        enters, leaves = max(enters, near), min(leaves, far)
+    return enters, leaves
+
+
+def _hit(pose: Pose, reading: Reading, settings: TrafficSettings) -> Point:
+    """Return where the body that a ray shows has its middle [m], if it is as large as half a robot."""
+    reach = settings.radius + reading.measured + 0.5 * settings.radius
+    heading = pose.yaw + reading.bearing
+    return pose.x + reach * cos(heading), pose.y + reach * sin(heading)

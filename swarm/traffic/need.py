@@ -35,8 +35,16 @@ class Needs:
             if self._circle(own, robot, situation):
                 return "circle"
         if joint.epoch is None:
-            return "stuck" if own.waits and situation.tick - own.moved > self._settings.stuck else None
+            return "stuck" if own.waits and situation.tick - own.moved > self._patience(own, situation) else None
         return "plan stuck" if self._plan_stands(own, situation) else None
+
+    def _patience(self, own: Record, situation: Situation) -> int:
+        """Return how long to stand before it is stuck [ticks]: where all waited for are silent, until it has looked.
+
+        No plan makes a dead robot move; but a look may show that the cell which it keeps is empty.
+        """
+        looks = not any(robot in situation.fresh for robot in own.waits)
+        return self._settings.stuck + (self._settings.surmise if looks else 0)
 
     @staticmethod
     def _same_plan(robot: str, own: Record, situation: Situation) -> bool:

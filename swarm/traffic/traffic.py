@@ -286,7 +286,7 @@ class Traffic:
     # ---- silent robots
 
     def _look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
-        """Turn to the next cell when only robots long silent keep it, and judge it by what the front sector sees."""
+        """Turn to the next cell when only robots long silent keep it, and judge it by what the rays see."""
         cell, pose = walk.route[0] if walk.route else OUTSIDE, inputs.pose
         wants = bool(waits) or self._leans_to == cell  # where it leans to look it may not be heard: it asks for nothing
         if not wants or len(walk.ledger.held) > 1 or not self._is_long_silent(cell, waits, situation):
@@ -294,7 +294,7 @@ class Traffic:
             return None
         middle, leaning = self.cells.centre(walk.head), self.cells.leaning(walk.head, cell, self.settings.leaning_room)
         leans = distance(leaning, pose) <= LEANS
-        if len(inputs.readings) != 3 or not (leans or distance(middle, pose) <= CENTRED):
+        if not (leans or distance(middle, pose) <= CENTRED):
             return None
         place = self._remembered_in(cell, situation, inputs)
         if place is not None:
@@ -304,11 +304,11 @@ class Traffic:
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
             return centre if leans or self._leans_to != cell else None
-        seen = view(inputs.readings[1], distance(pose, centre) + self.cells.side / 2, self.settings.radius)
+        seen = view(inputs.scan.readings, pose, cell, self.cells, self.settings.radius)
         if seen is View.HIDDEN and not leans:
             self._leans_to = cell
             return None
-        return self._note(cell, empty=seen is not View.OCCUPIED, tick=inputs.tick)
+        return self._note(cell, empty=seen is View.EMPTY, tick=inputs.tick)
 
     def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
         """Return True if robots keep a cell, and all of them, and all waited for, have been silent for long."""
@@ -348,7 +348,7 @@ class Traffic:
                 continue
             if cell not in self.cells.touched(*place, reach):
                 continue
-            if not has_gone(place, inputs.pose, inputs.readings, self.settings.radius):
+            if not has_gone(place, inputs.pose, inputs.scan.readings, self.settings.radius):
                 return place
             self._gone[robot] = record.stamp
         return None

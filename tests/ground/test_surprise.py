@@ -30,7 +30,7 @@ def grid(scenario: Scenario) -> Grid:
 def sense(time: float, pose: Pose = HERE, left: float = FAR, front: float = FAR, right: float = FAR) -> Sense:
     return Sense(
         run=0, tick=round(time / TICK), time=time, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0,
-        angular=0.0, left=left, front=front, right=right, bearings=[], hears=[],
+        angular=0.0, left=left, front=front, right=right, bearings=[], hears=[], rays=[],
     )  # fmt: skip
 
 

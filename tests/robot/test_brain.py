@@ -24,7 +24,7 @@ def step(one: Robot, tick: int, *heard: Broadcast, pose: Pose = AT, run: int = 0
     """Step a robot that stands in the open."""
     sense = Sense(
         run=run, tick=tick, time=tick * 0.05, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0, angular=0.0,
-        left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[],
+        left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
     )  # fmt: skip
     return one.step(Inputs(sense, heard))
 

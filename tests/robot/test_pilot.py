@@ -30,7 +30,7 @@ def test_the_tables_are_asked_in_their_own_units_and_answer_in_theirs(speed: flo
     robot = scenario_of(robot={"speed_scale": speed, "distance_scale": distance}).settings.robot
     sense = Sense(
         run=0, tick=0, time=0.0, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
-        left=1.0, front=0.5, right=0.25, bearings=[], hears=[],
+        left=1.0, front=0.5, right=0.25, bearings=[], hears=[], rays=[],
     )  # fmt: skip
     tables = Listening()
     assert fuzzy_speeds(cast(Controller, tables), robot, sense, pi / 6) == pytest.approx((speed, 2.0 * speed))

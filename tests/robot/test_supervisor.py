@@ -68,7 +68,7 @@ def sense_at(pose: Pose, wheels: tuple[float, float], tick: int) -> Sense:
     twist = DRIVE.twist(*wheels)
     return Sense(
         run=0, tick=tick, time=tick * DT, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=twist.linear,
-        angular=twist.angular, left=1.6, front=1.6, right=1.6, bearings=[None, None], hears=[],
+        angular=twist.angular, left=1.6, front=1.6, right=1.6, bearings=[None, None], hears=[], rays=[],
     )  # fmt: skip
 
 

@@ -52,7 +52,15 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
 def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
     heads = dict(zip(("r1", "r2"), ROW.at("ad"), strict=True))
     wanted = {robot: OUTSIDE if wish == "-" else ROW.at(wish)[0] for robot, wish in zip(heads, wishes, strict=True)}
-    goals = assign(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle.split())
+    goals = assign(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle=idle.split())
+    assert (goals["r1"], goals["r2"]) == ROW.at(expected)
+
+
+@pytest.mark.parametrize(("done", "expected"), [("", "cb"), ("r1", "bc")])
+def test_who_is_done_does_not_take_a_place_from_which_another_looks(done: str, expected: str) -> None:
+    heads = dict(zip(("r1", "r2"), ROW.at("bc"), strict=True))
+    place, goal, blocked = ROW.at("ced")
+    goals = assign(ROW.cells, heads, {"r1": place, "r2": goal}, (blocked,), {"r1": 0, "r2": 0}, done.split())
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
 
 

@@ -1,4 +1,4 @@
-"""What the sectors say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
+"""What the rays say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
 
 from math import cos, pi, sin
 
@@ -6,7 +6,7 @@ import pytest
 
 from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, Reading, View, has_gone, unexplained, view
+from swarm.traffic.look import Known, Reading, Scan, View, has_gone, unexplained, view
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import SIDE, Drawn
@@ -19,7 +19,7 @@ STOP, LESS = SETTINGS.stop_distance, SETTINGS.unexpected
 
 
 def front(measured: float, expected: float = 1.6) -> Reading:
-    return Reading(measured, expected, 0.0, 0.4)
+    return Reading(measured, expected, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def cell(x: float, y: float) -> int:
 @pytest.mark.parametrize("yaw", [0.0, pi / 2, -pi / 2])
 def test_what_nobody_told_of_is_where_it_is_seen(yaw: float) -> None:
     pose = HERE._replace(yaw=yaw)
-    reading = Reading(0.4, 1.6, -yaw, 0.4)  # along x, whichever way the robot faces
+    reading = Reading(0.4, 1.6, -yaw)  # along x, whichever way the robot faces
     assert unexplained([reading], pose, FLOOR.cells, [], SETTINGS) == pytest.approx(ahead(0.4))
     assert unexplained([], pose, FLOOR.cells, [], SETTINGS) is None
 
@@ -58,7 +58,8 @@ def test_what_nobody_told_of_is_where_it_is_seen(yaw: float) -> None:
 EXPLAINED: dict[str, tuple[Known, bool]] = {  # of a body seen 0.4 m ahead
     "a robot that is there":               (Known(ahead(0.4), 0.2),                               True),
     "a little off, ahead":                 (Known(ahead(0.55), 0.2),                              True),
-    "at the sector's edge":                (Known(ahead(0.4, 0.3), 0.2),                          True),
+    "a little off, to a side":             (Known(ahead(0.4, 0.15), 0.2),                         True),
+    "too far to a side":                   (Known(ahead(0.4, 0.3), 0.2),                          False),
     "too far on":                          (Known(ahead(0.7), 0.2),                               False),
     "behind":                              (Known((HERE.x - 0.7, HERE.y), 0.2),                   False),
     "held, in that cell":                  (Known(ahead(0.4), 0.2, {cell(*ahead(0.4))}),          True),
@@ -74,35 +75,68 @@ def test_what_is_known_explains_what_is_seen_where_it_can_be(name: str) -> None:
     known, explained = EXPLAINED[name]
     found = unexplained([front(0.4)], HERE, FLOOR.cells, [Known((0.0, 0.0), 0.1), known], SETTINGS)
     assert (found is None) is explained
-    both = [front(0.4), Reading(0.3, 1.6, 2.0, 0.4)]
-    assert unexplained(both, HERE, FLOOR.cells, [known], SETTINGS) is not None, "the other sector shows another one"
+    both = [front(0.4), Reading(0.3, 1.6, 2.0)]
+    assert unexplained(both, HERE, FLOOR.cells, [known], SETTINGS) is not None, "the other ray shows another one"
 
 
-@pytest.mark.parametrize(
-    ("measured", "expected", "seen"),
-    [
-        (1.5 * SIDE - 0.2, 9.0, View.EMPTY),  # as far as the far edge of the next cell
-        (1.5 * SIDE - 0.2 - 0.1, 9.0, View.OCCUPIED),
-        (0.7, 0.7, View.HIDDEN),  # a wall beside the cell
-        (0.7, 0.73, View.HIDDEN),
-        (0.7, 0.8, View.OCCUPIED),  # somebody before the wall
-        (0.0, 9.0, View.OCCUPIED),
-    ],
-)
-def test_what_the_front_sector_says_of_the_next_cell(measured: float, expected: float, seen: View) -> None:
-    assert view(front(measured, expected), 1.5 * SIDE, 0.2) is seen
+FREE = 9.0  # m, nothing as far as a ray goes
+FAN = (-0.4, -0.2, 0.0, 0.2, 0.4)  # rad
+NEXT = 0.5 * SIDE - 0.2  # m, from the edge of a robot in the middle of its cell to the next cell
+FAR_EDGE = 1.5 * SIDE - 0.2
+
+
+def fan(**measured: float) -> list[Reading]:
+    """Rays that see as far as the map lets them, but for those named: right, half_right, ahead, half_left, left."""
+    names = ("right", "half_right", "ahead", "half_left", "left")
+    walls = [min(FREE, 0.6 / abs(sin(angle)) - 0.2) if angle else FREE for angle in FAN]  # m, of a corridor 1.2 m wide
+    return [Reading(measured.get(name, wall), wall, angle) for name, angle, wall in zip(names, FAN, walls, strict=True)]
+
+
+# fmt: off
+VIEWS: dict[str, tuple[list[Reading], View]] = {
+    "nothing but the map's walls":        (fan(),                                            View.EMPTY),
+    "as far as its far edge":             (fan(ahead=FAR_EDGE),                              View.EMPTY),
+    "less than that":                     (fan(ahead=FAR_EDGE - 0.1),                        View.OCCUPIED),
+    "just inside":                        (fan(ahead=NEXT + 0.01),                           View.OCCUPIED),
+    "in its corner":                      (fan(left=0.9),                                    View.OCCUPIED),
+    "before a wall":                      (fan(right=1.2),                                   View.OCCUPIED),
+    "one ray ends before it":             (fan(left=0.1),                                    View.EMPTY),
+    "most rays end before it":            (fan(half_right=0.1, ahead=0.1, half_left=0.1),    View.HIDDEN),
+    "the map has a wall before it":       ([Reading(0.3, 0.3, 0.0)],                         View.HIDDEN),
+    "no ray goes there":                  ([Reading(FREE, FREE, 2.0)],                       View.HIDDEN),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("yaw", [0.0, 0.2, -0.2])
+def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
+    readings, seen = VIEWS[name]
+    turned = [reading._replace(bearing=reading.bearing - yaw) for reading in readings]
+    assert view(turned, HERE._replace(yaw=yaw), cell(HERE.x + SIDE, HERE.y), FLOOR.cells, 0.2) is seen
+
+
+def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> None:
+    def never() -> list[float]:
+        raise AssertionError("nobody needs that")
+
+    assert Scan((0.0,), (STOP,), never).bodies(SETTINGS) == []
+    assert Scan((0.0, 1.0), (0.3, 0.4), lambda: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
+    assert Scan().readings == ()
 
 
 @pytest.mark.parametrize(
     ("away", "off", "measured", "gone"),
     [
-        (1.2, 0.0, 1.6, True),  # the sector sees beyond where the body was
+        (1.2, 0.0, 1.6, True),  # the ray sees beyond where the body was
+        (1.2, 0.05, 1.6, True),  # and through a part of it
         (1.2, 0.0, 0.8, False),  # the body is what it sees
-        (1.2, 1.0, 1.6, False),  # no sector looks there
+        (1.2, 0.2, 1.6, False),  # no ray points there
+        (1.2, pi, 1.6, False),
         (3.0, 0.0, 1.6, False),  # too far off to be seen
     ],
 )
-def test_a_body_has_gone_where_a_sector_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
+def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
     body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
     assert has_gone(body, HERE, [front(measured)], 0.2) is gone
 
@@ -114,7 +148,7 @@ def halts(*measured: float, others: tuple[Record, ...] = (), mine: frozenset[int
     """Look straight ahead, tick by tick."""
     halting = Halting(FLOOR.cells, SETTINGS)
     return [
-        halting.look(TrafficInputs(100 + tick, HERE, None, readings=(front(9.0), front(one), front(9.0))), others, mine)
+        halting.look(TrafficInputs(100 + tick, HERE, None, scan=Scan((0.0,), (one,), lambda: (1.6,))), others, mine)
         for tick, one in enumerate(measured)
     ]
 

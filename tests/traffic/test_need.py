@@ -44,6 +44,7 @@ HEAD_ON = record("r2", B, ahead=(A,))
 PASSING = record("r2", B, ahead=(C, D))
 WAITS_BACK = record("r2", B, ahead=(C,), waits=("r1",))
 LONG = NOW - SETTINGS.stuck - 1
+LOOKED = LONG - SETTINGS.surmise  # who waits for the silent has had the time to look
 
 # fmt: off
 REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
@@ -70,7 +71,9 @@ REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
     "stuck for long":                         (replace(MINE, moved=LONG), (PASSING,),                      "stuck"),
     "not so long":                            (replace(MINE, moved=LONG + 1), (PASSING,),                  None),
     "long, but not for anybody":              (replace(MINE, moved=0, waits=()), (PASSING,),               None),
-    "long, for somebody silent":              (replace(MINE, moved=0), (),                                 "stuck"),
+    "long, for somebody silent":              (replace(MINE, moved=LOOKED), (),                            "stuck"),
+    "not until it has looked":                (replace(MINE, moved=LOOKED + 1), (),                        None),
+    "one of them is not silent":              (replace(MINE, moved=LONG, waits=("r9", "r2")), (PASSING,),  "stuck"),
 }
 # fmt: on
 

@@ -10,7 +10,7 @@ from swarm.geometry import Pose
 from swarm.scenario.load import Scenario
 from swarm.scenario.schema import StartSettings
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
-from swarm.traffic.look import Reading
+from swarm.traffic.look import Scan
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import BAY, CORRIDOR, DOOR, TREE, Drawn
@@ -95,10 +95,9 @@ def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
     traffic = Traffic("r1", drawn.cells, TrafficSettings())
     (x, y), (goal,) = drawn.cells.centre(drawn.at("a")[0]), drawn.points("b")
     pose = Pose(x + 0.5, y + 0.6, 0.0)  # over the wall above, and over two cells of the floor
-    clear, near = Reading(1.6, 1.6, 0.0, 0.2), Reading(0.4, 1.6, 0.0, 0.2)
     for tick in range(200):
-        front = near if 100 <= tick < 150 else clear
-        granted = traffic.step(TrafficInputs(tick, pose, goal, readings=(clear, front, clear)))
+        measured = 0.4 if 100 <= tick < 150 else 1.6
+        granted = traffic.step(TrafficInputs(tick, pose, goal, scan=Scan((0.0,), (measured,), lambda: (1.6,))))
         assert drawn.cells.stands[granted.held[-1]]
         assert granted.activity is not TrafficActivity.CUT_OFF
 
