@@ -120,6 +120,7 @@ class Command(Message, frozen=True, kw_only=True):
     reached: list[bool]  # of each stop: the targets, then home where the mission returns
     unreachable: list[Count]  # stops given up because no path led there
     held: list[Count] = []  # cells it holds; the last is the head
+    scale: float = 1.0
     unconstrained: bool = False  # nobody is near: it holds whatever cells its body and brake need
     waits: list[Id] = []  # for whom
     members: list[Id] = []  # of the joint plan it follows

@@ -209,7 +209,7 @@ class Robot:
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
             steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
-            held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
+            held=list(move.held), unconstrained=move.unconstrained, scale=move.scale, waits=list(move.waits),
             members=list(move.members), notes=list(move.notes),
         )  # fmt: skip
         broadcast = state = plan = None

@@ -1,6 +1,6 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 
@@ -13,12 +13,14 @@ from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.sectors import half_width, sectors
-from swarm.robot.supervisor import Supervisor, WheelSpeeds
+from swarm.robot.filter import WheelSpeeds
 from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
+from swarm.robot.filter import Filter, Limits, SLOW_BRAKE, GAP
+from swarm.traffic.settings import NEAR
 from swarm.traffic.look import Scan
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -54,7 +56,8 @@ class CellPilot:
         self._constants = traffic_settings(settings)
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._traffic = Traffic(name, cells, self._constants, slot=number)
-        self._supervisor = Supervisor(settings)
+        self._filter = Filter(settings)
+        self.scale = 1.0
         self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
@@ -93,6 +96,7 @@ class CellPilot:
             self._activity(situation, granted, idle=idle),
             held=granted.held,
             unconstrained=granted.at_large,
+            scale=self.scale,
             waits=granted.waits,
             members=granted.members,
             notes=[(event.kind, event.text) for event in granted.events],
@@ -124,24 +128,32 @@ class CellPilot:
         aim = driver.aim(pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
-        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        circles = self._gets_nowhere(situation, granted, halt)
-        if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
-            ahead = [one.measured for one in scan.bodies(self._constants) if abs(one.bearing) <= self._front]
-            free = min(ahead, default=inf)
-            stop_at = distance_along(pose, granted.waypoints)
-            may_drive = granted.may_drive
-            return _by(
-                driver.wheels(
-                    body, granted.drivable, aim, stop_at=stop_at, tables=tables, free=free, may_drive=may_drive
-                )
-            ), heading
-        if situation.done and distance(pose, aim) <= AT_REST:
-            return self._supervisor.stop(), heading
-        room = driver.room_in(pose, granted.drivable)
-        return self._supervisor.check(
-            sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
-        ), heading
+        shut = driver.shut(granted.drivable)
+        self.scale = 1.0 if granted.at_large else self._scale(driver.gap(pose, shut))
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self.scale)
+        stop_at = distance_along(pose, granted.waypoints)
+        rests = granted.way[len(granted.held):] == () or len(granted.held) == 1
+        if stop_at <= NEAR or (rests and self._rests(situation, granted, pose, driver, shut)):
+            return self._filter.stop(), heading
+        ahead = [one.measured for one in scan.bodies(self._constants) if abs(one.bearing) <= self._front]
+        limits = Limits(
+            situation.navigator.grid, shut, driver.local(pose), driver.bodies,
+            fastest=sqrt(2 * SLOW_BRAKE * self._settings.robot.wheel_acceleration * max(0.0, min([stop_at, *((m - GAP) / SLOW_BRAKE for m in ahead)]))),
+            may_drive=not halt,
+        )
+        return self._filter.check(sense, tables, limits), heading
+
+    def _scale(self, gap: float) -> float:
+        return min(1.0, max(0.4, gap / 0.8))
+
+    def _rests(self, situation, granted, pose, driver, shut) -> bool:
+        """Stop once inside the last cell held, except at a stop."""
+        if situation.done:
+            return distance(pose, granted.waypoints[-1]) <= AT_REST
+        if not granted.waits or len(granted.held) > 1:
+            return False
+        head = self._cells.centre(granted.held[-1])
+        return distance(pose, head) < 0.25 and distance(granted.waypoints[-1], head) < 0.01
 
     def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
         """Return True if the robot drives unconstrained and its way has not become shorter for long.

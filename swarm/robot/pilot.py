@@ -37,6 +37,7 @@ class Move(NamedTuple):
     around: Sequence[Point] = ()  # who stands in the way: plan around them
     ahead: Sequence[Point] = ()  # m, of the path, for those who give way by it
     held: Sequence[int] = ()
+    scale: float = 1.0
     unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
     waits: Sequence[str] = ()
     members: Sequence[str] = ()
@@ -60,9 +61,9 @@ class Pilot(Protocol):
         ...
 
 
-def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float) -> tuple[float, float]:
+def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0) -> tuple[float, float]:
     """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right."""
-    scale = robot.distance_scale
+    scale = robot.distance_scale * scale
     left, right = controller.wheel_speeds(
         sense.left / scale, sense.front / scale, sense.right / scale, -degrees(heading)
     )

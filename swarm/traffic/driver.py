@@ -258,6 +258,17 @@ class Driver:
         x, y, yaw = pose
         return *self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw
 
+    def gap(self, pose, shut):
+        from swarm.traffic.sweep import _gap
+        x, y, _ = self._local(pose)
+        return _gap(shut, x, y)
+
+    def shut(self, held):
+        return self._shut(held)
+
+    def local(self, pose):
+        return self._local(pose)
+
     def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
         cells, held = self._cells, tuple(held)

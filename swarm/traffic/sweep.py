@@ -211,16 +211,14 @@ def braking_points(
 
 
 @njit(
-    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
+    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
     "f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
     cache=True,
 )
 def first_clear(
-    changes: NDArray[np.float64],
+    remedies: NDArray[np.float64],
     linear: float,
     angular: float,
-    to_linear: float,
-    to_angular: float,
     fastest: float,
     need: float,
     boxes: Boxes,
@@ -244,21 +242,21 @@ def first_clear(
     dt: float,
     ticks: int,
 ) -> tuple[float, float, float]:
-    """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
+    """Find the first of some ``remedies``, (n, 2) of forward and yaw share, that keeps clear under the brake too.
 
-    A share of the twist (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
-    Clear is ``need`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
-    ``clearance_along`` (an empty field: none). Returns the change's number (-1: none), and the rim speeds.
+    The twist (linear, angular) is shared out so, at most ``fastest`` [m/s] forward: along the same arc where both
+    shares are equal. Clear is ``need`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies
+    of ``clearance_along`` (an empty field: none). Returns the remedy's number (-1: none), and the rim speeds.
     """
-    for number in range(changes.shape[0]):
-        share, blend = changes[number]
-        forward = (1 - blend) * linear + blend * to_linear
-        turn = (1 - blend) * angular + blend * to_angular
-        if forward <= 0.0:
-            continue
-        factor = share * min(1.0, fastest / forward)
-        half = factor * turn * track_width / 2
-        left, right = factor * forward - half, factor * forward + half
+    for number in range(remedies.shape[0]):
+        share, turn = remedies[number]
+        forward, rate = share * linear, turn * angular
+        if forward > fastest:
+            if share == turn:
+                rate *= fastest / forward
+            forward = fastest
+        half = rate * track_width / 2
+        left, right = forward - half, forward + half
         clear = True
         for told in (1, ticks):
             clear = clear and need <= _path_room(
