@@ -19,6 +19,7 @@ from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
+from swarm.robot.rollout import rollout
 from swarm.robot.filter import Filter, Limits, SLOW_BRAKE, GAP
 from swarm.traffic.settings import NEAR
 from swarm.traffic.look import Scan
@@ -58,6 +59,8 @@ class CellPilot:
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._filter = Filter(settings)
         self.scale = 1.0
+        self._aim = None
+        self._swept: tuple[int, ...] = ()
         self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
@@ -79,6 +82,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else situation.goal,
+                sweeps=self._sweeps(situation, body),
                 braking=self._driver.braking(body, self._lateness.under_way(sense.tick, (body.left, body.right))),
                 scan=scan,
                 done=situation.done,
@@ -126,6 +130,7 @@ class CellPilot:
         if granted.face is not None:
             return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
         aim = driver.aim(pose, granted.drivable, granted.waypoints)
+        self._aim = aim
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         shut = driver.shut(granted.drivable)
@@ -142,6 +147,17 @@ class CellPilot:
             may_drive=not halt,
         )
         return self._filter.check(sense, tables, limits), heading
+
+    def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
+        """List the cells that the tables would drive the robot over in the next seconds."""
+        if situation.sense.tick % 4 == 0 and self._aim is not None:
+            sense, robot = situation.sense, self._settings.robot
+            k = robot.distance_scale * self.scale
+            points = rollout(
+                self._controller, *situation.pose, body.left, body.right, sense.left / k, sense.front / k, sense.right / k, *self._aim, robot.speed_scale,
+                robot.track_width, robot.wheel_acceleration, 1.0 / self._settings.rate, round(2.5 * self._settings.rate))
+            self._swept = tuple(self._cells.swept_in_order(points, robot.radius + self._constants.margin)) if len(points) else ()
+        return self._swept
 
     def _scale(self, gap: float) -> float:
         return min(1.0, max(0.4, gap / 0.8))

@@ -118,6 +118,10 @@ class CellMap:
         places = np.array(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
+    def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
+        """Give the same cells in the order in which they are reached."""
+        return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
+
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
         """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
         touched = self.touched(x, y, radius)

@@ -1,10 +1,11 @@
 """Layer 1 of one robot: it asks for the next cells of its route, and takes those that all near have acknowledged."""
 
+from collections.abc import Collection
 from math import hypot
 from typing import Final
 
 from swarm.geometry import Pose, distance
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.record import Claim
@@ -52,6 +53,34 @@ class Claiming:
             self.took_at = situation.tick
             waits = ()
         return walk, waits
+
+    def needed_by_others(self, situation: Situation) -> frozenset[int]:
+        """Return the cells that others have on their way or ask for: no room beside mine."""
+        return frozenset(
+            cell
+            for record in situation.fresh.values()
+            for cell in (*record.ahead[: self.settings.horizon], *[claim.cell for claim in record.claims], record.held[-1] if record.held else OUTSIDE)
+        )
+
+    def make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
+        """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
+        ledger = walk.ledger
+        ledger = ledger.withdraw([claim for claim in ledger.beside if claim.cell not in room])
+        walk = walk._replace(ledger=ledger)
+        near = self._near(situation, pose)
+        for claim in ledger.beside:
+            if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
+                walk = walk.with_room(claim)
+        taken = {*walk.ledger.held, *[claim.cell for claim in walk.ledger.all_claims], *walk.route[: self.settings.horizon]}
+        for cell in room:
+            if cell in taken or cell in situation.blocked or len(walk.ledger.beside) >= 4:
+                continue
+            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+                continue
+            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
+            if obstacle(ASK, case) is None:
+                walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
+        return walk
 
     def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""

@@ -36,6 +36,7 @@ class TrafficInputs(NamedTuple):
     braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
+    sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it were given them, nearest in time first
     done: bool = False  # no stop is left: the goal is only where to stand
     path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
 

@@ -5,7 +5,7 @@ Three layers, each safe without the one above. 0: the body stays in the cells he
 or by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import hypot
 from typing import Final
 
@@ -97,7 +97,8 @@ class Traffic:
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
-        walk = self._release(walk, touched, body, tick)
+        room = self._room(inputs, fresh, floor)
+        walk = self._release(walk, touched, body, tick, room)
         self._set_goal(inputs.goal, walk, pose)
         walk, stopped = self._halt(walk, inputs, touched, events)
 
@@ -120,10 +121,12 @@ class Traffic:
         waits: tuple[str, ...] = ()
         face = None
         if self._joint.frozen is not None:
-            walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
+            walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.all_claims))
         elif tick >= self._listen_until:
             walk, waits = self._claiming.advance(walk, situation, pose)
             self._moved = max(self._moved, self._claiming.took_at)
+            if not self.settings.in_sight:
+                walk = self._claiming.make_room(walk, situation, pose, room)
             face = self._look(walk, situation, waits, inputs)
         self._walk = walk
         sends = self._speaks(tick, fresh)
@@ -201,8 +204,19 @@ class Traffic:
         about = cells.around(body, VIEW)
         return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
 
-    def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int) -> Walk:
-        released = walk.released(touched, body)
+    def _room(self, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]) -> tuple[int, ...]:
+        """List the cells to drive in beside the way, as far as nobody else needs them."""
+        if floor or self._joint.frozen is not None or not inputs.sweeps or inputs.tick < self._listen_until:
+            return ()
+        needed = {
+            cell
+            for record in fresh.values()
+            for cell in (*record.ahead[:3], *[claim.cell for claim in record.claims], *record.held)
+        }
+        return tuple(cell for cell in inputs.sweeps if cell not in needed)
+
+    def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int, room: tuple[int, ...]) -> Walk:
+        released = walk.released(touched, body, room)
         if released is not walk:
             self._moved = tick
         return released
@@ -379,7 +393,7 @@ class Traffic:
             done=inputs.done,
             wants=self._wants,
             held=walk.ledger.held,
-            claims=walk.ledger.claims,
+            claims=walk.ledger.all_claims,
             acks=acknowledged(self.me, walk.ledger, self._hearsay.others),
             ahead=walk.route[: self.settings.ahead],
             waits=waits,

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from swarm.traffic.cells import CellMap
 from swarm.traffic.holds import Ledger
+from swarm.traffic.record import Claim
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
 BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
@@ -29,7 +30,7 @@ class Walk(NamedTuple):
     @property
     def left(self) -> int:
         """How many cells of the joint plan lie behind."""
-        return max(0, self.steps[0])
+        return max(0, next((step for step in self.steps if step != BESIDE), 0))
 
     @property
     def next_step(self) -> int:
@@ -70,14 +71,23 @@ class Walk(NamedTuple):
             ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(BESIDE,) * len(extra) + self.steps
         )
 
-    def released(self, touched: Collection[int], body: int) -> "Walk":
-        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on."""
+    def with_room(self, claim: Claim) -> "Walk":
+        """Take a cell beside the way that has been granted."""
+        ledger = self.ledger.withdraw([claim])
+        return self._replace(ledger=ledger.keep((claim.cell, *ledger.held)), steps=(BESIDE, *self.steps))
+
+    def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "Walk":
+        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on.
+
+        Cells beside the way stay as long as they are in ``room``.
+        """
         held = self.ledger.held
         place = self.place(body)
         keep = [
             index
             for index, cell in enumerate(held)
-            if index >= place or (cell in touched and cell not in held[index + 1 :])
+            if (index >= place and (self.steps[index] != BESIDE or index == place))
+            or ((cell in touched or (cell in room and self.steps[index] == BESIDE)) and cell not in held[index + 1 :])
         ]
         if len(keep) == len(held):
             return self
