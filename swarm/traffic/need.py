@@ -52,7 +52,8 @@ class Needs:
 
     @staticmethod
     def _rests(record: Record, tick: int) -> bool:
-        return not record.ahead and not record.claims and tick - record.moved > AT_REST
+        standing = not record.ahead and not record.claims and len(record.held) == 1
+        return standing and tick - record.moved > AT_REST
 
     def _circle(self, own: Record, robot: str, situation: Situation) -> bool:
         """Follow who waits for whom from ``robot`` on: does it come back to me?"""
