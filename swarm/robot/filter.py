@@ -81,7 +81,7 @@ class Filter:
         fastest = min(limits.fastest, self._fastest(sense.front)) if limits.may_drive else 0.0
         wanted = self._drive.twist(*tables)
         if self._escape:
-            if self._first(AHEAD, sense, Twist(STRAIGHT, 0.0), limits, inf)[0] < 0:
+            if fastest < STRAIGHT or self._first(AHEAD, sense, Twist(STRAIGHT, 0.0), limits, inf)[0] < 0:
                 return self.turn(self._escape)
             self._escape = 0.0
         number, left, right = self._first(REMEDIES, sense, wanted, limits, fastest)

@@ -41,6 +41,8 @@ def _roll(
         yaw += 2 * half
         points[count] = x, y
         count += 1
+    if count == ticks and hypot(aim_x - x, aim_y - y) > 0.7 * hypot(aim_x - given[0], aim_y - given[1]):
+        return points[:0].copy()
     return points[:count].copy()
 
 

@@ -253,6 +253,8 @@ def first_clear(
         forward, rate = share * linear, turn * angular
         if forward > fastest:
             if share == turn:
+                if fastest < 0.05:
+                    continue
                 rate *= fastest / forward
             forward = fastest
         half = rate * track_width / 2
