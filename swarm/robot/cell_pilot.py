@@ -137,8 +137,7 @@ class CellPilot:
         self.scale = 1.0 if granted.at_large else self._scale(driver.gap(pose, shut))
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self.scale)
         stop_at = distance_along(pose, granted.waypoints)
-        rests = granted.way[len(granted.held):] == () or len(granted.held) == 1
-        if stop_at <= NEAR or (rests and self._rests(situation, granted, pose, driver, shut)):
+        if stop_at <= NEAR or self._rests(situation, granted):
             return self._filter.stop(), heading
         ahead = [one.measured for one in scan.bodies(self._constants) if abs(one.bearing) <= self._front]
         limits = Limits(
@@ -162,14 +161,12 @@ class CellPilot:
     def _scale(self, gap: float) -> float:
         return min(1.0, max(0.4, gap / 0.8))
 
-    def _rests(self, situation, granted, pose, driver, shut) -> bool:
-        """Stop once inside the last cell held, except at a stop."""
-        if situation.done:
-            return distance(pose, granted.waypoints[-1]) <= AT_REST
-        if not granted.waits or len(granted.held) > 1:
+    def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
+        """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place to look."""
+        if len(granted.held) > 1 or granted.at_large or granted.exactly:
             return False
-        head = self._cells.centre(granted.held[-1])
-        return distance(pose, head) < 0.25 and distance(granted.waypoints[-1], head) < 0.01
+        (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
+        return self._cells.fits(granted.held, x, y, room)
 
     def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
         """Return True if the robot drives unconstrained and its way has not become shorter for long.

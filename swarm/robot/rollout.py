@@ -41,7 +41,8 @@ def _roll(
         yaw += 2 * half
         points[count] = x, y
         count += 1
-    if count == ticks and hypot(aim_x - x, aim_y - y) > 0.7 * hypot(aim_x - given[0], aim_y - given[1]):
+    before = hypot(aim_x - given[0], aim_y - given[1])
+    if count == ticks and before < 1.3 and hypot(aim_x - x, aim_y - y) > 0.7 * before:
         return points[:0].copy()
     return points[:count].copy()
 

@@ -447,6 +447,7 @@ class Traffic:
             waypoints=tuple(waypoints),
             beside=(*self._hearsay.holders_of(held[place], inputs.tick), *self._still_bodies(inputs)),
             may_drive=not stopped,
+            exactly=self._exactly(inputs, walk, waits),
             face=face,
             waits=waits,
             activity=self._activity(walk, waits, face, stopped, inputs.tick),
@@ -454,6 +455,13 @@ class Traffic:
             way=way,
             members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
         )
+
+    def _exactly(self, inputs: TrafficInputs, walk: Walk, waits: tuple[str, ...]) -> bool:
+        """Return True if the robot has to come to a certain place in its cell: a stop, or where it claims or looks from."""
+        if not walk.route:
+            return walk.head == self._goal and not inputs.done and inputs.goal is not None
+        fresh = self._hearsay.fresh(inputs.tick)
+        return self.settings.in_sight or self._leans_to is not None or any(robot not in fresh for robot in waits)
 
     def _activity(
         self, walk: Walk, waits: tuple[str, ...], face: Point | None, stopped: bool, tick: int
