@@ -165,6 +165,8 @@ class CellPilot:
         """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place to look."""
         if len(granted.held) > 1 or granted.at_large or granted.exactly:
             return False
+        if situation.done and not granted.waits and distance(situation.pose, situation.goal) > 0.9 * self._settings.reach:
+            return False
         (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
         return self._cells.fits(granted.held, x, y, room)
 
