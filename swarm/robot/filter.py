@@ -7,7 +7,7 @@ safe answer. Where that gets nowhere for a while, it turns to the freer side unt
 knows the target: a robot whose tables do not steer gets nowhere.
 """
 
-from math import copysign, inf, pi, sqrt
+from math import copysign, hypot, inf, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -28,7 +28,9 @@ GAP: Final = 0.1  # m, kept to whatever the front sector sees
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
 STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
 PATIENCE: Final = 3.0  # s without a way ahead: the tables have had the time to turn out of it
-CREEPS: Final = 0.1  # share of the forward speed that gets nowhere
+PROGRESS: Final = 0.1  # m in that time are some
+CREEP: Final = 0.05  # m/s; slower is not driving
+FAR_ENOUGH: Final = 0.4  # m straight on end an escape
 ESCAPE: Final = 1.5  # rad/s, turn on the spot then, to the side with more room
 STRAIGHT: Final = 0.3  # m/s, and driving on straight at that speed would keep clear
 DIRECTIONS: Final = 12  # tried to either side
@@ -70,9 +72,9 @@ class Filter:
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
         self._ticks = max(1, round(LOOK / self._dt))
-        self._patience = round(PATIENCE / self._dt)
-        self._held = 0  # ticks in a row without a way ahead
-        self._escape = 0.0  # rad/s, the turn on the spot it is in the middle of
+        self._anchor = (inf, inf, 0.0)  # where it last got on, and when
+        self._leaving: tuple[float, float, float] | None = None  # from where it escapes
+        self._escape = 0.0  # rad/s, the turn on the spot that an escape begins with
 
     def check(self, sense: Sense, tables: tuple[float, float], limits: Limits) -> WheelSpeeds:
         """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear."""
@@ -80,21 +82,30 @@ class Filter:
             return WheelSpeeds(0.0, 0.0, Steering.SUPERVISOR)  # to turn at once would take longer to come to a stand
         fastest = min(limits.fastest, self._fastest(sense.front)) if limits.may_drive else 0.0
         wanted = self._drive.twist(*tables)
-        if self._escape:
-            if fastest < STRAIGHT or self._first(AHEAD, sense, Twist(STRAIGHT, 0.0), limits, inf)[0] < 0:
+        if self._leaving is not None:
+            ahead = self._first(AHEAD, sense, Twist(STRAIGHT, 0.0), limits, min(STRAIGHT, fastest))
+            clear = ahead[0] >= 0 and fastest >= CREEP
+            if self._escape and not (clear and fastest >= STRAIGHT):
                 return self.turn(self._escape)
             self._escape = 0.0
+            if clear and hypot(sense.x - self._leaving[0], sense.y - self._leaving[1]) < FAR_ENOUGH:
+                return WheelSpeeds(ahead[1], ahead[2], Steering.SUPERVISOR)
+            self._leaving = None
         number, left, right = self._first(REMEDIES, sense, wanted, limits, fastest)
         if number < 0:
-            self._held += 1
-            return self.stop()
-        forward = (left + right) / 2
-        gets_on = forward > CREEPS * wanted.linear
-        self._held = max(0, self._held - 2) if gets_on else self._held + 1
-        if self._held > self._patience and limits.may_drive:
-            self._held, self._escape = 0, copysign(ESCAPE, self._freer_side(sense, limits))
+            return WheelSpeeds(0.0, 0.0, Steering.SUPERVISOR)
+        self._watch(sense, limits)
         share, turn = REMEDIES[int(number)]
         return WheelSpeeds(left, right, Steering.FUZZY if share == turn else Steering.SUPERVISOR)
+
+    def _watch(self, sense: Sense, limits: Limits) -> None:
+        """Begin to escape where it has got nowhere for long."""
+        x, y, since = self._anchor
+        if hypot(sense.x - x, sense.y - y) > PROGRESS or not limits.may_drive:
+            self._anchor = sense.x, sense.y, sense.time
+        elif sense.time - since > PATIENCE:
+            self._anchor = self._leaving = sense.x, sense.y, sense.time
+            self._escape = copysign(ESCAPE, self._freer_side(sense, limits))
 
     def turn(self, rate: float) -> WheelSpeeds:
         """Turn on the spot."""
@@ -102,7 +113,7 @@ class Filter:
 
     def stop(self) -> WheelSpeeds:
         """Stand."""
-        self._held = 0
+        self._anchor, self._leaving, self._escape = (inf, inf, 0.0), None, 0.0
         return WheelSpeeds(0.0, 0.0, Steering.REST)
 
     def _freer_side(self, sense: Sense, limits: Limits) -> float:
