@@ -60,6 +60,7 @@ class Traffic:
         self._last_tick = -1
         self._listen_until = 0
         self._moved = 0
+        self._on_way = 0
         self._goal = OUTSIDE
         self._wants = 0  # tick since which it has had this goal
         self._wish: Point | None = None
@@ -97,7 +98,8 @@ class Traffic:
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
-        room = self._room(inputs, fresh, floor)
+        walk = self._begun_anew(walk, tick, body, touched, pose)
+        room = self._room(walk, inputs, fresh, floor)
         walk = self._release(walk, touched, body, tick, room)
         self._set_goal(inputs.goal, walk, pose)
         walk, stopped = self._halt(walk, inputs, touched, events)
@@ -204,7 +206,16 @@ class Traffic:
         about = cells.around(body, VIEW)
         return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
 
-    def _room(self, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]) -> tuple[int, ...]:
+    def _begun_anew(self, walk: Walk, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
+        """Begin the way anew where the robot is if it has been off it for long."""
+        if not walk.strayed(body):
+            self._on_way = tick
+        elif tick - self._on_way > 30 and body != OUTSIDE and self.cells.stands[body]:
+            self._on_way = tick
+            return self._begun(walk.ledger.number, touched, pose)
+        return walk
+
+    def _room(self, walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]) -> tuple[int, ...]:
         """List the cells to drive in beside the way, as far as nobody else needs them."""
         if floor or self._joint.frozen is not None or not inputs.sweeps or inputs.tick < self._listen_until:
             return ()
@@ -213,7 +224,9 @@ class Traffic:
             for record in fresh.values()
             for cell in (*record.ahead[:3], *[claim.cell for claim in record.claims], *record.held)
         }
-        return tuple(cell for cell in inputs.sweeps if cell not in needed)
+        way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
+        near = {other for cell in (*way, *walk.route[:2]) for other in self.cells.around(cell, 1)}
+        return tuple(cell for cell in inputs.sweeps if cell not in needed and cell in near)
 
     def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int, room: tuple[int, ...]) -> Walk:
         released = walk.released(touched, body, room)
