@@ -34,7 +34,8 @@ STEERING = {
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
-CIRCLES = 8.0  # s in which a robot that drives unconstrained has come no nearer to its goal
+LEAST = 0.15
+CIRCLES = 5.0  # s in which a robot that drives unconstrained has come no nearer to its goal
 AT_REST = 0.1  # m, from where it wants to stand when nothing is left to do
 
 
@@ -134,7 +135,10 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         shut = driver.shut(granted.drivable)
-        self.scale = 1.0 if granted.at_large else self._scale(driver.gap(pose, shut))
+        circles = self._gets_nowhere(situation, granted, halt)
+        if circles:
+            self._swept = ()
+        self.scale = LEAST if circles else 1.0 if granted.at_large else self._scale(driver.gap(pose, shut))
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self.scale)
         stop_at = distance_along(pose, granted.waypoints)
         if stop_at <= NEAR or self._rests(situation, granted):
@@ -178,7 +182,7 @@ class CellPilot:
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
-        if halt or not granted.at_large or left[0] != target or left[1] < fewest:
+        if halt or len(granted.held) <= 1 or left[0] != target or left[1] < fewest or left[1] > fewest + 6:
             self._progress = (*left, situation.sense.tick)
             return False
         return (situation.sense.tick - since) / self._settings.rate > CIRCLES

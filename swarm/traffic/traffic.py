@@ -208,7 +208,7 @@ class Traffic:
 
     def _begun_anew(self, walk: Walk, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Begin the way anew where the robot is if it has been off it for long."""
-        if not walk.strayed(body):
+        if walk.following or not walk.strayed(body):
             self._on_way = tick
         elif tick - self._on_way > 30 and body != OUTSIDE and self.cells.stands[body]:
             self._on_way = tick
