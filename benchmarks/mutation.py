@@ -18,7 +18,9 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from queue import SimpleQueue
@@ -113,10 +115,9 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        leave = shutil.ignore_patterns("__pycache__", ".*", "*.egg-info", "pictures")
-        shutil.copytree(ROOT, folder, ignore=leave)
-        # Python and numba both take a file for unchanged by its time of change: each write gets one of its own
-        self._times = count(1_000_000_000, 10)
+        # with the times of change, by which numba knows that what it compiled is still good
+        shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns("*.pyc", ".*", "*.egg-info", "pictures"))
+        self._times = count(1_000_000_000, 10)  # s, of faults: Python takes a file of the same time for unchanged
         self._usual: dict[tuple[str, ...], Usual] = {}
 
     def caught_by(self, mutation: Mutation) -> str | None:
@@ -125,10 +126,9 @@ class Copy:
         if tests not in self._usual:
             self._usual[tests] = self._as_it_is(tests)
         usual = self._usual[tests]
-        before = (ROOT / mutation.file).read_bytes()
-        self._write(mutation.file, before[: mutation.start] + mutation.new.encode() + before[mutation.end :])
-        code, said, _ = self._test(usual.tests_for(mutation.file), 60.0 + 4 * usual.seconds, "-x", *usual.leaving_out)
-        self._write(mutation.file, before)
+        with self._planted(mutation):
+            tests = usual.tests_for(mutation.file)
+            code, said, _ = self._test(tests, 60.0 + 4 * usual.seconds, "-x", *usual.leaving_out)
         return verdict(code, said)
 
     def _as_it_is(self, tests: tuple[str, ...]) -> Usual:
@@ -150,14 +150,28 @@ class Copy:
         )
         return Usual(seconds, (*names, *apart), tuple(f"--deselect={test}" for test in failing))
 
-    def _write(self, file: str, content: bytes) -> None:
-        path = self.folder / file
-        path.write_bytes(content)
+    @contextmanager
+    def _planted(self, mutation: Mutation) -> Iterator[None]:
+        """Plant a fault for a while. What numba compiled is put aside: within a folder, kernels are part of others."""
+        path = self.folder / mutation.file
+        before, stat = path.read_bytes(), path.stat()
+        compiled = path.parent / "__pycache__"
+        aside = compiled.with_name("__pycache__aside")
+        kernels = b"njit" in before
+        if kernels:
+            compiled.mkdir(exist_ok=True)
+            compiled.rename(aside)
+        path.write_bytes(before[: mutation.start] + mutation.new.encode() + before[mutation.end :])
         stamp = next(self._times)
         os.utime(path, (stamp, stamp))
-        if b"njit" in content:  # compiled into others of its folder too; no kernel calls one of another folder
-            for cached in (*path.parent.glob("__pycache__/*.nbi"), *path.parent.glob("__pycache__/*.nbc")):
-                cached.unlink()
+        try:
+            yield
+        finally:
+            path.write_bytes(before)
+            os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+            if kernels:
+                shutil.rmtree(compiled, ignore_errors=True)
+                aside.rename(compiled)
 
     def _test(self, tests: tuple[str, ...], limit: float, *options: str) -> tuple[int | None, str, float]:
         """Run tests; return pytest's exit code (None: it took too long), what it printed, and the seconds it took."""
