@@ -104,10 +104,10 @@ def verdict(code: int | None, said: str) -> str | None:
         return None
     if code < 0:
         return f"signal {-code}"
-    named = re.search(r"^(FAILED|ERROR) (\S+)", said, re.MULTILINE)
+    named = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
     if named is None or code not in {1, 2}:
         raise RuntimeError(f"pytest ended with {code}, and neither a test nor an import failed:\n{said}")
-    return named[2] if code == 1 else f"import of {named[2]}"
+    return named[1] if "::" in named[1] else f"import of {named[1]}"
 
 
 class Copy:

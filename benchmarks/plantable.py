@@ -62,13 +62,15 @@ def mutations(file: str, text: str) -> Iterator[Mutation]:
     bodies = [tree.body, *(node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
     declared = [line for body in bodies for line in body if isinstance(line, ast.Assign | ast.AnnAssign)]
     tuned = {node for line in declared for node in ast.walk(line)}
+    within = {part: node for node in ast.walk(tree) for part in ast.iter_child_nodes(node)}
     for node in _code(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
             op = FLIPPED[type(node.ops[0])]
             yield put(node, f"({src(node.left)} {op} {src(node.comparators[0])})", f"`{src(node)}` with {op}")
         elif isinstance(node, ast.Constant) and isinstance(node.value, bool | int | float):
             for new in _other(node.value, declared=node in tuned):
-                yield put(node, new, f"{node.value!r} becomes {new}")
+                part = f" in `{src(within[node])}`" if isinstance(within[node], ast.BinOp | ast.Compare) else ""
+                yield put(node, new, f"{node.value!r} becomes {new}{part}")
         elif isinstance(node, ast.BoolOp):
             other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
             yield put(node, f"({src(ast.BoolOp(other, node.values))})", f"and/or swapped in `{src(node)}`")

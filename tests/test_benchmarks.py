@@ -204,6 +204,7 @@ UNREADABLE = "ERROR tests/a.py - NameError: name 'b' is not defined\n1 error in 
         (0, "4 passed in 0.5s", None),
         (1, FAILED, "tests/a.py::test_b[1]"),
         (1, "ERROR tests/a.py::test_b - ValueError\n1 error in 0.5s", "tests/a.py::test_b"),
+        (1, UNREADABLE, "import of tests/a.py"),
         (2, UNREADABLE, "import of tests/a.py"),
         (None, "", "no end"),
         (-11, "", "signal 11"),

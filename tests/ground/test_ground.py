@@ -79,6 +79,16 @@ def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float
     assert ground.map.at(9.5, 5.5) == UNKNOWN, "nobody looked there"
 
 
+def test_beside_the_corner_of_the_map_walls_are_learned_too() -> None:
+    """Its rays reach farther than the map there."""
+    scenario = unknown()
+    for x, y in ((1.3, 1.3), (8.7, 4.7)):
+        floor = learned(scenario, place=(x, y)).map
+        outwards = 0.35 if x > 5.0 else -0.35
+        assert floor.at(x, y) == FREE
+        assert floor.at(x + outwards, y) == floor.at(x, y + outwards) == WALL
+
+
 def test_nothing_is_learned_before_one_has_heard_who_is_near() -> None:
     scenario = unknown()
     ground = Ground(scenario)
