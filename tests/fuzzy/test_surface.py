@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from swarm.errors import ConfigError
 from swarm.robot.fuzzy import Controller, load_profile
 from swarm.robot.fuzzy.explain import explain
-from swarm.robot.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, surface
+from swarm.robot.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, _ticks, surface
 
 PAPER = Controller(load_profile("paper"))
 FASTEST = 4.0  # m/s, at the bright end of the colours
@@ -115,6 +115,29 @@ def test_the_axes_are_marked_and_labelled_where_their_values_lie(
         for value, row in zip(up, rows, strict=True):
             near = [one for one in labels if one.text == f"{value:g}" and panel - LEFT < one.x < panel]
             assert any(one.y == pytest.approx(row) for one in near), value
+
+
+# fmt: off
+MARKS = {  # the ends of a universe: the values marked
+    (0.0, 0.5):      [0, 0.1, 0.2, 0.3, 0.4, 0.5],
+    (0.0, 1.0):      [0, 0.2, 0.4, 0.6, 0.8, 1.0],
+    (0.0, 2.5):      [0, 0.5, 1.0, 1.5, 2.0, 2.5],
+    (0.25, 3.0):     [0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+    (0.0, 5.5):      [0, 1, 2, 3, 4, 5],
+    (-6.0, 6.0):     [-6, -4, -2, 0, 2, 4, 6],
+    (0.0, 25.0):     [0, 5, 10, 15, 20, 25],
+    (0.0, 60.0):     [0, 10, 20, 30, 40, 50, 60],
+    (-90.0, 90.0):   [-90, -60, -30, 0, 30, 60, 90],
+    (-180.0, 180.0): [-180, -120, -60, 0, 60, 120, 180],
+    (-270.0, 270.0): [-270, -180, -90, 0, 90, 180, 270],
+    (0.0, 1000.0):   [0, 1000],
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("universe", MARKS)
+def test_marks_are_few_and_round(universe: tuple[float, float]) -> None:
+    assert _ticks(*universe) == pytest.approx(MARKS[universe])
 
 
 def test_the_colour_scale_goes_from_rest_below_to_the_fastest_above(
