@@ -8,31 +8,9 @@ import pytest
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.messages import RADIO, Activity, Broadcast, Sense, State, Steering
-from swarm.robot.brain import RETRY, STUCK, Inputs, Outputs, Robot
-from swarm.robot.cell_pilot import CIRCLES
-from swarm.scenario.load import Scenario
-from tests.shared import scenario_of
-
-AT = Pose(2.5, 3.5, 0.0)
-STOPS = [[7.5, 3.5], [7.5, 2.5], [4.5, 2.5]]
-
-
-def scenario(rule: str = "give_way") -> Scenario:
-    return scenario_of(targets=STOPS, traffic={"rule": rule})
-
-
-def robot(rule: str = "give_way") -> Robot:
-    return Robot("r2", 1, scenario(rule), AT)
-
-
-def step(one: Robot, tick: int, *heard: Broadcast, pose: Pose = AT, run: int = 0) -> Outputs:
-    """Step a robot that stands in the open."""
-    sense = Sense(
-        run=run, tick=tick, time=tick * 0.05, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0, angular=0.0,
-        left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[],
-    )  # fmt: skip
-    return one.step(Inputs(sense, heard))
+from swarm.messages import RADIO, Activity, Broadcast, State
+from swarm.robot.brain import RETRY, STUCK, Robot
+from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 
 def ahead(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
@@ -204,21 +182,3 @@ def test_a_new_plan_leads_round_who_stands_on_the_way() -> None:
     first, anew = (min(distance(point, (3.6, 3.5)) for point in dense(plan.points)) for plan in plans)
     assert first < 0.2
     assert anew > 2 * scenario().settings.robot.radius
-
-
-# --- tables that turn to and fro for ever ---
-
-
-@pytest.mark.parametrize("nearer_at", [None, 100])
-def test_a_robot_alone_that_comes_no_nearer_for_long_is_turned_to_its_aim(nearer_at: int | None) -> None:
-    """Its pose is held, facing away from its stop: the tables drive on and on. A cell nearer, and the time runs anew."""
-    one, commands = robot("holds"), []
-    for tick in range(400):
-        x = AT.x if nearer_at is None or tick < nearer_at else AT.x + 1.0
-        commands.append(step(one, tick, pose=Pose(x, AT.y, 3.0)).command)
-    alone = next(tick for tick, command in enumerate(commands) if command.unconstrained)
-    helped = (nearer_at or alone) + round(CIRCLES / 0.05)
-    assert {command.steering for command in commands[alone : helped - 1]} == {Steering.FUZZY}
-    for command in commands[helped + 1 :]:
-        assert command.left == -command.right != 0.0
-        assert command.steering is Steering.SUPERVISOR
