@@ -101,7 +101,7 @@ def _other(value: float, *, declared: bool) -> list[str]:
         return [str(not value)]
     if not value:
         return [repr(value + 1)]
-    return [repr(value * 100)] if declared else [repr(value * 2), repr(value * 100), repr(value + 1)]
+    return [repr(value * 100)] if declared else list(dict.fromkeys(map(repr, (value * 2, value * 100, value + 1))))
 
 
 def _code(node: ast.AST) -> Iterator[ast.AST]:

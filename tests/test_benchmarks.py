@@ -164,6 +164,7 @@ PLANTED: dict[str, list[str]] = {  # a line of code: what it becomes
     "a = f(True)":                        ["a = f(False)"],
     "return f(3)":                        ["return f(300)", "return f(4)", "return f(6)"],
     "return f(0.0)":                      ["return f(1.0)"],
+    "return f(1)":                        ["return f(100)", "return f(2)"],
     "f(a)":                               ["None"],
     "f(a).b":                             [],
     "A = 3":                              ["A = 300"],
@@ -232,9 +233,10 @@ def test_the_same_seed_draws_the_same_faults_each_in_a_file_of_its_room_with_tes
         assert [path for path in tests if not (ROOT / path.split("::")[0]).exists()] == []
 
 
-def test_what_does_no_harm_is_still_in_the_code() -> None:
-    for file, line, _ in HARMLESS:
-        assert line in (ROOT / file).read_text(encoding="utf-8")
+def test_what_does_no_harm_can_still_be_planted() -> None:
+    for file, line, what in HARMLESS:
+        planted = mutations(file, (ROOT / file).read_text(encoding="utf-8"))
+        assert any(one.code == line and one.what.startswith(what) for one in planted), (file, line, what)
 
 
 def test_every_planted_fault_is_a_text_of_the_code() -> None:
