@@ -1,6 +1,5 @@
 """The lattice of cells against the map it was made from."""
 
-from itertools import pairwise
 from math import hypot, pi
 
 import numpy as np
@@ -11,8 +10,7 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
-from swarm.traffic.route import own_way
-from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
+from tests.traffic.maps import BAY, SIDE, Drawn
 
 
 def test_a_disc_fits_only_in_held_cells_and_off_walls() -> None:
@@ -52,15 +50,6 @@ def test_the_lattice_is_shifted_to_where_doors_open() -> None:
 def test_outside_is_no_cell() -> None:
     assert BAY.cells.cell_of(-0.1, 0.5) == OUTSIDE
     assert OUTSIDE in BAY.cells.touched(0.1, 0.6, 0.2)
-
-
-@pytest.mark.parametrize(("start", "goal"), ["ab", "ah", "gd", "cf"])
-def test_an_own_way_is_a_shortest_one(start: str, goal: str) -> None:
-    (a, b), cells = DOOR.at(start + goal), DOOR.cells
-    way = (a, *own_way(cells, a, b))
-    assert way[-1] == b
-    assert len(way) - 1 == cells.distances(b)[a]
-    assert all(other in cells.neighbours[cell] for cell, other in pairwise(way))
 
 
 # --- the same floor elsewhere, and turned ---
