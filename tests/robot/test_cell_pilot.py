@@ -2,12 +2,15 @@
 
 import pytest
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Activity, Steering
 from swarm.robot.brain import Robot
 from swarm.robot.cell_pilot import CIRCLES
+from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.traffic.cells_of import cells_of
 from tests.robot.shared import AT, robot, step
 from tests.shared import scenario_of
+from world.simulate import Simulation
 
 LISTENED = 40  # ticks, after which a robot that hears nobody drives
 
@@ -30,6 +33,28 @@ def test_a_robot_goes_back_to_its_last_stop_unless_another_wants_to_be_there(
     assert {outputs.command.activity for outputs in said} == {Activity.DRIVE if stays else Activity.DONE}
     told = [outputs.broadcast.traffic for outputs in said if outputs.broadcast is not None]
     assert {(one.own.done, one.own.idle) for one in told if one is not None} == {(True, not stays)}
+
+
+# --- what it holds while nobody is near ---
+
+
+def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through() -> None:
+    hall = scenario_of(
+        "#" * 21 + "\n" + ("#" + "." * 19 + "#\n") * 6 + "#" * 21 + "\n",
+        start={"poses": [[*AT]]}, targets=[[18.5, 5.5], [2.5, 5.5]], return_home=False,
+        traffic={"rule": "holds"}, robot={"wheel_acceleration": 0.5},
+    )  # fmt: skip
+    simulation, cells, robot = Simulation.of(hall, 1, 1), cells_of(hall.map, hall.settings), hall.settings.robot
+    drive, dt = DifferentialDrive(robot.track_width, robot.wheel_radius), 1.0 / hall.settings.rate
+    while not simulation.world.finished:
+        tick = simulation.step()
+        sense, command = tick.senses["r1"], tick.commands["r1"]
+        pose, wheels = Pose(sense.x, sense.y, sense.yaw), drive.rim_speeds(Twist(sense.linear, sense.angular))
+        while any(wheels):
+            left, right = (ramp(speed, 0.0, robot.wheel_acceleration * dt) for speed in wheels)
+            pose, wheels = integrate(pose, drive.twist(left, right), dt), (left, right)
+            assert set(cells.touched(pose.x, pose.y, robot.radius)) <= set(command.held)
+    assert simulation.world.complete
 
 
 # --- when it only turns ---
