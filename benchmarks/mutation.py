@@ -45,10 +45,13 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
     "world/storm":   ("world/storm",),
     "processes":     PROCESSES,
 }
-FLEET: Final = "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete"
+DRIVER: Final = (
+    "tests/traffic/test_driver.py", "tests/traffic/test_driver_brake.py",
+    "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
+)
 TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
     "swarm/robot/fuzzy":      ("tests/fuzzy", "tests/cli"),
-    "swarm/robot":            ("tests/robot", "tests/ground", "tests/traffic/test_driver.py", FLEET),
+    "swarm/robot":            ("tests/robot", "tests/ground", *DRIVER),
     "swarm/robot/process.py": ("tests/launch",),
     "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),
     "swarm/traffic":          ("tests/traffic", "tests/scenario"),

@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.route import STRAY, own_way
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
 ROWS, COLUMNS = 6, 8
@@ -89,3 +92,16 @@ def test_the_way_is_the_cheapest_in_steps_and_in_what_it_strays(
     assert all(b in cells.neighbours[a] and b not in shut for a, b in pairwise((start, *way)))
     assert (start, *way)[-1] == goal
     assert sum(map(cost, way)) == pytest.approx(nx.shortest_path_length(graph, start, goal, "weight"))
+
+
+def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_path() -> None:
+    """Claims are made along it; only another goal, or something in the way, is a reason to look again."""
+    start, goal = RING.at("ag")
+    traffic = Traffic("r1", RING.cells, TrafficSettings())
+    ways = []
+    for tick in range(120):
+        path = RING.points("a17g" if tick < 20 else "ajpg")
+        inputs = TrafficInputs(tick, RING.pose(start), RING.cells.centre(goal), path=path)
+        ways.append(traffic.step(inputs).way)
+    assert ways[0][1:] == RING.at("812345679g")
+    assert set(ways) == {ways[0]}
