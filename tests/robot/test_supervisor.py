@@ -1,5 +1,6 @@
 """What keeps a robot clear: the lookahead against stepping by hand, and the supervisor against shapely."""
 
+from dataclasses import replace
 from math import inf, pi
 
 import msgspec
@@ -9,7 +10,7 @@ import shapely
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, distance, integrate
+from swarm.geometry import Pose, distance, from_frame, integrate
 from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
 from swarm.messages import Sense, Steering
 from swarm.planning.grid import Grid
@@ -188,6 +189,22 @@ def test_the_lookahead_is_stepping_by_hand(
     )  # fmt: skip
     nearest = min((distance(place, body) for place in poses), default=inf) - 0.27
     assert beside == pytest.approx(min(got, nearest), abs=2e-3)
+
+
+@given(starts, wishes, wishes, st.builds(Pose, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(-pi, pi)))
+def test_on_a_floor_that_lies_elsewhere_and_turned_the_lookahead_is_the_same(
+    pose: Pose, now: tuple[float, float], wanted: tuple[float, float], origin: Pose
+) -> None:
+    there = Grid.grown(replace(SCENARIO.map, origin=origin), RADIUS, 0.8, 0.1)
+    moved = Pose(*from_frame(origin, pose.x, pose.y), pose.yaw + origin.yaw)
+    here, elsewhere = (
+        least_clearance(
+            grid, place, now, wanted, np.empty((0, 2)), body_radius=0.0, track_width=DRIVE.track_width,
+            acceleration=SETTINGS.robot.wheel_acceleration, dt=DT, ticks=8,
+        )
+        for grid, place in ((GRID, pose), (there, moved))
+    )  # fmt: skip
+    assert elsewhere == pytest.approx(here, abs=1e-4)
 
 
 # --- the way out of a place without one ---

@@ -2,6 +2,7 @@
 
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive
+from swarm.traffic.cells import CellMap
 from swarm.traffic.driver import Driver
 from tests.traffic.maps import Drawn
 
@@ -12,6 +13,8 @@ RADIUS, MARGIN = 0.2, 0.03
 
 
 def driver(drawn: Drawn, grid: Grid | None = None) -> Driver:
-    return Driver(
-        drawn.cells, DRIVE, radius=RADIUS, margin=MARGIN, acceleration=ACCELERATION, dt=DT, fastest=0.6, grid=grid
-    )
+    return driver_on(drawn.cells, grid)
+
+
+def driver_on(cells: CellMap, grid: Grid | None = None) -> Driver:
+    return Driver(cells, DRIVE, radius=RADIUS, margin=MARGIN, acceleration=ACCELERATION, dt=DT, fastest=0.6, grid=grid)

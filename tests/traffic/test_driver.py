@@ -1,6 +1,7 @@
 """The driver keeps the footprint in held cells whatever the tables say, and leaves them alone where it can."""
 
 from collections import deque
+from dataclasses import replace
 from math import cos, hypot, pi, sin
 
 import numpy as np
@@ -8,13 +9,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, Twist, integrate
+from swarm.geometry import Pose, Twist, from_frame, integrate
 from swarm.planning.grid import Grid
+from swarm.traffic.cells import CellMap
 from swarm.traffic.driver import CAREFUL, CHANGES, DETOURS, STILL_FAST, Body, Whose, distance_along
 from swarm.traffic.settings import NEAR, TrafficSettings
 from swarm.traffic.sweep import braking_points, line_room, path_room
-from tests.traffic.driving import ACCELERATION, DRIVE, DT, MARGIN, RADIUS, driver
-from tests.traffic.maps import BAY, DOOR
+from tests.traffic.driving import ACCELERATION, DRIVE, DT, MARGIN, RADIUS, driver, driver_on
+from tests.traffic.maps import BAY, DOOR, SIDE
 
 
 @given(
@@ -211,3 +213,24 @@ def test_who_faced_its_aim_while_it_turned_fast_drives_with_care_for_a_while() -
     rates = [turn(0.3) for _ in range(2 * round(CAREFUL / DT))]
     assert rates.count(pytest.approx(careful[1])) == round(CAREFUL / DT) - 3, "as long as that, two turns of it before"
     assert rates[-1] == pytest.approx(trusted[1])
+
+
+@given(
+    pose=st.builds(Pose, st.floats(-0.5, 1.7), st.floats(-0.3, 0.3), st.floats(-pi, pi)),
+    tables=st.tuples(st.floats(0.0, 1.6), st.floats(0.0, 1.6)),
+    origin=st.builds(Pose, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(-pi, pi)),
+)
+def test_on_a_floor_that_lies_elsewhere_and_turned_it_drives_the_same(
+    pose: Pose, tables: tuple[float, float], origin: Pose
+) -> None:
+    """Beside a wall, on the way from one cell to the next but one."""
+    a = BAY.at("a")[0]
+    x, y = BAY.cells.centre(a)
+    held, driven = (a, a + 1, a + 2), []
+    for lies in (Pose(0.0, 0.0, 0.0), origin):
+        floor = replace(BAY.occupancy, origin=lies)
+        driving = driver_on(CellMap(floor, side=SIDE, radius=0.23), Grid.grown(floor, RADIUS, resolution=0.1))
+        body = Body(Pose(*from_frame(lies, x + pose.x, y + pose.y), pose.yaw + lies.yaw), *tables)
+        aim = from_frame(lies, x + 2 * SIDE, y)
+        driven.append(driving.wheels(body, held, aim, stop_at=2.0, tables=tables))
+    assert driven[1][:2] == pytest.approx(driven[0][:2], abs=1e-3)
