@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import pytest
 
-from swarm.traffic.assign import assign
+from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.joint import JointPlanning
+from swarm.traffic.joint import ATTEMPTS, JointPlanning
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -109,3 +109,8 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
                 break
         said[shut] = [(event.kind, joint.plan is not None) for event in events]
     assert said == {True: [("no_plan_found", False)], False: [("joint_plan", True)]}
+
+
+def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
+    assert ATTEMPTS[0] == (True, True, Aside.NEAR)
+    assert len(set(ATTEMPTS)) == len(ATTEMPTS)
