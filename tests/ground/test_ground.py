@@ -170,6 +170,15 @@ def test_news_fit_into_a_broadcast_and_come_round_to_late_comers() -> None:
     )  # fmt: skip
 
 
+def test_all_that_is_known_is_told_in_turn_and_nothing_twice_in_a_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("swarm.robot.ground.TELL", 7)
+    ground = learned(unknown(), place=(3.0, 3.0))
+    told = list(chain.from_iterable([ground.tell() for _ in range(60)][30:]))  # what is new was told before
+    known = len(set(told))
+    assert known > 2 * 7
+    assert all(len(set(told[first : first + known])) == known for first in range(len(told) - known))
+
+
 def test_a_robot_with_a_given_map_tells_learns_and_forgets_nothing_of_it() -> None:
     scenario = scenario_of(TEXT)
     ground = Ground(scenario)
