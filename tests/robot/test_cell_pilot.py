@@ -95,6 +95,7 @@ def test_a_robot_alone_that_comes_no_nearer_for_long_is_turned_to_its_aim(nearer
         commands.append(step(one, tick, pose=Pose(x, AT.y, 3.0)).command)
     alone = next(tick for tick, command in enumerate(commands) if command.unconstrained)
     helped = (nearer_at or alone) + round(CIRCLES / 0.05)
+    assert helped < len(commands) - 100, "within a quarter of a minute"
     assert {command.steering for command in commands[alone : helped - 1]} == {Steering.FUZZY}
     for command in commands[helped + 1 :]:
         assert command.left == -command.right != 0.0
