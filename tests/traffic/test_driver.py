@@ -195,6 +195,20 @@ def test_changes_go_from_mild_to_strong_and_detours_from_near_to_far() -> None:
     assert max(DETOURS) < pi / 2, "none leads back"
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_tables_that_would_lead_out_of_its_cells_are_bent_towards_the_aim(side: float) -> None:
+    a = BAY.at("a")[0]
+    x, y = BAY.cells.centre(a)
+    blends = 0
+    for yaw in np.arange(0.1, 1.05, 0.05) * side:
+        body = Body(Pose(x, y + 0.25 * side, yaw), 0.3, 0.3)  # near the edge already
+        wheels = driver(BAY).wheels(body, (a, a + 1), (x + SIDE, y), stop_at=SIDE, tables=(0.9, 0.9))
+        if wheels.whose is Whose.BLEND:
+            blends += 1
+            assert (wheels.right - wheels.left) * side < 0.0, "back from where it heads"
+    assert blends > 5
+
+
 def test_who_faced_its_aim_while_it_turned_fast_drives_with_care_for_a_while() -> None:
     """Its commands came late: it then turns no faster than it can settle. After a while it is trusted again."""
     driving, (a,) = driver(BAY), BAY.at("a")
