@@ -26,6 +26,8 @@ NO_BENCHMARK: Final = (
     "fuzz_maps",
     "mutants",
     "mutation",
+    "plantable",
+    "harmless",
 )  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 

@@ -1,5 +1,6 @@
 """What keeps a robot clear: the lookahead against stepping by hand, and the supervisor against shapely."""
 
+from dataclasses import replace
 from math import inf, pi
 
 import msgspec
@@ -9,7 +10,7 @@ import shapely
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, distance, integrate
+from swarm.geometry import Pose, distance, from_frame, integrate
 from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
 from swarm.messages import Sense, Steering
 from swarm.planning.grid import Grid
@@ -190,6 +191,22 @@ def test_the_lookahead_is_stepping_by_hand(
     assert beside == pytest.approx(min(got, nearest), abs=2e-3)
 
 
+@given(starts, wishes, wishes, st.builds(Pose, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(-pi, pi)))
+def test_on_a_floor_that_lies_elsewhere_and_turned_the_lookahead_is_the_same(
+    pose: Pose, now: tuple[float, float], wanted: tuple[float, float], origin: Pose
+) -> None:
+    there = Grid.grown(replace(SCENARIO.map, origin=origin), RADIUS, 0.8, 0.1)
+    moved = Pose(*from_frame(origin, pose.x, pose.y), pose.yaw + origin.yaw)
+    here, elsewhere = (
+        least_clearance(
+            grid, place, now, wanted, np.empty((0, 2)), body_radius=0.0, track_width=DRIVE.track_width,
+            acceleration=SETTINGS.robot.wheel_acceleration, dt=DT, ticks=8,
+        )
+        for grid, place in ((GRID, pose), (there, moved))
+    )  # fmt: skip
+    assert elsewhere == pytest.approx(here, abs=1e-4)
+
+
 # --- the way out of a place without one ---
 
 
@@ -198,6 +215,8 @@ def test_where_the_tables_find_no_way_it_turns_to_the_freer_side_until_there_is_
     left: float, right: float, side: int
 ) -> None:
     supervisor, pose = Supervisor(SETTINGS), Pose(6.3, 2.5, 0.0)  # 0.5 m before a wall, as the map has it
+    for tick in range(5):  # what was free before shortens no patience
+        assert supervisor.check(sense_at(Pose(5.0, 4.5, pi), (0.3, 0.3), tick), GRID, [], False, 0.3, 0.3).left == 0.3
     turned = []
     for tick in range(60):
         sense = msgspec.structs.replace(sense_at(pose, (0.0, 0.0), tick), left=left, front=0.05, right=right)
