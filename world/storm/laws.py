@@ -7,7 +7,14 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from world.storm.history import History
-from world.storm.laws_claims import claims_numbered_once, no_false_agreement
+from world.storm.laws_claims import (
+    claims_numbered_once,
+    listens_first,
+    no_false_agreement,
+    no_wait_for_the_silent,
+    stands_without_claims,
+    takes_only_what_is_free,
+)
 from world.storm.laws_floor import no_body_outside, no_contact, no_hold_without_claim, no_overlap
 from world.storm.laws_mission import (
     all_arrive,
@@ -36,6 +43,10 @@ LAWS: Final[Mapping[str, Law]] = {
     "no hold without a claim": no_hold_without_claim,
     "claims numbered once": claims_numbered_once,
     "no false agreement": no_false_agreement,
+    "listens first": listens_first,
+    "no claim while standing": stands_without_claims,
+    "takes only what is free": takes_only_what_is_free,
+    "no wait for the silent": no_wait_for_the_silent,
     "no body outside": no_body_outside,
     "flags stay": flags_stay,
     "all arrive": all_arrive,
