@@ -149,6 +149,16 @@ def outside(history: History) -> History:
     return with_commands(history, change)
 
 
+def too_fast(history: History) -> History:
+    """r1 drives so fast that it comes to rest 1.6 m further on."""
+
+    def alter(moment: Moment) -> Moment:
+        sense = changed(moment.senses["r1"], linear=2.5)
+        return moment._replace(senses={**moment.senses, "r1": sense})
+
+    return with_moments(history, lambda moment: alter(moment) if moment.tick == TICK else moment)
+
+
 def taken_back(history: History) -> History:
     """r1 says for one tick that it has arrived."""
 
@@ -161,6 +171,15 @@ def taken_back(history: History) -> History:
 def never_there(history: History) -> History:
     history = with_report(history, "r2", reached=[None])
     return with_report(history, complete=False, reason="not reached: r2 target 1")
+
+
+def never_over(history: History) -> History:
+    """Both stand where they are for 125 s more."""
+    *_, before, last = history.moments
+    more = [before._replace(tick=last.tick + tick, events=(), spoken={}) for tick in range(2500)]
+    history = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + 2500)])
+    ticks = history.report["ticks"] + 2500
+    return with_report(history, ticks=ticks, sim_time=ticks * history.dt)
 
 
 def said_unsolvable(history: History) -> History:
@@ -204,8 +223,10 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("taken although another one holds it", "takes only what is free", told_of_a_third),
     ("waits for the silent", "no wait for the silent", waiting_for_the_silent),
     ("a body outside", "no body outside", outside),
+    ("too fast to stop", "room to brake", too_fast),
     ("a flag taken back", "flags stay", taken_back),
     ("a stop not reached", "all arrive", never_there),
+    ("a mission without end", "it ends", never_over),
     ("a stop given up", "truthful", lambda h: with_report(h, "r1", unreachable=[0])),
     ("called unsolvable", "truthful", said_unsolvable),
     ("100 s of silence", "nobody stands unnamed", stood_first),

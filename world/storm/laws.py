@@ -15,10 +15,12 @@ from world.storm.laws_claims import (
     stands_without_claims,
     takes_only_what_is_free,
 )
-from world.storm.laws_floor import no_body_outside, no_contact, no_hold_without_claim, no_overlap
+from world.storm.laws_driving import no_body_outside, room_to_brake
+from world.storm.laws_floor import no_contact, no_hold_without_claim, no_overlap
 from world.storm.laws_mission import (
     all_arrive,
     flags_stay,
+    it_ends,
     no_exception,
     nobody_stands_unnamed,
     report_agrees,
@@ -48,8 +50,10 @@ LAWS: Final[Mapping[str, Law]] = {
     "takes only what is free": takes_only_what_is_free,
     "no wait for the silent": no_wait_for_the_silent,
     "no body outside": no_body_outside,
+    "room to brake": room_to_brake,
     "flags stay": flags_stay,
     "all arrive": all_arrive,
+    "it ends": it_ends,
     "truthful": truthful,
     "nobody stands unnamed": nobody_stands_unnamed,
     "the report agrees": report_agrees,

@@ -133,23 +133,3 @@ def _must_agree(history: History, moment: Moment, me: str, cell: int, heard: Map
         and moment.tick - heard.get(name, -(10**9)) <= late
         and hypot(pose.x - x, pose.y - y) <= NEAR * cells.side
     ]
-
-
-def no_body_outside(history: History) -> Found:
-    """Check that each body is inside the cells that its robot holds."""
-    if not holds(history):
-        return
-    pushed = pushes(history)
-    radius = history.settings.robot.radius
-    held: dict[str, frozenset[int]] = {}
-    outside: set[str] = set()
-    for moment in history.moments[:-1]:
-        held |= {name: frozenset(command.held) for name, command in moment.commands.items()}
-        cells = cells_at(history, moment.tick)
-        for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
-            if name not in held:
-                continue
-            out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
-            if out and name not in outside and not was_pushed(pushed, number, moment.tick):
-                yield moment.tick, (name,), f"{name} is in cell {out[0]} that it does not hold"
-            outside = outside | {name} if out else outside - {name}
