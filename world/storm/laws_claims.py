@@ -12,7 +12,7 @@ from world.faults import SILENT
 from world.storm.growth import AWAY, growth, has_new_process
 from world.storm.history import History, Moment
 from world.storm.seen import Found, holds
-from world.storm.told import Told, cells_of_record
+from world.storm.told import Told
 
 LISTENS: Final = 1.0  # s after it begins or wakes, in which a robot claims nothing
 NO_ANSWER: Final = 8.0  # s of silence, after which nobody waits for an answer any more
@@ -118,25 +118,22 @@ def _found_empty(seen: Collection[Sighting], cell: int, since: int, until: int) 
 
 
 def no_wait_for_the_silent(history: History) -> Found:
-    """Check that nobody waits for the answer of a robot long silent, but only for cells that it holds or claims."""
+    """Check that nobody waits for the answer of a robot long silent, but only for cells that it was told it keeps."""
     if not holds(history):
         return
-    last: dict[str, Record] = {}
+    told = Told(history)
     silent_since: dict[str, int] = {}
     for moment in history.moments:
+        told.hear(moment)
         for name, health in moment.health.items():
             if health in SILENT:
                 silent_since.setdefault(name, moment.tick)
             else:
                 silent_since.pop(name, None)
-        last |= dict(_records(moment))
         for name, own in _records(moment):
             for other in own.waits:
                 silence = (moment.tick - silent_since.get(other, moment.tick)) * history.dt
-                record = last.get(other)
-                if silence <= NO_ANSWER or record is None:
-                    continue
-                if not cells_of_record(record).union(record.ahead).intersection(own.ahead[:1]):
+                if silence > NO_ANSWER and not told.way(name, other).intersection(own.ahead[:1]):
                     yield moment.tick, (name, other), f"{name} waits for {other}, silent for {silence:.0f} s"
 
 

@@ -37,12 +37,12 @@ class Told:
     def cells(self, listener: str, robot: str) -> frozenset[int]:
         """Return the cells that a robot holds or claims, as far as ``listener`` was told."""
         record = self._newest.get((listener, robot))
-        return frozenset() if record is None else cells_of_record(record)
+        return frozenset((*record.held, *(claim.cell for claim in record.claims)) if record is not None else ())
 
-
-def cells_of_record(record: Record) -> frozenset[int]:
-    """Return the cells that a robot says it holds or claims."""
-    return frozenset((*record.held, *(claim.cell for claim in record.claims)))
+    def way(self, listener: str, robot: str) -> frozenset[int]:
+        """Return the cells that a robot holds, claims or will claim, as far as ``listener`` was told."""
+        record = self._newest.get((listener, robot))
+        return self.cells(listener, robot).union(record.ahead if record is not None else ())
 
 
 def _records(words: Broadcast | None) -> Iterator[Record]:
