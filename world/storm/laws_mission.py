@@ -10,7 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
-ENDS: Final = 120.0  # s after the last stop; on the largest floors the way back to where one stood takes 60 s
+ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute
 RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
 
 
