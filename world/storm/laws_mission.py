@@ -10,6 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
+ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute
 RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
 
 
@@ -56,6 +57,17 @@ def all_arrive(history: History) -> Found:
             names,
             "; ".join(f"{name} did not reach stop {stop + 1} though a way leads there" for name, stop in stuck),
         )
+
+
+def it_ends(history: History) -> Found:
+    """Check that the mission is over soon after everybody's last stop: who is done comes to rest out of the way."""
+    report = history.report
+    if not report or not report["complete"]:
+        return
+    last = max(time for row in report["per_robot"].values() for time in row["reached"])
+    over = history.moments[-1].tick * history.dt
+    if over - last > ENDS:
+        yield history.moments[-1].tick, (), f"all arrived within {last:.0f} s, but the mission went on to {over:.0f} s"
 
 
 def truthful(history: History) -> Found:
