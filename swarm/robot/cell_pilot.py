@@ -56,6 +56,8 @@ class CellPilot:
         self._supervisor = Supervisor(settings)
         self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
+        self._read_for: tuple[object, ...] = ()  # what the last readings were made from: who stands reads the same
+        self._read: tuple[Reading, ...] = ()
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
@@ -126,7 +128,8 @@ class CellPilot:
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
         circles = self._gets_nowhere(situation, granted, halt)
         if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
-            free = min((one.measured for one in readings[1:2] if one.is_body(self._constants)), default=inf)
+            front = readings[1]
+            free = front.measured if front.is_body(self._constants) else inf
             stop_at = distance_along(pose, granted.waypoints)
             may_drive = granted.may_drive
             return _by(
@@ -170,13 +173,17 @@ class CellPilot:
     def _readings(self, situation: Situation) -> tuple[Reading, ...]:
         """Set what each sector measures beside what the map alone would let it measure."""
         sense, grid = situation.sense, situation.navigator.grid
+        asked = (sense.left, sense.front, sense.right, situation.pose, grid)
+        if asked == self._read_for:
+            return self._read
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
         found = []
-        for angles, measured in zip(self._sectors, (sense.left, sense.front, sense.right), strict=True):
+        for angles, measured in zip(self._sectors, asked[:3], strict=True):
             near = measured < self._constants.stop_distance or angles is self._sectors.front  # others stop nobody
             expected = nearest_on_map(grid, situation.pose, angles, radius + reach) - radius if near else reach
             found.append(Reading(measured, expected, angles[len(angles) // 2], half_width(angles)))
-        return tuple(found)
+        self._read_for, self._read = asked, tuple(found)
+        return self._read
 
 
 def _targets_of_others(settings: Settings, number: int) -> list[Point]:

@@ -111,11 +111,12 @@ class CellMap:
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def swept(self, points: Sequence[Point], radius: float) -> frozenset[int]:
+    def swept(self, points: Sequence[Point] | Numbers, radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         if len(points) == 1:
-            return frozenset(self.touched(*points[0], radius)) - {OUTSIDE}
-        places = np.array(points, np.float64)
+            touched = frozenset(self.touched(points[0][0], points[0][1], radius))
+            return touched - {OUTSIDE} if OUTSIDE in touched else touched
+        places = np.asarray(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
