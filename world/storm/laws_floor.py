@@ -1,14 +1,14 @@
 """The laws of the shared floor: who touches what, and who holds which cell."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
 from math import hypot
 from typing import Final
 
-from swarm.geometry import distance
+from swarm.geometry import Pose, distance
 from swarm.messages import Broadcast
 from swarm.traffic.cells import OUTSIDE
-from world.faults import SILENT
+from world.faults import SILENT, Health
 from world.storm.history import History, Moment
 from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
 
@@ -65,13 +65,19 @@ def no_overlap(history: History) -> Found:
     silent: dict[str, int] = {}  # when each was silent last
     told = _Told(history)
     for moment in history.moments:
-        silent |= {name: moment.tick for name, health in moment.health.items() if health in SILENT}
-        told.hear(moment)
+        for name, health in moment.health.items():
+            if health is not Health.WELL and health in SILENT:
+                silent[name] = moment.tick
         held |= {name: frozenset(command.held) - {OUTSIDE} for name, command in moment.commands.items()}
+        if len(frozenset().union(*held.values())) == sum(map(len, held.values())):
+            excused.clear()
+            blamed.clear()
+            continue
         now = {(a, b): held[a] & held[b] for a, b in combinations(sorted(held), 2) if held[a] & held[b]}
         for (a, b), shared in now.items():
             if (a, b) in excused | blamed:
                 continue
+            told.hear_until(moment.tick)
             asleep = [name for name in (a, b) if moment.tick - silent.get(name, -BACK - 1) <= BACK]
             if any(was_pushed(pushed, history.robots.index(name), moment.tick) for name in (a, b)) or any(
                 not told.of(b if name == a else a, name) & shared or not _stands_in(history, moment, name, shared)
@@ -89,11 +95,19 @@ class _Told:
     """What each robot has been told of the cells of each other one, over the radio and by who passed it on."""
 
     def __init__(self, history: History) -> None:
+        self._coming = iter(history.moments)
+        self._tick = -1  # up to which all was heard
         self._cells: dict[tuple[str, str], tuple[int, frozenset[int]]] = {}
         self._air: dict[str, Broadcast] = {}
 
-    def hear(self, moment: Moment) -> None:
-        """Take in what arrives at a tick."""
+    def hear_until(self, tick: int) -> None:
+        """Take in what arrives up to a tick."""
+        while self._tick < tick:
+            moment = next(self._coming)
+            self._tick = moment.tick
+            self._hear(moment)
+
+    def _hear(self, moment: Moment) -> None:
         for name, sense in moment.senses.items():
             for sender, _ in sense.hears:
                 traffic = self._air[sender].traffic if sender in self._air else None
@@ -129,7 +143,8 @@ def no_hold_without_claim(history: History) -> Found:
     heard: dict[str, dict[str, int]] = {}
     for moment in history.moments:
         for name, sense in moment.senses.items():
-            heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
+            if sense.hears:
+                heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
         for name, command in moment.commands.items():
             held = frozenset(command.held) - {OUTSIDE}
             was = before.get(name)
@@ -181,15 +196,20 @@ def no_body_outside(history: History) -> Found:
         return
     pushed = pushes(history)
     radius = history.settings.robot.radius
-    held: dict[str, frozenset[int]] = {}
+    held: dict[str, Sequence[int]] = {}
     outside: set[str] = set()
+    inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # where each was inside which cells: who stands still is
     for moment in history.moments[:-1]:
-        held |= {name: frozenset(command.held) for name, command in moment.commands.items()}
+        held |= {name: command.held for name, command in moment.commands.items()}
         cells = cells_at(history, moment.tick)
         for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
-            if name not in held:
+            if name not in held or inside.get(name) == (pose, held[name]):
                 continue
             out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
             if out and name not in outside and not was_pushed(pushed, number, moment.tick):
                 yield moment.tick, (name,), f"{name} is in cell {out[0]} that it does not hold"
             outside = outside | {name} if out else outside - {name}
+            if out:
+                inside.pop(name, None)
+            else:
+                inside[name] = (pose, held[name])

@@ -25,10 +25,12 @@ def flags_stay(history: History) -> Found:
     for moment in history.moments:
         for name, command in moment.commands.items():
             run, was = flags.get(name, (command.run, []))
+            if run == command.run and was == command.reached:
+                continue
             lost = [stop for stop, (a, b) in enumerate(zip(was, command.reached, strict=False)) if a and not b]
             if run == command.run and lost:
                 yield moment.tick, (name,), f"{name} takes back that it reached stop {lost[0] + 1}"
-            flags[name] = command.run, list(command.reached)
+            flags[name] = command.run, command.reached
 
 
 def all_arrive(history: History) -> Found:
