@@ -1,4 +1,8 @@
-"""What cells of a lattice a disc is in: compiled, since it is asked of every point of a braking path, each tick."""
+"""What cells of a lattice a disc is in, and where on one it is clear of walls.
+
+Compiled: the one is asked of every point of a braking path, each tick, the other of all cells of dozens of lattices
+before one is chosen.
+"""
 
 from math import ceil, floor
 
@@ -35,6 +39,53 @@ def _cells_under(
                     found[count] = row * columns + column
                     count += 1
     return found[:count].copy()
+
+
+@njit("b1[:, ::1](b1[:, ::1], f8[::1], f8[::1], f8, f8, f8, f8)", cache=True)
+def _clear_of(
+    solid: NDArray[np.bool_],
+    xs: NDArray[np.float64],
+    ys: NDArray[np.float64],
+    dx: float,
+    dy: float,
+    radius: float,
+    resolution: float,
+) -> NDArray[np.bool_]:
+    last_row, last_column = solid.shape[0] - 1, solid.shape[1] - 1
+    high, wide = ceil((dy + 2 * radius) / resolution) + 2, ceil((dx + 2 * radius) / resolution) + 2
+    clear = np.ones((ys.size, xs.size), np.bool_)
+    for i in range(ys.size):
+        low = floor((ys[i] - radius) / resolution)
+        for j in range(xs.size):
+            left = floor((xs[j] - radius) / resolution)
+            for row in range(low, low + high):
+                up = max(max(row * resolution - ys[i] - dy, ys[i] - (row + 1) * resolution), 0.0)
+                for column in range(left, left + wide):
+                    along = max(max(column * resolution - xs[j] - dx, xs[j] - (column + 1) * resolution), 0.0)
+                    if (
+                        up * up + along * along < radius * radius - 1e-12
+                        and solid[min(max(row + 1, 0), last_row), min(max(column + 1, 0), last_column)]
+                    ):
+                        clear[i, j] = False
+    return clear
+
+
+def clear_of(
+    solid: NDArray[np.bool_],
+    xs: NDArray[np.float64],
+    ys: NDArray[np.float64],
+    dx: float,
+    dy: float,
+    radius: float,
+    resolution: float,
+) -> NDArray[np.bool_]:
+    """Tell of each place (xs, ys) [m] whether a disc stays clear of what is solid on its way to (dx, dy) [m] further.
+
+    dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
+    along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+    """
+    clear: NDArray[np.bool_] = _clear_of(solid, xs, ys, dx, dy, radius, resolution)
+    return clear
 
 
 def cells_under(
