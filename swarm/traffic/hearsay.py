@@ -196,10 +196,17 @@ class Hearsay:
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"
+        at = x, y = record.x, record.y
+        if before is not None and (before.x, before.y, before.held, before.claims) == (
+            x,
+            y,
+            record.held,
+            record.claims,
+        ):
+            return None  # it stands, and what it keeps was judged before
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
-        at = x, y = record.x, record.y
         reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
         for cell in mentioned:
             if distance(cells.centre(cell), at) > reach:
