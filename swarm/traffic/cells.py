@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
-from swarm.traffic.footprint import cells_under, clear_of
+from swarm.traffic.footprint import cells_under, clear_of, line_is_clear
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
@@ -190,8 +190,7 @@ class CellMap:
     def in_sight(self, a: Point, b: Point) -> bool:
         """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        along = ((a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count))
-        return all(self._disc_is_clear(x, y, SIGHT) for x, y in along)
+        return line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count)
 
     # ---- distances
 

@@ -70,6 +70,55 @@ def _clear_of(
     return clear
 
 
+@njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+def _line_is_clear(
+    solid: NDArray[np.bool_],
+    resolution: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    count: int,
+) -> bool:
+    reach = radius / resolution
+    for k in range(1, count):
+        dx, dy = ax + (bx - ax) * k / count - x0, ay + (by - ay) * k / count - y0
+        u, v = (cos_o * dx + sin_o * dy) / resolution, (cos_o * dy - sin_o * dx) / resolution
+        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), solid.shape[0] - 1)):
+            up = max(row - v, v - row - 1, 0.0)
+            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), solid.shape[1] - 1)):
+                along = max(column - u, u - column - 1, 0.0)
+                if along * along + up * up < reach * reach and solid[row + 1, column + 1]:
+                    return False
+    return True
+
+
+def line_is_clear(
+    solid: NDArray[np.bool_],
+    resolution: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    count: int,
+) -> bool:
+    """Return True if a disc is clear of what is solid at each of ``count - 1`` places between two points [m].
+
+    ``solid`` is the fine map as in ``clear_of``; ``x0``, ``y0`` [m] and the cosine and sine of its yaw are its pose.
+    """
+    return bool(_line_is_clear(solid, resolution, x0, y0, cos_o, sin_o, ax, ay, bx, by, radius, count))
+
+
 def clear_of(
     solid: NDArray[np.bool_],
     xs: NDArray[np.float64],
