@@ -161,13 +161,15 @@ class Physics:
 
     def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
-        return self.cast_all(np.asarray(angles, np.float64), reach)[robot]
+        measured: list[float] = self.cast_all(np.asarray(angles, np.float64), reach)[robot].tolist()
+        return measured
 
-    def cast_all(self, angles: Numbers, reach: float) -> list[list[float]]:
-        """Measure along the same rays from every robot."""
+    def cast_all(self, angles: Numbers, reach: float) -> Numbers:
+        """Measure along the same rays from every robot: (robots, angles)."""
         self._place()
-        found = rays.cast_all(*self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach)
-        measured: list[list[float]] = found.tolist()
+        measured: Numbers = rays.cast_all(
+            *self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach
+        )
         return measured
 
     def sees(self, a: Point, b: Point) -> bool:
@@ -183,8 +185,7 @@ class Physics:
         """Note where every disc and box is now."""
         if self._stale:
             self._stale = False
-            for row, body in enumerate(self._round):
-                self._discs[row, :2] = body.position
+            self._discs[:, :2] = np.array([body.position for body in self._round], np.float64).reshape(-1, 2)
             for row, (body, _, _) in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle
