@@ -29,9 +29,9 @@ class Claiming:
         self.took_at = 0  # tick at which the last claim became a hold
         self._joint = joint
 
-    def advance(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def advance(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose)
+        walk, waits = self._ask(walk, situation, pose, body)
         while walk.route:
             cell = walk.route[0]
             step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
@@ -53,9 +53,9 @@ class Claiming:
             waits = ()
         return walk, waits
 
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def _ask(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        place = walk.place(body)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead

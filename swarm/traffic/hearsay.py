@@ -74,7 +74,9 @@ class Hearsay:
             self._known = dict(sorted(self._known.items()))
         if self._news or self._surmises:
             self._news = False
-            self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+            self.others = {robot: known.record for robot, known in self._known.items()}
+            if self._surmises:
+                self.others = {robot: self._as_known(record, tick) for robot, record in self.others.items()}
             self._live = NOBODY
         self._live = self._live_at(tick)
         return refused

@@ -125,7 +125,7 @@ class Traffic:
         if self._joint.frozen is not None:
             walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
         elif tick >= self._listen_until:
-            walk, waits = self._claiming.advance(walk, situation, pose)
+            walk, waits = self._claiming.advance(walk, situation, pose, body)
             self._moved = max(self._moved, self._claiming.took_at)
             face = self._look(walk, situation, waits, inputs)
         self._walk = walk
@@ -135,7 +135,7 @@ class Traffic:
             may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
             if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
-        return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
+        return self._outputs(inputs, walk, walk.place(body), waits, face, stopped, events, sends, floor)
 
     def _speaks(self, tick: int) -> bool:
         """Return True if it is this robot's turn to broadcast; more often where somebody has just begun to listen."""
@@ -365,13 +365,12 @@ class Traffic:
 
     def _still_bodies(self, inputs: TrafficInputs) -> tuple[Point, ...]:
         """Return where bodies stand near the robot that nobody speaks for: silent robots, and things found [m]."""
+        silent, found = self._hearsay.fallen_silent(inputs.tick), self._halting.places(inputs.tick)
+        if not silent and not found:
+            return ()
         near = 2 * self.cells.side
-        silent = [
-            (record.x, record.y)
-            for robot, record in self._hearsay.fallen_silent(inputs.tick).items()
-            if self._gone.get(robot) != record.stamp
-        ]
-        places = (*silent, *self._halting.places(inputs.tick))
+        told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
+        places = (*told, *found)
         return tuple([place for place in places if distance(place, inputs.pose) < near])
 
     def _place_to_stand(self, wish: Point) -> Point:
@@ -425,6 +424,7 @@ class Traffic:
         self,
         inputs: TrafficInputs,
         walk: Walk,
+        place: int,
         waits: tuple[str, ...],
         face: Point | None,
         stopped: bool,
@@ -433,7 +433,6 @@ class Traffic:
         floor: tuple[int, ...],
     ) -> TrafficOutputs:
         pose, held = inputs.pose, walk.ledger.held
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
         broadcast = None
         if sends:
             others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
