@@ -163,8 +163,10 @@ class World:
 
     def _next_stop(self, number: int) -> int | None:
         """Return the first stop that a robot has neither reached nor given up."""
-        given_up = self._commands[number].unreachable
-        for stop, time in enumerate(self.recorder.reached_at[number]):
+        given_up, reached_at = self._commands[number].unreachable, self.recorder.reached_at[number]
+        if not given_up:
+            return reached_at.index(None) if None in reached_at else None
+        for stop, time in enumerate(reached_at):
             if time is None and stop not in given_up:
                 return stop
         return None

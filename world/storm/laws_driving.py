@@ -20,18 +20,23 @@ def no_body_outside(history: History) -> Found:
         return
     pushed = pushes(history)
     radius = history.settings.robot.radius
-    held: dict[str, frozenset[int]] = {}
+    held: dict[str, Sequence[int]] = {}
     outside: set[str] = set()
+    inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # where each was inside which cells: who stands still is
     for moment in history.moments[:-1]:
-        held |= {name: frozenset(command.held) for name, command in moment.commands.items()}
+        held |= {name: command.held for name, command in moment.commands.items()}
         cells = cells_at(history, moment.tick)
         for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
-            if name not in held:
+            if name not in held or inside.get(name) == (pose, held[name]):
                 continue
             out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
             if out and name not in outside and not was_pushed(pushed, number, moment.tick):
                 yield moment.tick, (name,), f"{name} is in cell {out[0]} that it does not hold"
             outside = outside | {name} if out else outside - {name}
+            if out:
+                inside.pop(name, None)
+            else:
+                inside[name] = (pose, held[name])
 
 
 def room_to_brake(history: History) -> Found:

@@ -7,7 +7,7 @@ from typing import Final
 
 from swarm.geometry import distance
 from swarm.traffic.cells import OUTSIDE
-from world.faults import SILENT
+from world.faults import SILENT, Health
 from world.storm.growth import growth
 from world.storm.history import History, Moment
 from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
@@ -65,13 +65,19 @@ def no_overlap(history: History) -> Found:
     silent: dict[str, int] = {}  # when each was silent last
     told = Told(history)
     for moment in history.moments:
-        silent |= {name: moment.tick for name, health in moment.health.items() if health in SILENT}
-        told.hear(moment)
+        for name, health in moment.health.items():
+            if health is not Health.WELL and health in SILENT:
+                silent[name] = moment.tick
         held |= {name: frozenset(command.held) - {OUTSIDE} for name, command in moment.commands.items()}
+        if len(frozenset().union(*held.values())) == sum(map(len, held.values())):
+            excused.clear()
+            blamed.clear()
+            continue
         now = {(a, b): held[a] & held[b] for a, b in combinations(sorted(held), 2) if held[a] & held[b]}
         for (a, b), shared in now.items():
             if (a, b) in excused | blamed:
                 continue
+            told.hear_until(moment.tick)
             asleep = [name for name in (a, b) if moment.tick - silent.get(name, -BACK - 1) <= BACK]
             if any(was_pushed(pushed, history.robots.index(name), moment.tick) for name in (a, b)) or any(
                 not told.cells(b if name == a else a, name) & shared or not _stands_in(history, moment, name, shared)
@@ -104,7 +110,8 @@ def no_hold_without_claim(history: History) -> Found:
     heard: dict[str, dict[str, int]] = {}
     for moment, grown in growth(history):
         for name, sense in moment.senses.items():
-            heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
+            if sense.hears:
+                heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
         for name, new in grown.items():
             unclaimed = sorted(new - claims.get(name, {}).keys())
             if unclaimed:

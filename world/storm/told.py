@@ -14,6 +14,15 @@ class Told:
     def __init__(self, history: History) -> None:
         self._newest: dict[tuple[str, str], Record] = {}
         self._air: deque[dict[str, Broadcast]] = deque([{}] * (history.late + 1))  # words under way, oldest first
+        self._coming = iter(history.moments)
+        self._tick = -1  # up to which all was heard
+
+    def hear_until(self, tick: int) -> None:
+        """Take in all that arrives up to a tick, for who asks only now and then."""
+        while self._tick < tick:
+            moment = next(self._coming)
+            self._tick = moment.tick
+            self.hear(moment)
 
     def hear(self, moment: Moment) -> None:
         """Take in what arrives at a tick; who is silent hears nothing."""
