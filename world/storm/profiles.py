@@ -60,10 +60,6 @@ PROFILES: Final[Mapping[str, Profile]] = {
         columns=(2, 3), rows=(2, 2), robots=(3, 4), per_cell=0.75, walls=(0.0, 0.0), off_lattice=0.0, stops=(2, 4),
         shared=0.0, home=0.0, loss=(0.0, 0.3), suspended=1.0, every=10.0,
     ),
-    "doze": Profile(
-        columns=(3, 4), rows=(2, 3), robots=(2, 3), walls=(0.0, 0.0), stops=(6, 10), shared=0.0, home=0.0, loss=(0.7,),
-        suspended=1.0, every=3.0,
-    ),
     "meet": Profile(
         columns=(7, 10), rows=(2, 4), robots=(2, 4), walls=(0.0, 0.1), off_lattice=0.2, stops=(4, 6), shared=0.0,
         home=0.0, radio_range=(5.0,), loss=(0.3, 0.5), late=0.5,
