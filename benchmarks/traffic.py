@@ -176,7 +176,7 @@ def run(case: Case, seed: int) -> Ran:
     world, settings = simulation.world, scenario.settings
     settling = Settling(simulation)
     searches: list[float] = []
-    joint.JointSearch = timed(searches)  # type: ignore[misc,assignment]
+    joint.JointSearch = timed(searches)  # type: ignore[attr-defined]
     cells = cells_of(scenario.map, settings)
 
     def over(world: World) -> bool:
