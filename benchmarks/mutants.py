@@ -84,7 +84,7 @@ MUTANTS: Final = (
            "return self._turn(body, error + off)", "return self._turn(body, error - off)"),
     Mutant("staleness times 100", "dead", TRAFFIC + "settings.py", "fresh: int = 40", "fresh: int = 4000"),
     Mutant("command timeout ignored", "suspend", "world/world.py",
-           "alive = (self.tick - command.tick) * dt <= COMMAND.timeout", "alive = True"),
+           "c if (self.tick - c.tick) * dt <= COMMAND.timeout else None", "c"),
     Mutant("stop distance 0", "movers", TRAFFIC + "settings.py",
            "stop_distance: float = 0.6", "stop_distance: float = 0.0"),
     Mutant("halting never", "movers", TRAFFIC + "halting.py", "if place is None:", "if True:"),

@@ -208,7 +208,7 @@ class Robot:
         sends = turn if self._settings.traffic.rule == "give_way" else move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
-            steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),
+            scale=move.scale, activity=self._activity, reached=list(mission.reached),
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
             held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
             members=list(move.members), notes=list(move.notes),

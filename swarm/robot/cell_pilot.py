@@ -6,7 +6,7 @@ import numpy as np
 
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Steering
+from swarm.messages import Activity
 from swarm.planning.rays import each_on_map
 from swarm.robot.fuzzy import Controller
 from swarm.robot.kinematics import DifferentialDrive
@@ -18,16 +18,10 @@ from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
-from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
+from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, distance_along
 from swarm.traffic.look import Scan
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
-STEERING = {
-    Whose.TABLES: Steering.FUZZY,
-    Whose.BLEND: Steering.SUPERVISOR,
-    Whose.TURN: Steering.SUPERVISOR,
-    Whose.REST: Steering.REST,
-}
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
@@ -189,4 +183,4 @@ def _targets_of_others(settings: Settings, number: int) -> list[Point]:
 
 
 def _by(wheels: Wheels) -> WheelSpeeds:
-    return WheelSpeeds(wheels.left, wheels.right, STEERING[wheels.whose])
+    return WheelSpeeds(wheels.left, wheels.right)
