@@ -3,7 +3,7 @@
 import pytest
 
 from swarm.geometry import Pose, Twist, integrate
-from swarm.messages import Activity, Steering
+from swarm.messages import Activity
 from swarm.robot.brain import Robot
 from swarm.robot.cell_pilot import CIRCLES
 from swarm.robot.kinematics import DifferentialDrive, ramp
@@ -96,7 +96,5 @@ def test_a_robot_alone_that_comes_no_nearer_for_long_is_turned_to_its_aim(nearer
     alone = next(tick for tick, command in enumerate(commands) if command.unconstrained)
     helped = (nearer_at or alone) + round(CIRCLES / 0.05)
     assert helped < len(commands) - 100, "within a quarter of a minute"
-    assert {command.steering for command in commands[alone : helped - 1]} == {Steering.FUZZY}
-    for command in commands[helped + 1 :]:
-        assert command.left == -command.right != 0.0
-        assert command.steering is Steering.SUPERVISOR
+    assert all(command.left + command.right > 0.0 for command in commands[alone : helped - 1]), "the tables drive on"
+    assert all(command.left == -command.right != 0.0 for command in commands[helped + 1 :])
