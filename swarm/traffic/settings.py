@@ -22,7 +22,6 @@ class TrafficSettings:
     radio_range: float = 8.0  # m
     in_sight: bool = False  # walls stop the radio: round a corner nobody is heard
     speed: float = 0.9  # m/s, nobody is faster: what a record may have moved since the last one
-    rolls: float = 0.35  # s for which the last command is carried out after a robot falls asleep, and two ticks
     sensor_range: float = 1.6  # m, from the robot's edge
 
     # claims and holds

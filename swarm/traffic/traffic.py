@@ -96,7 +96,7 @@ class Traffic:
         self._sightings.hear(tick, fresh.values())
         floor = self._floor_for_me_alone(walk, tick, body, pose, fresh)
         if floor:
-            touched = self._swept(inputs, footprint + self.settings.speed * self.settings.rolls)
+            touched = self._swept(inputs, footprint + 2 * self.settings.speed * self.settings.tick)
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
