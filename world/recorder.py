@@ -1,4 +1,4 @@
-"""What a run was: poses, contacts, stops reached, who steered, who waited. The report is made from this alone."""
+"""What a run was: poses, contacts, stops reached, who waited. The report is made from this alone."""
 
 import hashlib
 import struct
@@ -9,7 +9,7 @@ from typing import Final
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Command, Steering
+from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from world.clearance import ClearanceJudge
 from world.physics import Contact
@@ -42,7 +42,6 @@ class Recorder:
         self.deadlocks = 0
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
-        self._fuzzy = self._moving = 0  # robot ticks
         self._waits = [0.0] * robots
         self._standstill = 0.0
 
@@ -55,11 +54,6 @@ class Recorder:
     def clearance_min(self) -> float:
         """The smallest gap seen [m], recomputed from the poses."""
         return self._judge.smallest
-
-    @property
-    def fuzzy_share(self) -> float:
-        """Share of moving ticks whose wheel-speed ratio is the fuzzy tables' own."""
-        return self._fuzzy / self._moving if self._moving else 0.0
 
     @property
     def complete(self) -> bool:
@@ -112,9 +106,6 @@ class Recorder:
             self.replans[number] = command.replans
             self.unreachable[number] = command.unreachable
             moves = max(abs(speeds[0]), abs(speeds[1])) > MOVES
-            if moves:
-                self._moving += 1
-                self._fuzzy += command.steering is Steering.FUZZY
             unfinished |= command.activity is not Activity.DONE
             anyone |= moves and command.activity is not Activity.DONE
             if command.activity in WAITING:

@@ -131,7 +131,8 @@ class Robot:
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
             self._pilot.take_floor(ground.map)
-        changed |= ground.look(sense, self._bodies())
+        if not self._settings.map.known:
+            changed |= ground.look(sense, self._bodies())
         if self._settings.map.shared:
             for broadcast in inputs.heard:
                 changed |= ground.hear(broadcast.walls)
@@ -207,9 +208,9 @@ class Robot:
         sends = turn if self._settings.traffic.rule == "give_way" else move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
-            steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),
+            scale=move.scale, activity=self._activity, reached=list(mission.reached),
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
-            held=list(move.held), unconstrained=move.unconstrained, scale=move.scale, waits=list(move.waits),
+            held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
             members=list(move.members), notes=list(move.notes),
         )  # fmt: skip
         broadcast = state = plan = None

@@ -37,7 +37,7 @@ class Move(NamedTuple):
     around: Sequence[Point] = ()  # who stands in the way: plan around them
     ahead: Sequence[Point] = ()  # m, of the path, for those who give way by it
     held: Sequence[int] = ()
-    scale: float = 1.0
+    scale: float = 1.0  # the fuzzy controller was told the sensed distances divided by this
     unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
     waits: Sequence[str] = ()
     members: Sequence[str] = ()
@@ -61,10 +61,13 @@ class Pilot(Protocol):
         ...
 
 
-def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0) -> tuple[float, float]:
-    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right."""
-    scale = robot.distance_scale * scale
-    left, right = controller.wheel_speeds(
-        sense.left / scale, sense.front / scale, sense.right / scale, -degrees(heading)
-    )
+def fuzzy_speeds(
+    controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0
+) -> tuple[float, float]:
+    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right.
+
+    ``scale`` shrinks the paper's near, medium and far: they are told the distances divided by it.
+    """
+    unit = robot.distance_scale * scale
+    left, right = controller.wheel_speeds(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(heading))
     return left * robot.speed_scale, right * robot.speed_scale

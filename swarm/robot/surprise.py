@@ -67,8 +67,9 @@ class Surprise:
         half = half_width(angles)
         middle = angles[len(angles) // 2]
         for body in (*others, *self.obstacles):
-            off = abs(wrap(bearing(pose, body) - middle))
-            if off <= half + BODY and distance(pose, body) - 2 * self._radius <= read + BODY:
-                return True
+            if distance(pose, body) - 2 * self._radius <= read + BODY:
+                off = abs(wrap(bearing(pose, body) - middle))
+                if off <= half + BODY:
+                    return True
         by_map = nearest_on_map(grid, pose, angles, self._radius + self._range) - self._radius
         return by_map - read <= UNEXPLAINED

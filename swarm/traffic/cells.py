@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
-from swarm.traffic.footprint import cells_under
+from swarm.traffic.footprint import cells_under, clear_of, line_is_clear
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
@@ -111,11 +111,12 @@ class CellMap:
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def swept(self, points: Sequence[Point], radius: float) -> frozenset[int]:
+    def swept(self, points: Sequence[Point] | Numbers, radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         if len(points) == 1:
-            return frozenset(self.touched(*points[0], radius)) - {OUTSIDE}
-        places = np.array(points, np.float64)
+            touched = frozenset(self.touched(points[0][0], points[0][1], radius))
+            return touched - {OUTSIDE} if OUTSIDE in touched else touched
+        places = np.asarray(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
@@ -193,8 +194,7 @@ class CellMap:
     def in_sight(self, a: Point, b: Point) -> bool:
         """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        along = ((a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count))
-        return all(self._disc_is_clear(x, y, SIGHT) for x, y in along)
+        return line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count)
 
     # ---- distances
 
@@ -218,22 +218,10 @@ class CellMap:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def _clear(self, radius: float, dx: float, dy: float) -> Flags:
-        """Tell of each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m] away, dx or dy being zero.
-
-        A line along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
-        """
-        resolution, solid = self.occupancy.resolution, self._solid
-        blocked = np.zeros((self.rows, self.columns), dtype=bool)
+        """Tell of each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m] away; dx or dy is zero."""
         xs: Numbers = self.offset[0] + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.side
         ys: Numbers = self.offset[1] + (np.arange(self.rows, dtype=np.float64) + 0.5) * self.side
-        column_gaps = list(_gaps(xs, dx, radius, resolution, solid.shape[1] - 2))
-        row_gaps = list(_gaps(ys, dy, radius, resolution, solid.shape[0] - 2))
-        for row_index, row_gap in row_gaps:
-            for column_index, column_gap in column_gaps:
-                near = row_gap[:, None] ** 2 + column_gap[None, :] ** 2 < radius * radius - 1e-12
-                if near.any():
-                    blocked |= near & solid[row_index[:, None], column_index[None, :]]
-        return np.asarray(~blocked)
+        return clear_of(self._solid, xs, ys, dx, dy, radius, self.occupancy.resolution)
 
     def _wholly_free(self) -> Flags:
         """Tell of each cell whether no part of it is solid."""
@@ -304,17 +292,6 @@ def breadth_first(
                 table[other] = steps
                 ready.append(other)
     return table
-
-
-def _gaps(
-    centres: Numbers, length: float, radius: float, resolution: float, limit: int
-) -> Iterable[tuple[NDArray[np.int64], Numbers]]:
-    """Pair, along one axis, each line from a centre with the fine cells about it: (padded index, gap between them)."""
-    first = np.floor((centres - radius) / resolution).astype(np.int64)
-    for step in range(ceil((length + 2 * radius) / resolution) + 2):
-        index = first + step
-        gap = np.maximum(np.maximum(index * resolution - centres - length, centres - (index + 1) * resolution), 0.0)
-        yield np.clip(index + 1, 0, limit + 1), gap
 
 
 def _joined(stands: Flags, right: Flags, up: Flags) -> tuple[tuple[int, ...], ...]:

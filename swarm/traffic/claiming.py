@@ -5,17 +5,19 @@ from math import hypot
 from typing import Final
 
 from swarm.geometry import Pose, distance
-from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.cells import CellMap
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
 LEANS: Final = (
     0.1  # m, off the place where a robot leans round a corner, or off its cell's middle: see CellMap.is_blind
 )
+BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
 
 
@@ -29,10 +31,9 @@ class Claiming:
         self.took_at = 0  # tick at which the last claim became a hold
         self._joint = joint
 
-    def advance(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def advance(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose)
-        near = self._near(situation, pose)
+        walk, waits = self._ask(walk, situation, pose, body)
         while walk.route:
             cell = walk.route[0]
             step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
@@ -43,48 +44,39 @@ class Claiming:
             if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
                 break
             claim = walk.ledger.claims[0]
-            case = self._case(claim, walk, situation, near)
+            case = self._case(claim, walk, situation, self._near(situation, pose))
             heard = not self.settings.in_sight or self._would_be_heard(walk.head, cell, pose)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
-                waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
+                waits = waits if waits and against == "it is too young" else self._hinderers(case)
                 break
             walk = walk.grown(walk.ledger.take(claim))
             self.took_at = situation.tick
             waits = ()
         return walk, waits
 
-    def needed_by_others(self, situation: Situation) -> frozenset[int]:
-        """Return the cells that others have on their way or ask for: no room beside mine."""
-        return frozenset(
-            cell
-            for record in situation.fresh.values()
-            for cell in (*record.ahead[: self.settings.horizon], *[claim.cell for claim in record.claims], record.held[-1] if record.held else OUTSIDE)
-        )
-
     def make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
-        ledger = walk.ledger
-        ledger = ledger.withdraw([claim for claim in ledger.beside if claim.cell not in room])
-        walk = walk._replace(ledger=ledger)
+        given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
+        walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
         near = self._near(situation, pose)
-        for claim in ledger.beside:
+        for claim in walk.ledger.beside:
             if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
                 walk = walk.with_room(claim)
-        taken = {*walk.ledger.held, *[claim.cell for claim in walk.ledger.all_claims], *walk.route[: self.settings.horizon]}
+        ahead = walk.route[: self.settings.horizon]
+        taken = {*walk.ledger.held, *[claim.cell for claim in walk.ledger.all_claims], *ahead, *situation.blocked}
         for cell in room:
-            if cell in taken or cell in situation.blocked or len(walk.ledger.beside) >= 4:
-                continue
-            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+            too_far = distance(self.cells.centre(cell), pose) > self.settings.claim_radius
+            if cell in taken or too_far or len(walk.ledger.beside) >= BESIDE:
                 continue
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
             if obstacle(ASK, case) is None:
                 walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
         return walk
 
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def _ask(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        place = walk.place(body)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead
@@ -102,7 +94,7 @@ class Claiming:
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
             against = obstacle(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
-                return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
+                return walk, self._hinderers(case) if ahead == 0 else ()
             walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
         return walk, ()
 
@@ -132,16 +124,17 @@ class Claiming:
             [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
         )
 
-    def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
+    def _hinderers(self, case: Case) -> tuple[str, ...]:
         """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
         cell = case.claim.cell
         owners = tuple(
-            robot
-            for robot, notice in case.others.items()
-            if (robot, cell) not in case.cleared
-            and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
+            [
+                robot
+                for robot, notice in case.others.items()
+                if keeps(notice, cell) and (robot, cell) not in case.cleared
+            ]
         )
         if owners or case.age < UNANSWERED:
             return owners
         ack = (self.me, case.claim.number)
-        return tuple(robot for robot in sorted(near) if ack not in case.others[robot].acks)
+        return tuple([robot for robot in sorted(case.near) if ack not in case.others[robot].acks])

@@ -6,7 +6,7 @@ least that does; else the brake. A robot that faces away from its aim turns on t
 sweeps nothing then.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from enum import Enum
 from math import copysign, cos, hypot, inf, sin, sqrt
 from typing import Final, NamedTuple
@@ -15,14 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, bearing, distance
-from swarm.maps.occupancy import ORIGIN, Point
+from swarm.maps.occupancy import Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.kinematics import DifferentialDrive
-from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import braking_points, first_clear, lines_are_clear, path_room
+from swarm.traffic.sweep import NO_COMMANDS, braking_points, lines_are_clear
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -53,6 +51,7 @@ CHANGES: Final = np.array((
 
 
 NO_BODIES: Final = np.empty((0, 2))
+NOWHERE: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 NO_WALLS: Final = np.empty((0, 0), np.float32)
 
 
@@ -122,21 +121,17 @@ class Driver:
         """Take another floor, on the same lattice."""
         self._cells = cells
 
-    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
-        """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
+    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> NDArray[np.float64]:
+        """Return the points ((n, 2), m) on which the body would come to rest, to keep the cells under them.
 
         ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
         """
-        if body.left == body.right == 0.0 and not under_way:
-            return ()
-        found: list[Point] = []
-        for count in range(len(under_way) + 1):
-            commands = np.array(under_way[len(under_way) - count :], np.float64).reshape(-1, 2)
-            path = braking_points(
-                *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
-            )
-            found += [(x, y) for x, y in path.tolist()]
-        return tuple(found)
+        if body.left == body.right == 0.0 and not any(map(any, under_way)):
+            return NOWHERE
+        commands = np.array(under_way, np.float64) if under_way else NO_COMMANDS
+        return braking_points(
+            *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+        )
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
@@ -149,8 +144,8 @@ class Driver:
         return self._aimed
 
     def _aim(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
-        shut = self._shut(held)
-        x, y, _ = self._local(pose)
+        shut = self.shut(held)
+        x, y, _ = self.local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
         last = self._cells.cell_of(*waypoints[-1])  # its middle can be reached where a place beside it cannot
@@ -165,76 +160,9 @@ class Driver:
                     return point
         return waypoints[0]
 
-    def faces_away(self, error: float) -> bool:
-        """Tell whether an aim so far off the heading [rad] is to be turned to on the spot, though nobody is near."""
-        self._turning = abs(error) > (TURN_UNTIL if self._turning else BEHIND)
-        return self._turning
-
-    def wheels(
-        self,
-        body: Body,
-        held: Sequence[int],
-        aim: Point,
-        *,
-        stop_at: float,
-        tables: tuple[float, float],
-        free: float = inf,
-        may_drive: bool = True,
-    ) -> Wheels:
-        """Turn the tables' rim speeds [m/s] into ones that keep the footprint in the held cells.
-
-        ``stop_at`` [m] is how far ahead the robot has to stand at the latest, ``free`` how far off a body ahead is;
-        ``may_drive`` False lets it only turn.
-        """
-        error = bearing(body.pose, aim)
-        if stop_at <= NEAR:
-            return self._rest()
-        turned, self._turning = self._turning, abs(error) > (TURN_UNTIL if self._turning else TURN_FROM)
-        late = turned and not self._turning and abs(self._drive.twist(body.left, body.right).angular) > STILL_FAST
-        self._careful = round(CAREFUL / self._dt) if late else max(0, self._careful - 1)
-        room = min(stop_at, (free - GAP) / SLOW_BRAKE)
-        if self._turning or not may_drive or room <= 0.0:
-            return self._turn(body, error)
-        wanted = self._drive.twist(*tables)
-        most = min(sqrt(2 * SLOW_BRAKE * self._acceleration * room), STOPPING * room if self._careful else inf)
-        pursuit = Twist(self._fastest * max(0.2, cos(2 * error)), max(-TURN_RATE, min(TURN_RATE, PURSUIT * error)))
-        shut = self._shut(held)
-        here = self._room(shut, body, 0.0, 0.0, 0)
-        here -= 1e-3 if here > self._radius + TIGHT else 0.0  # near the edge no look may lose any room
-        grid = self.grid
-        walls, side, origin = (NO_WALLS, 1.0, ORIGIN) if not grid else (grid.clearance, grid.resolution, grid.origin)
-        number, left, right = first_clear(
-            CHANGES, *wanted, *pursuit, most, min(self._radius + self._margin, here), shut, *self._local(body.pose),
-            walls, side, *origin, self.bodies, self._radius, *body.pose, body.left, body.right,
-            self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
-        )  # fmt: skip
-        if number >= 0:
-            return Wheels(left, right, Whose.BLEND if CHANGES[int(number), 1] else Whose.TABLES)
-        return self._creep(body, shut, error, min(self._radius + TIGHT, here))
-
-    def _creep(self, body: Body, shut: NDArray[np.float64], error: float, need: float) -> Wheels:
-        """Get out of a corner: turn to the way nearest the aim that leaves the room needed, and creep along it."""
-        for off in DETOURS:
-            x, y, yaw = body.pose
-            if self._room(shut, Body(Pose(x, y, yaw + error + off), 0.0, 0.0), CREEP, CREEP, self._ticks) < need:
-                continue
-            if abs(error + off) > TURN_UNTIL:
-                return self._turn(body, error + off)
-            return Wheels(CREEP, CREEP, Whose.BLEND)
-        return self._rest()
-
-    def room_in(self, pose: Pose, held: Sequence[int]) -> Callable[[RimSpeeds, RimSpeeds], float]:
-        """Make the measure of the room in held cells [m] that rim speeds now and those wanted leave the centre."""
-        shut = self._shut(held)
-        return lambda now, wanted: self._cell_room(shut, Body(pose, *now), wanted, self._ticks)
-
     def face(self, body: Body, point: Point) -> Wheels:
         """Turn to a point without driving."""
         return self._turn(body, bearing(body.pose, point))
-
-    def _rest(self) -> Wheels:
-        self._turning = False
-        return Wheels(0.0, 0.0, Whose.REST)
 
     def _turn(self, body: Body, error: float) -> Wheels:
         """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
@@ -254,22 +182,12 @@ class Driver:
         (x, y), (x0, y0, c, s) = point, self._origin
         return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
 
-    def _local(self, pose: Pose) -> tuple[float, float, float]:
+    def local(self, pose: Pose) -> Pose:
+        """Return a pose in the lattice's own frame."""
         x, y, yaw = pose
-        return *self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw
+        return Pose(*self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw)
 
-    def gap(self, pose, shut):
-        from swarm.traffic.sweep import _gap
-        x, y, _ = self._local(pose)
-        return _gap(shut, x, y)
-
-    def shut(self, held):
-        return self._shut(held)
-
-    def local(self, pose):
-        return self._local(pose)
-
-    def _shut(self, held: Collection[int]) -> NDArray[np.float64]:
+    def shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
         cells, held = self._cells, tuple(held)
         if held == self._shut_for[0]:
@@ -288,30 +206,6 @@ class Driver:
         corner = np.array([(x0 + column * side, y0 + row * side) for row, column in beside], np.float64)
         self._shut_for = held, np.hstack([corner, corner + side])
         return self._shut_for[1]
-
-    def _room(
-        self,
-        shut: NDArray[np.float64],
-        body: Body,
-        left: float,
-        right: float,
-        ticks: int,
-    ) -> float:
-        """Give the least distance [m] of the centre to what is shut or solid, driving so and then braking."""
-        room = self._cell_room(shut, body, (left, right), ticks)
-        if self.grid is None:
-            return room
-        walls = least_clearance(
-            self.grid, body.pose, (body.left, body.right), (left, right), self.bodies, body_radius=self._radius,
-            track_width=self._drive.track_width, acceleration=self._acceleration, dt=self._dt, ticks=ticks,
-        )  # fmt: skip
-        return min(room, walls)
-
-    def _cell_room(self, shut: NDArray[np.float64], body: Body, wanted: RimSpeeds, ticks: int) -> float:
-        return path_room(
-            shut, *self._local(body.pose), body.left, body.right, *wanted,
-            self._drive.track_width, self._acceleration * self._dt, self._dt, ticks,
-        )  # fmt: skip
 
 
 def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:

@@ -1,4 +1,8 @@
-"""What cells of a lattice a disc is in: compiled, since it is asked of every point of a braking path, each tick."""
+"""What cells of a lattice a disc is in, and where on one it is clear of walls.
+
+Compiled: the one is asked of every point of a braking path, each tick, the other of all cells of dozens of lattices
+before one is chosen.
+"""
 
 from math import ceil, floor
 
@@ -35,6 +39,102 @@ def _cells_under(
                     found[count] = row * columns + column
                     count += 1
     return found[:count].copy()
+
+
+@njit("b1[:, ::1](b1[:, ::1], f8[::1], f8[::1], f8, f8, f8, f8)", cache=True)
+def _clear_of(
+    solid: NDArray[np.bool_],
+    xs: NDArray[np.float64],
+    ys: NDArray[np.float64],
+    dx: float,
+    dy: float,
+    radius: float,
+    resolution: float,
+) -> NDArray[np.bool_]:
+    last_row, last_column = solid.shape[0] - 1, solid.shape[1] - 1
+    high, wide = ceil((dy + 2 * radius) / resolution) + 2, ceil((dx + 2 * radius) / resolution) + 2
+    clear = np.ones((ys.size, xs.size), np.bool_)
+    for i in range(ys.size):
+        low = floor((ys[i] - radius) / resolution)
+        for j in range(xs.size):
+            left = floor((xs[j] - radius) / resolution)
+            for row in range(low, low + high):
+                up = max(max(row * resolution - ys[i] - dy, ys[i] - (row + 1) * resolution), 0.0)
+                for column in range(left, left + wide):
+                    along = max(max(column * resolution - xs[j] - dx, xs[j] - (column + 1) * resolution), 0.0)
+                    if (
+                        up * up + along * along < radius * radius - 1e-12
+                        and solid[min(max(row + 1, 0), last_row), min(max(column + 1, 0), last_column)]
+                    ):
+                        clear[i, j] = False
+    return clear
+
+
+@njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+def _line_is_clear(
+    solid: NDArray[np.bool_],
+    resolution: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    count: int,
+) -> bool:
+    reach = radius / resolution
+    for k in range(1, count):
+        dx, dy = ax + (bx - ax) * k / count - x0, ay + (by - ay) * k / count - y0
+        u, v = (cos_o * dx + sin_o * dy) / resolution, (cos_o * dy - sin_o * dx) / resolution
+        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), solid.shape[0] - 1)):
+            up = max(row - v, v - row - 1, 0.0)
+            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), solid.shape[1] - 1)):
+                along = max(column - u, u - column - 1, 0.0)
+                if along * along + up * up < reach * reach and solid[row + 1, column + 1]:
+                    return False
+    return True
+
+
+def line_is_clear(
+    solid: NDArray[np.bool_],
+    resolution: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    count: int,
+) -> bool:
+    """Return True if a disc is clear of what is solid at each of ``count - 1`` places between two points [m].
+
+    ``solid`` is the fine map as in ``clear_of``; ``x0``, ``y0`` [m] and the cosine and sine of its yaw are its pose.
+    """
+    return bool(_line_is_clear(solid, resolution, x0, y0, cos_o, sin_o, ax, ay, bx, by, radius, count))
+
+
+def clear_of(
+    solid: NDArray[np.bool_],
+    xs: NDArray[np.float64],
+    ys: NDArray[np.float64],
+    dx: float,
+    dy: float,
+    radius: float,
+    resolution: float,
+) -> NDArray[np.bool_]:
+    """Tell of each place (xs, ys) [m] whether a disc stays clear of what is solid on its way to (dx, dy) [m] further.
+
+    dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
+    along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+    """
+    clear: NDArray[np.bool_] = _clear_of(solid, xs, ys, dx, dy, radius, resolution)
+    return clear
 
 
 def cells_under(

@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.hearsay import Event
@@ -33,7 +36,9 @@ class TrafficInputs(NamedTuple):
     tick: int
     pose: Pose
     goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
-    braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
+    braking: (
+        NDArray[np.float64] | tuple[Point, ...]
+    ) = ()  # m, along the path on which the body would come to rest; () when it stands
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
     sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it were given them, nearest in time first

@@ -12,6 +12,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
 SHORT: Final = 0.05  # m, readings differ by less
+BESIDE: Final = pi / 6  # rad; what is farther round to a side is driven past, not into
 EDGE: Final = 0.1  # m, a hit this near a cell may be on a body in it
 
 
@@ -59,7 +60,7 @@ class Known(NamedTuple):
     at: Point  # m, its centre
     within: float  # m, how far off that it may be seen
     cells: Collection[int] | None = None  # and only in these; None: anywhere
-    nearest: float = 0.0  # m, from my edge: nearer than that it is none of what is known
+    nearest: float = 0.0  # m, from my edge: nearer than that, and ahead, it is none of what is known
 
 
 def unexplained(
@@ -72,7 +73,8 @@ def unexplained(
     """
     for reading in bodies:
         hit = _hit(pose, reading, settings)
-        if not any(_is(body, hit, cells) for body in known if reading.measured >= body.nearest):
+        beside = abs(reading.bearing) > BESIDE
+        if not any(_is(body, hit, cells) for body in known if beside or reading.measured >= body.nearest):
             return hit
     return None
 

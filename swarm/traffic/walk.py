@@ -83,6 +83,8 @@ class Walk(NamedTuple):
         """
         held = self.ledger.held
         place = self.place(body)
+        if place == 0:
+            return self
         keep = [
             index
             for index, cell in enumerate(held)

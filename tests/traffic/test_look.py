@@ -108,6 +108,14 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 # fmt: on
 
 
+@pytest.mark.parametrize(("bearing", "stops"), [(0.0, True), (0.5, True), (-0.5, True), (0.55, False), (-1.0, False)])
+def test_a_known_body_very_near_stops_who_drives_at_it_not_who_drives_past(bearing: float, stops: bool) -> None:
+    pose = HERE._replace(yaw=-bearing)  # the body is along x
+    known = Known(ahead(0.1), 0.2, nearest=CLOSE)
+    found = unexplained([Reading(0.1, 1.6, bearing)], pose, FLOOR.cells, [known], SETTINGS)
+    assert (found is not None) is stops
+
+
 @pytest.mark.parametrize("name", VIEWS)
 @pytest.mark.parametrize("yaw", [0.0, 0.2, -0.2])
 def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import Activity, Command, Steering
+from swarm.messages import Activity, Command
 from tests.shared import scenario_of
 from world.physics import Contact
 from world.recorder import DEADLOCK, MOVES, PARTED, Recorder
@@ -30,8 +30,8 @@ def recorder(*starts: Pose, stops: int = 1, dt: float = DT) -> Recorder:
     return record
 
 
-def doing(activity: Activity = Activity.DRIVE, steering: Steering = Steering.FUZZY, **fields: object) -> Command:
-    return msgspec.structs.replace(REST, activity=activity, steering=steering, **fields)
+def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
+    return msgspec.structs.replace(REST, activity=activity, **fields)
 
 
 # --- contacts ---
@@ -101,29 +101,6 @@ def test_a_touch_that_does_not_count_strikes_nobody() -> None:
         record.poses([A])
         record.contacts([WALL], [WALL], [STANDS])
     assert record.struck == [1]
-
-
-# --- who steered ---
-
-
-def test_the_fuzzy_share_is_of_ticks_in_which_a_wheel_turns_and_believes_the_label() -> None:
-    """Only ``FUZZY`` counts, and it counts whatever the wheels did: what the tables said is not known here."""
-    record = recorder(A, B)
-    assert record.fuzzy_share == 0.0
-    turning, least, slow = (0.3, -0.3), (0.0, -MOVES * 1.1), (MOVES, -MOVES)
-    fuzzy, blend, rest = (doing(steering=label) for label in (Steering.FUZZY, Steering.SUPERVISOR, Steering.REST))
-    record.moving([fuzzy, blend], [turning, turning])  # 1 of 2
-    record.moving([fuzzy, rest], [least, least])  # 2 of 4
-    record.moving([fuzzy, fuzzy], [slow, STANDS])  # nobody moves
-    record.moving([doing(Activity.DONE), blend], [turning, STANDS])  # 3 of 5
-    assert record.fuzzy_share == 3 / 5
-
-
-def test_every_label_but_fuzzy_is_somebody_elses() -> None:
-    for label in Steering:
-        record = recorder()
-        record.moving([doing(steering=label)], [(0.3, 0.3)])
-        assert record.fuzzy_share == (label is Steering.FUZZY), label
 
 
 # --- ways and gaps ---

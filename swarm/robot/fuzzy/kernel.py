@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 TERMS = 9  # most of one variable: a bit a term and input must fit the rules' masks of 63
-_TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1]"
+TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1]"
 
 
 @njit("f8(f8, f8, f8, f8, f8)", cache=True)
@@ -69,7 +69,7 @@ def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Fl
     return moment / area if area > 0.0 else 0.0
 
 
-@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES}, f8[::1])", cache=True)
+@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {TABLES}, f8[::1])", cache=True)
 def infer_into(
     left: float,
     front: float,
@@ -143,7 +143,7 @@ def scratch_size(terms: Floats, pieces: Integers) -> int:
     return int(4 * terms.shape[1] + 1 + 4 * TERMS + pieces.shape[0])
 
 
-@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES})", cache=True)
+@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {TABLES})", cache=True)
 def infer(
     left: float,
     front: float,
@@ -164,7 +164,7 @@ def infer(
     return infer_into(left, front, right, heading, universes, terms, rules, yields, pieces, areas, scratch)
 
 
-@njit(f"void(f8[:,::1], f8[:,::1], {_TABLES})", cache=True)
+@njit(f"void(f8[:,::1], f8[:,::1], {TABLES})", cache=True)
 def infer_rows(
     rows: Floats,
     speeds: Floats,
