@@ -7,7 +7,6 @@ sweeps nothing then.
 """
 
 from collections.abc import Collection, Sequence
-from enum import Enum
 from math import copysign, cos, hypot, inf, sin, sqrt
 from typing import Final, NamedTuple
 
@@ -56,23 +55,6 @@ NO_WALLS: Final = np.empty((0, 0), np.float32)
 
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
-
-
-class Whose(Enum):
-    """Whose the ratio of the wheel speeds is."""
-
-    TABLES = "tables"
-    BLEND = "blend"
-    TURN = "turn"  # on the spot
-    REST = "rest"
-
-
-class Wheels(NamedTuple):
-    """Rim speeds [m/s]."""
-
-    left: float
-    right: float
-    whose: Whose
 
 
 class Body(NamedTuple):
@@ -160,21 +142,21 @@ class Driver:
                     return point
         return waypoints[0]
 
-    def face(self, body: Body, point: Point) -> Wheels:
+    def face(self, body: Body, point: Point) -> RimSpeeds:
         """Turn to a point without driving."""
         return self._turn(body, bearing(body.pose, point))
 
-    def _turn(self, body: Body, error: float) -> Wheels:
+    def _turn(self, body: Body, error: float) -> RimSpeeds:
         """Brake first; then turn as fast as can be stopped in time: sqrt(2 a e) on the rim."""
         if abs(body.left + body.right) > 0.04:
-            return Wheels(0.0, 0.0, Whose.TURN)
+            return 0.0, 0.0
         if abs(error) > ABOUT and self._side * error < 0.0:
             error = -error  # as good a way round, and the one it is on; what the wheels do now may be an old command's
         self._side = copysign(1.0, error)
         angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
         left = max(0.0, abs(error) - TURN_UNTIL / 2)
         rate = min(TURN_RATE, sqrt(angular_brake * left), SETTLING * left if self._careful else inf)
-        return Wheels(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))), Whose.TURN)
+        return self._drive.rim_speeds(Twist(0.0, copysign(rate, error)))
 
     # ---- cells as boxes, in the lattice's own frame
 

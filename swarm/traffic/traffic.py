@@ -237,8 +237,8 @@ class Traffic:
             for cell in (*record.ahead[:3], *[claim.cell for claim in record.claims], *record.held)
         }
         way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
-        near = {other for cell in (*way, *walk.route[:2]) for other in self.cells.around(cell, 1)}
-        return tuple(cell for cell in inputs.sweeps if cell not in needed and cell in near)
+        across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
+        return tuple(cell for cell in inputs.sweeps if cell in across and cell not in needed)
 
     def _release(self, walk: Walk, touched: frozenset[int], body: int, tick: int, room: tuple[int, ...]) -> Walk:
         released = walk.released(touched, body, room)
@@ -497,7 +497,7 @@ class Traffic:
         )
 
     def _exactly(self, inputs: TrafficInputs, walk: Walk, waits: tuple[str, ...]) -> bool:
-        """Return True if the robot has to come to a certain place in its cell: a stop, or where it claims or looks from."""
+        """Return True if it has to come to a certain place in its cell: a stop, or where it claims or looks from."""
         if not walk.route:
             return walk.head == self._goal and not inputs.done and inputs.goal is not None
         fresh = self._hearsay.fresh(inputs.tick)
