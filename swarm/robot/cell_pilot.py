@@ -15,7 +15,6 @@ from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
 from swarm.robot.safety import Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
-from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
@@ -62,7 +61,6 @@ class CellPilot:
         self._aim: Point | None = None
         self._swept: tuple[int, ...] = ()  # cells that the tables would drive over
         self._circles = False  # it has got nowhere for long
-        self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last,
         self._rolls = 0  # and for how many ticks they would be carried out if it fell asleep now
@@ -93,9 +91,7 @@ class CellPilot:
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )
         )
-        others = [(other.x, other.y) for other in situation.others.values()]
-        halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
-        speeds, heading = self._wheels(situation, granted, body, halt)
+        speeds, heading = self._wheels(situation, granted, body)
         self._lateness.command((speeds.left, speeds.right))
         self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.at_large else 0
         self._last = speeds.left, speeds.right
@@ -131,14 +127,8 @@ class CellPilot:
         """Tell whether cells lead from ``here`` to ``goal`` [m] too."""
         return comes_near(self._cells, here, goal, self._settings)
 
-    def _wheels(
-        self, situation: Situation, granted: TrafficOutputs, body: Body, halt: bool
-    ) -> tuple[WheelSpeeds, float]:
-        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend.
-
-        ``halt``: something unexplained is near. It counts only where the robot is at large: there what traffic found
-        once is no explanation, for it may move.
-        """
+    def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
+        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
         sense, pose, driver = situation.sense, situation.pose, self._driver
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None:
@@ -147,12 +137,12 @@ class CellPilot:
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         shut, local = driver.shut(granted.drivable), driver.local(pose)
-        self._scale = self._scaled(situation, granted, halt, gap(shut, local.x, local.y))
+        self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y))
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
             return self._filter.rest(), heading
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
-        constraints = Constraints(situation.navigator.grid, shut, local, bodies, within, may_drive=not halt)
+        constraints = Constraints(situation.navigator.grid, shut, local, bodies, within, granted.may_drive)
         return self._filter.check(sense, tables, constraints), heading
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
@@ -164,13 +154,13 @@ class CellPilot:
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
 
-    def _scaled(self, situation: Situation, granted: TrafficOutputs, halt: bool, room: float) -> float:
+    def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float) -> float:
         """Return what the tables take near and far relative to: the ``room`` [m] that is granted.
 
         Where it has got nowhere for long, the least: in some corners the tables turn to and fro for ever, and told that
         all is far they turn to the aim.
         """
-        self._circles = self._gets_nowhere(situation, granted, halt)
+        self._circles = self._gets_nowhere(situation, granted)
         if self._circles:
             return LEAST_SCALE
         return 1.0 if granted.at_large else min(1.0, max(TIGHT_SCALE, room / ROOMY))
@@ -185,7 +175,7 @@ class CellPilot:
         (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
         return self._cells.fits(granted.held, x, y, room)
 
-    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
+    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
         """Return True if the robot has cells to drive over and its way has not become shorter for long.
 
         Standing before something unexplained does not count, nor a new way that is much longer.
@@ -193,9 +183,11 @@ class CellPilot:
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
         anew = left[0] != target or left[1] < fewest or left[1] > fewest + LONGER
-        if halt or len(granted.held) <= 1 or anew:
+        if len(granted.held) <= 1 or anew:
             self._progress = (*left, situation.sense.tick)
             return False
+        if not granted.may_drive:
+            self._progress = target, fewest, since + 1
         return (situation.sense.tick - since) / self._settings.rate > CIRCLES
 
     def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
