@@ -161,7 +161,7 @@ class CellPilot:
         all is far they turn to the aim.
         """
         self._circles = self._gets_nowhere(situation, granted)
-        if self._circles:
+        if self._circles or (granted.exactly and len(granted.held) == 1):
             return LEAST_SCALE
         return 1.0 if granted.at_large else min(1.0, max(TIGHT_SCALE, room / ROOMY))
 

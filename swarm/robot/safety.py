@@ -24,6 +24,7 @@ SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not to
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 GAP: Final = 0.1  # m, kept to whatever the front sector sees
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
+NEARING: Final = 3.0  # 1/s, and speed per distance to there: so it turns round it ever more tightly
 STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
 CREEP: Final = 0.05  # m/s; slower than that is no driving
 PATIENCE: Final = 3.0  # s in which it gets nowhere: the tables have had the time to turn out of it
@@ -86,6 +87,8 @@ class SafetyFilter:
         if away is not None:
             return away
         wanted = self._drive.twist(*tables)
+        gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
+        wanted = Twist(min(wanted.linear, gently, NEARING * constraints.stop_within), wanted.angular)
         number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
         if number < 0:
             return STAND
@@ -154,9 +157,6 @@ class SafetyFilter:
     def _fastest(self, front: float, constraints: Constraints) -> float:
         """Return the forward speed [m/s] from which the brake stops in time: v = sqrt(2 a s).
 
-        That is ``GAP`` before what the front sector sees, and gently where it has to stand.
+        That is ``GAP`` before what the front sector sees.
         """
-        if not constraints.may_drive:
-            return 0.0
-        room = max(0.0, min(front - GAP, SLOW_BRAKE * constraints.stop_within))
-        return sqrt(2 * self._acceleration * room)
+        return sqrt(2 * self._acceleration * max(0.0, front - GAP)) if constraints.may_drive else 0.0
