@@ -24,7 +24,7 @@ SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not to
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
 GAP: Final = 0.1  # m, kept to whatever the front sector sees
 SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
-NEARING: Final = 3.0  # 1/s, and speed per distance to there: so it turns round it ever more tightly
+NEARING: Final = 0.8  # 1/s, and speed per distance to there: so it turns round it ever more tightly
 STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
 CREEP: Final = 0.05  # m/s; slower than that is no driving
 PATIENCE: Final = 3.0  # s in which it gets nowhere: the tables have had the time to turn out of it
@@ -60,6 +60,7 @@ class Constraints(NamedTuple):
     local: Pose  # the robot's, in the lattice's frame
     bodies: NDArray[np.float64]  # (n, 2): m, those near that are known
     stop_within: float = inf  # m, so far ahead it has to stand at the latest
+    exactly: bool = False  # and there it has to come to, not only not beyond
     may_drive: bool = True  # False: something unexplained is near; it may only turn
 
 
@@ -88,7 +89,9 @@ class SafetyFilter:
             return away
         wanted = self._drive.twist(*tables)
         gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
-        wanted = Twist(min(wanted.linear, gently, NEARING * constraints.stop_within), wanted.angular)
+        if constraints.exactly:
+            gently = min(gently, NEARING * constraints.stop_within)
+        wanted = Twist(min(wanted.linear, gently), wanted.angular)
         number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
         if number < 0:
             return STAND
