@@ -11,6 +11,8 @@ Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
 STRIDE: Final = 0.05  # m, between two points tried on a line
 NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
+GRAZE: Final = 1e-3  # m of its clearance that a robot may lose in one look, since it drives along no wall exactly,
+TIGHT: Final = 0.01  # m of clearance from which on it may lose none: many looks would add up to a contact
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
@@ -269,7 +271,7 @@ def first_clear(
             0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
         ),
     )  # fmt: skip
-    need = min(need, here - 1e-3)
+    need = min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
     for number in range(remedies.shape[0]):
         share, turn = remedies[number]
         forward, rate = share * linear, turn * angular
