@@ -123,6 +123,11 @@ def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float
     )
 
 
+def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
+    """Return True if a body [m, its centre] is so far off that no ray shows whether it has gone."""
+    return distance(pose, body) - 2 * settings.radius + 2 * SHORT > settings.sensor_range
+
+
 def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:
     """Return how far [m] a ray from the robot's centre goes before it enters a square, and before it leaves it."""
     enters, leaves = 0.0, inf

@@ -19,7 +19,7 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import View, has_gone, view
+from swarm.traffic.look import View, has_gone, is_out_of_range, view
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -310,6 +310,9 @@ class Traffic:
         if place is not None:
             if abs(bearing(pose, place)) > FACING:
                 return place
+            if not leans and is_out_of_range(place, pose, self.settings):
+                self._leans_to = cell
+                return None
             return self._note(cell, empty=False, tick=inputs.tick)
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
