@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import Enum
 from functools import cached_property
-from math import cos, inf, pi, sin
+from math import cos, inf, pi, sin, sqrt
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, bearing, distance, wrap
@@ -13,6 +13,7 @@ from swarm.traffic.settings import TrafficSettings
 
 SHORT: Final = 0.05  # m, readings differ by less
 BESIDE: Final = pi / 6  # rad; what is farther round to a side is driven past, not into
+HIT: Final = 0.8  # of a body's radius; a ray that passes its middle nearer hits it for sure
 EDGE: Final = 0.1  # m, a hit this near a cell may be on a body in it
 
 
@@ -114,18 +115,21 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, rad
 def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
     """Return True if a ray points at where a body [m, its centre] was, and sees beyond its near edge."""
     away, direction = distance(pose, body), bearing(pose, body)
-    near_edge = away - 2 * radius
-    return any(
-        abs(off := wrap(direction - reading.bearing)) < pi / 2
-        and away * sin(abs(off)) <= radius / 2
-        and reading.measured > near_edge + 2 * SHORT
-        for reading in readings
-    )
+    for reading in readings:
+        off = wrap(direction - reading.bearing)
+        beside = away * abs(sin(off))
+        if abs(off) > pi / 2 or beside > HIT * radius:
+            continue
+        near_edge = away * cos(off) - sqrt(radius**2 - beside**2) - radius
+        if reading.measured > near_edge + 2 * SHORT:
+            return True
+    return False
 
 
 def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
     """Return True if a body [m, its centre] is so far off that no ray shows whether it has gone."""
-    return distance(pose, body) - 2 * settings.radius + 2 * SHORT > settings.sensor_range
+    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, where a ray hits it last
+    return near_edge + 2 * SHORT > settings.sensor_range
 
 
 def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:

@@ -149,7 +149,7 @@ def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, mea
     assert has_gone(body, HERE, [front(measured)], 0.2) is gone
 
 
-@pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.85, False), (1.95, True), (3.0, True)])
+@pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.81, False), (1.83, True), (3.0, True)])
 def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: bool) -> None:
     settings = TrafficSettings(radius=0.2, sensor_range=1.6)
     assert is_out_of_range((HERE.x + away, HERE.y), HERE, settings) is hidden
