@@ -128,7 +128,7 @@ def clear_of(
     radius: float,
     resolution: float,
 ) -> NDArray[np.bool_]:
-    """Tell of each place (xs, ys) [m] whether a disc stays clear of what is solid on its way to (dx, dy) [m] further.
+    """Check for each place (xs, ys) [m] whether a disc stays clear of solid cells on its way (dx, dy) [m] further.
 
     dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
     along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.

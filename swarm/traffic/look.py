@@ -1,4 +1,4 @@
-"""What the proximity rays say about cells: a body that nobody told of, or a silent robot's cell that is empty."""
+"""What the proximity rays show of cells: an unexpected obstacle, or a silent robot's cell that is empty."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import Enum
@@ -67,10 +67,10 @@ class Known(NamedTuple):
 def unexplained(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
 ) -> Point | None:
-    """Find, among ``bodies`` that the rays show, one that nobody told of: give where it seems to be [m], else None.
+    """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
 
-    Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
-    not to drive.
+    A near body that is not where a ``known`` one can be, such as a robot that was never heard or a box, is a reason not
+    to drive.
     """
     for reading in bodies:
         hit = _hit(pose, reading, settings)

@@ -233,7 +233,7 @@ class Traffic:
                 self._joint.leave()
         self._wish = goal
 
-    # ---- layer 0: what nobody told of
+    # ---- layer 0: unexpected obstacles
 
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
@@ -243,7 +243,7 @@ class Traffic:
         stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
         if place is not None:
             cell = self.cells.cell_of(*place)
-            events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
+            events.append(Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}"))
             if cell not in {OUTSIDE, self.cells.cell_of(*inputs.pose[:2])}:
                 self._sightings.note(cell, empty=False, tick=inputs.tick)
             if len(walk.ledger.held) > 1:
@@ -418,7 +418,7 @@ class Traffic:
         )
 
     def _acks(self, ledger: Ledger) -> Acks:
-        """Return the claims of others that the robot agrees to, worked out anew where its ledger or they changed."""
+        """Return the claims of others that this robot acknowledges. Kept until its ledger or a record changes."""
         others = self._hearsay.others
         if self._agreed_for is None or self._agreed_for[0] is not ledger or self._agreed_for[1] is not others:
             self._agreed_for = (ledger, others)
