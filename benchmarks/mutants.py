@@ -52,7 +52,7 @@ MUTANTS: Final = (
            '_nobody_holds,\n    "I have acknowledged', '_is_ripe,\n    "I have acknowledged'),
     Mutant("no listening", "suspend", TRAFFIC + "settings.py", "listen: int = 30", "listen: int = 0"),
     Mutant("edit ignored", "edits", ROBOT + "brain.py",
-           "self._pilot.take_floor(ground.map)\n        if not", "pass\n        if not"),
+           "self._pilot.take_floor(ground.map)\n        changed |=", "pass\n        changed |="),
     Mutant("never looks", "dead", TRAFFIC + "traffic.py",
            "wants = bool(waits) or self._leans_to == cell", "wants = False"),
     Mutant("GRANT without I hold it", "contest", TRAFFIC + "holds.py",

@@ -56,7 +56,7 @@ def always(left: str, right: str) -> Callable[[Profile], Profile]:
 
 
 def swapped(profile: Profile) -> Profile:
-    """Give each wheel what the rules say of the other one."""
+    """Return the profile with the outputs of the two wheels exchanged."""
     return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], terms[-1], terms[-2]))
 
 
@@ -110,7 +110,7 @@ def overlaps(reports: Reports) -> str:
 
 
 def angle(reports: Reports, *labels: str) -> str:
-    """Tell the mean share of the angle that these labels steered."""
+    """Compute the mean share of the angle that these labels steered."""
     return f"{mean(sum(one['steering']['angle'][label] for label in labels) for one in reports):.2f}"
 
 

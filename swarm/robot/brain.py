@@ -89,6 +89,14 @@ class Robot:
         if state.activity is not Activity.READY:
             self.mission.resume(state.reached, state.unreachable)
 
+    def fault_of(self, sense: Sense) -> str | None:
+        """Return what does not fit this robot's scenario in a sense, None where all does."""
+        rays, stops = 3 * self._settings.sensors.rays, len(self.mission.stops)
+        for name, found, expected in (("rays", sense.rays, rays), ("bearings", sense.bearings, stops)):
+            if len(found) != expected:
+                return f"{name}: expected {expected}, got {len(found)}; do the robot and the world run one scenario?"
+        return None
+
     def missed(self, sense: Sense) -> bool:
         """Tell whether edits of the floor have passed unheard: then it needs the map anew."""
         return self._ground.missed(sense.edits_before)
@@ -131,8 +139,7 @@ class Robot:
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
             self._pilot.take_floor(ground.map)
-        if not self._settings.map.known:
-            changed |= ground.look(sense, self._bodies())
+        changed |= ground.look(sense, self._bodies())
         if self._settings.map.shared:
             for broadcast in inputs.heard:
                 changed |= ground.hear(broadcast.walls)

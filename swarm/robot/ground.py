@@ -73,7 +73,7 @@ class Ground:
 
     def look(self, sense: Sense, others: Iterable[Point]) -> bool:
         """Learn from every ray of an unknown floor; True where what is solid changed."""
-        if self._known or not sense.rays or sense.time < LISTEN:
+        if self._known or sense.time < LISTEN:
             return False
         pose, bodies = Pose(sense.x, sense.y, sense.yaw), list(others)
         x, y = self.grid.to_cells(pose.x, pose.y)

@@ -23,7 +23,7 @@ REMEMBERED: Final = 20.0  # s for which that obstacle is believed in
 
 
 class Surprise:
-    """One robot's watch for what nobody told of."""
+    """Watches for unexpected obstacles, for one robot."""
 
     def __init__(self, settings: Settings) -> None:
         self._sectors = sectors(settings.sensors)

@@ -194,7 +194,7 @@ class CellMap:
     def in_sight(self, a: Point, b: Point) -> bool:
         """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        return line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count)
+        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count))
 
     # ---- distances
 
@@ -218,13 +218,14 @@ class CellMap:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def _clear(self, radius: float, dx: float, dy: float) -> Flags:
-        """Tell of each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m] away; dx or dy is zero."""
+        """Check for each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m]; dx or dy is zero."""
         xs: Numbers = self.offset[0] + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.side
         ys: Numbers = self.offset[1] + (np.arange(self.rows, dtype=np.float64) + 0.5) * self.side
-        return clear_of(self._solid, xs, ys, dx, dy, radius, self.occupancy.resolution)
+        clear: Flags = clear_of(self._solid, xs, ys, dx, dy, radius, self.occupancy.resolution)
+        return clear
 
     def _wholly_free(self) -> Flags:
-        """Tell of each cell whether no part of it is solid."""
+        """Check for each cell whether no part of it is solid."""
         resolution = self.occupancy.resolution
         count = np.zeros((self._solid.shape[0] - 1, self._solid.shape[1] - 1), dtype=np.int64)
         count[1:, 1:] = self._solid[1:-1, 1:-1].cumsum(axis=0).cumsum(axis=1)

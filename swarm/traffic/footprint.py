@@ -42,7 +42,7 @@ def _cells_under(
 
 
 @njit("b1[:, ::1](b1[:, ::1], f8[::1], f8[::1], f8, f8, f8, f8)", cache=True)
-def _clear_of(
+def clear_of(
     solid: NDArray[np.bool_],
     xs: NDArray[np.float64],
     ys: NDArray[np.float64],
@@ -51,6 +51,11 @@ def _clear_of(
     radius: float,
     resolution: float,
 ) -> NDArray[np.bool_]:
+    """Check for each place (xs, ys) [m] whether a disc stays clear of solid cells on its way (dx, dy) [m] further.
+
+    dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
+    along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+    """
     last_row, last_column = solid.shape[0] - 1, solid.shape[1] - 1
     high, wide = ceil((dy + 2 * radius) / resolution) + 2, ceil((dx + 2 * radius) / resolution) + 2
     clear = np.ones((ys.size, xs.size), np.bool_)
@@ -71,33 +76,6 @@ def _clear_of(
 
 
 @njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
-def _line_is_clear(
-    solid: NDArray[np.bool_],
-    resolution: float,
-    x0: float,
-    y0: float,
-    cos_o: float,
-    sin_o: float,
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-    radius: float,
-    count: int,
-) -> bool:
-    reach = radius / resolution
-    for k in range(1, count):
-        dx, dy = ax + (bx - ax) * k / count - x0, ay + (by - ay) * k / count - y0
-        u, v = (cos_o * dx + sin_o * dy) / resolution, (cos_o * dy - sin_o * dx) / resolution
-        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), solid.shape[0] - 1)):
-            up = max(row - v, v - row - 1, 0.0)
-            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), solid.shape[1] - 1)):
-                along = max(column - u, u - column - 1, 0.0)
-                if along * along + up * up < reach * reach and solid[row + 1, column + 1]:
-                    return False
-    return True
-
-
 def line_is_clear(
     solid: NDArray[np.bool_],
     resolution: float,
@@ -116,25 +94,17 @@ def line_is_clear(
 
     ``solid`` is the fine map as in ``clear_of``; ``x0``, ``y0`` [m] and the cosine and sine of its yaw are its pose.
     """
-    return bool(_line_is_clear(solid, resolution, x0, y0, cos_o, sin_o, ax, ay, bx, by, radius, count))
-
-
-def clear_of(
-    solid: NDArray[np.bool_],
-    xs: NDArray[np.float64],
-    ys: NDArray[np.float64],
-    dx: float,
-    dy: float,
-    radius: float,
-    resolution: float,
-) -> NDArray[np.bool_]:
-    """Tell of each place (xs, ys) [m] whether a disc stays clear of what is solid on its way to (dx, dy) [m] further.
-
-    dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
-    along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
-    """
-    clear: NDArray[np.bool_] = _clear_of(solid, xs, ys, dx, dy, radius, resolution)
-    return clear
+    reach = radius / resolution
+    for k in range(1, count):
+        dx, dy = ax + (bx - ax) * k / count - x0, ay + (by - ay) * k / count - y0
+        u, v = (cos_o * dx + sin_o * dy) / resolution, (cos_o * dy - sin_o * dx) / resolution
+        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), solid.shape[0] - 1)):
+            up = max(row - v, v - row - 1, 0.0)
+            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), solid.shape[1] - 1)):
+                along = max(column - u, u - column - 1, 0.0)
+                if along * along + up * up < reach * reach and solid[row + 1, column + 1]:
+                    return False
+    return True
 
 
 def cells_under(

@@ -25,7 +25,7 @@ class Halt(NamedTuple):
 
 
 class Halting:
-    """One robot's watch for what nobody told of."""
+    """Watches for unexpected obstacles, for one robot."""
 
     def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
         self.cells = cells

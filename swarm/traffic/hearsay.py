@@ -113,11 +113,11 @@ class Hearsay:
         return tick - self._known[robot].record.stamp > self._settings.fresh
 
     def fresh(self, tick: int) -> dict[str, Record]:
-        """Give the records of all that are not silent."""
+        """Return the records of all that are not silent."""
         return self._live_at(tick).records
 
     def fallen_silent(self, tick: int) -> dict[str, Record]:
-        """Give the records of all that are silent."""
+        """Return the records of all that are silent."""
         return self._live_at(tick).silent
 
     def somebody_listens(self, tick: int) -> bool:

@@ -19,7 +19,7 @@ from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import View, has_gone, view
+from swarm.traffic.look import View, has_gone, is_out_of_range, view
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -262,7 +262,7 @@ class Traffic:
                 self._joint.leave()
         self._wish = goal
 
-    # ---- layer 0: what nobody told of
+    # ---- layer 0: unexpected obstacles
 
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
@@ -272,7 +272,7 @@ class Traffic:
         stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
         if place is not None:
             cell = self.cells.cell_of(*place)
-            events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
+            events.append(Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}"))
             if cell not in {OUTSIDE, self.cells.cell_of(*inputs.pose[:2])}:
                 self._sightings.note(cell, empty=False, tick=inputs.tick)
             if len(walk.ledger.held) > 1:
@@ -303,6 +303,8 @@ class Traffic:
             return walk
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
+        if joint.is_waited_for(walk.ledger.held[:-1], situation):
+            return walk  # it was sent aside: to turn back before it has left would make room for nobody
         joint.leave()
         wanted = (self._goal, situation.blocked)
         complete = walk.route[-1] == self._goal if walk.route else walk.head == self._goal
@@ -339,6 +341,9 @@ class Traffic:
         if place is not None:
             if abs(bearing(pose, place)) > FACING:
                 return place
+            if not leans and is_out_of_range(place, pose, self.settings):
+                self._leans_to = cell
+                return None
             return self._note(cell, empty=False, tick=inputs.tick)
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
@@ -442,7 +447,7 @@ class Traffic:
         )
 
     def _acks(self, ledger: Ledger) -> Acks:
-        """Return the claims of others that the robot agrees to, worked out anew where its ledger or they changed."""
+        """Return the claims of others that this robot acknowledges. Kept until its ledger or a record changes."""
         others = self._hearsay.others
         if self._agreed_for is None or self._agreed_for[0] is not ledger or self._agreed_for[1] is not others:
             self._agreed_for = (ledger, others)
