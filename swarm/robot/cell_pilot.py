@@ -27,6 +27,7 @@ from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, Traff
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
+WISH = 5
 CIRCLES: Final = 5.0  # s in which its way has become no shorter
 LONGER: Final = 6  # cells by which a way is longer than before because it is another one
 LEAST_SCALE: Final = 0.15  # then
@@ -59,6 +60,7 @@ class CellPilot:
         self._rollout = Rollout(controller, settings)
         self._scale = 1.0  # of the distances that the tables are told
         self._aim: Point | None = None
+        self._wish: Point | None = None
         self._swept: tuple[int, ...] = ()  # cells that the tables would drive over
         self._circles = False  # it has got nowhere for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
@@ -136,6 +138,7 @@ class CellPilot:
         self._aim = aim = driver.aim(pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
+        self._wish = driver.wish(pose, [*granted.waypoints[:1], *[self._cells.centre(c) for c in granted.way[1:WISH]]], aim) if WISH and not granted.at_large else None
         shut, local = driver.shut(granted.drivable), driver.local(pose)
         self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y))
         within = distance_along(pose, granted.waypoints)
@@ -151,7 +154,7 @@ class CellPilot:
         if self._aim is None or self._circles:
             return ()
         if situation.sense.tick % ROLLED_EVERY == 0:
-            points = self._rollout(situation.sense, body, self._aim, self._scale)
+            points = self._rollout(situation.sense, body, self._wish or self._aim, self._scale)
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
 

@@ -142,6 +142,12 @@ class Driver:
                     return point
         return waypoints[0]
 
+    def wish(self, pose: Pose, waypoints: Sequence[Point], aim: Point) -> Point:
+        for point in reversed(waypoints[1:]):
+            if line_is_free(self.grid, (pose.x, pose.y), point, AIM_SPARE):
+                return point
+        return aim
+
     def face(self, body: Body, point: Point) -> RimSpeeds:
         """Turn to a point without driving."""
         return self._turn(body, bearing(body.pose, point))
