@@ -145,8 +145,7 @@ class CellPilot:
         if within <= NEAR or self._rests(situation, granted):
             return self._filter.rest(), heading
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
-        looks = granted.exactly and len(granted.way) > len(granted.held)
-        constraints = Constraints(situation.navigator.grid, shut, local, bodies, within, looks, granted.may_drive)
+        constraints = Constraints(situation.navigator.grid, shut, local, bodies, within, granted.looks, granted.may_drive)
         return self._filter.check(sense, tables, constraints), heading
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:

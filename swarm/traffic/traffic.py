@@ -476,10 +476,15 @@ class Traffic:
         way = (*held[place:], *walk.route)
         alone = self._hearsay.alone_in(held, inputs.tick)
         ahead = way[: LARGE + 1] if floor else held[place:]
+        stops = self._stops_in(inputs, ahead)
+        if stops:
+            ahead = ahead[: ahead.index(self._goal) + 1]
         waypoints = [self.cells.centre(cell) for cell in ahead]
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
-        if walk.route and (
+        if stops:
+            waypoints[-1] = self._place_to_stand(self._wish)
+        elif walk.route and (
             walk.route[0] == self._leans_to
             or (self.settings.in_sight and self.cells.is_blind(walk.head, walk.route[0]))
         ):
@@ -494,7 +499,8 @@ class Traffic:
             waypoints=tuple(waypoints),
             beside=(*self._hearsay.holders_of(held[place], inputs.tick), *self._still_bodies(inputs)),
             may_drive=not stopped,
-            exactly=self._exactly(inputs, walk, waits),
+            exactly=stops or self._looks(inputs, walk, waits),
+            looks=not stops and self._looks(inputs, walk, waits),
             face=face,
             waits=waits,
             activity=self._activity(walk, waits, face, stopped, inputs.tick),
@@ -503,12 +509,15 @@ class Traffic:
             members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
         )
 
-    def _exactly(self, inputs: TrafficInputs, walk: Walk, waits: tuple[str, ...]) -> bool:
-        """Return True if it has to come to a certain place in its cell: a stop, or where it claims or looks from."""
-        if not walk.route:
-            return walk.head == self._goal and not inputs.done and inputs.goal is not None
+    def _stops_in(self, inputs: TrafficInputs, ahead: Sequence[int]) -> bool:
+        """Return True if one of the cells ahead is that of its next stop: it is driven over, whatever comes then."""
+        return self._goal in ahead and not inputs.done and inputs.goal is not None
+
+    def _looks(self, inputs: TrafficInputs, walk: Walk, waits: tuple[str, ...]) -> bool:
+        """Return True if it has to come to a certain place in its cell, where it claims or looks from."""
         fresh = self._hearsay.fresh(inputs.tick)
-        return self.settings.in_sight or self._leans_to is not None or any(robot not in fresh for robot in waits)
+        silent = any(robot not in fresh for robot in waits)
+        return bool(walk.route) and (self.settings.in_sight or self._leans_to is not None or silent)
 
     def _activity(
         self, walk: Walk, waits: tuple[str, ...], face: Point | None, stopped: bool, tick: int
