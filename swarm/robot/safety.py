@@ -36,7 +36,7 @@ DIRECTIONS: Final = 12  # tried to either side
 
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array((
-    (1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.6, 1.0), (0.3, 1.0), (0.25, 0.25), (0.1, 1.0), (0.0, 1.0),
+    (1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.25, 0.25), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0),
 ))  # fmt: skip
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NOWHERE: Final = (inf, inf)
