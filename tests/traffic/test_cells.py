@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from math import hypot, pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -209,3 +210,32 @@ def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outsid
     assert cells.swept([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
     assert cells.swept([(x + SIDE / 2, y)], 0.3) == {0, 1}
     assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}
+
+
+blocks = st.tuples(st.integers(0, 26), st.integers(0, 26), st.integers(0, 31), st.integers(0, 31), st.integers(0, 3))
+
+
+@given(occupancy=maps, side=st.sampled_from([0.5, 0.62]), edits=st.lists(blocks, max_size=4), free=st.booleans())
+def test_cells_after_edits_are_those_made_anew(
+    occupancy: OccupancyMap, side: float, edits: list[tuple[int, int, int, int, int]], free: bool
+) -> None:
+    lattice: dict[str, Any] = {"side": side, "radius": 0.2, "offset": (-0.15, -0.05), "unknown_is_free": free}
+    cells = CellMap(occupancy, **lattice)
+    for a, b, c, d, kind in edits:
+        low, high = (min(a, b), min(c, d)), (max(a, b), max(c, d))
+        occupancy, before = occupancy.with_block(low, high, kind), cells
+        cells, anew = cells.changed(occupancy, low, high), CellMap(occupancy, **lattice)
+        assert (cells.stands, cells.neighbours) == (anew.stands, anew.neighbours)
+        assert (cells.neighbours is before.neighbours) is (anew.neighbours == before.neighbours)
+        x, y = cells.centre(7)
+        assert cells.fits((7,), x, y, 0.2) is anew.fits((7,), x, y, 0.2)
+
+
+def test_joins_can_be_left_out() -> None:
+    a, b = BAY.at("ab")
+    first = own_way(BAY.cells, a, b)[0]
+    shut = BAY.cells.without([(first, a)])
+    assert first not in shut.neighbours[a]
+    assert a not in shut.neighbours[first]
+    assert first in BAY.cells.neighbours[a], "the others stay as they are"
+    assert BAY.cells.without([]) is BAY.cells
