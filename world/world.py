@@ -78,8 +78,7 @@ class World:
         self._commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
-        holds = settings.traffic.rule != "give_way"
-        self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
+        self.traffic = TrafficWatch(scenario.map, settings, self.robots)
         self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
         self._unsolvable_at: float | None = None
         self._planned = sorted(settings.edits, key=lambda edit: edit.at)
@@ -191,11 +190,10 @@ class World:
                     self.verdict = text
                     if kind == "unsolvable" and self._unsolvable_at is None:
                         self._unsolvable_at = self.time
-        if self.traffic is not None:
-            for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
-                cells = ", ".join(map(str, fault.where))
-                text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
-                events.append(self.event("traffic_fault", text, fault.robots[0]))
+        for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
+            cells = ", ".join(map(str, fault.where))
+            text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
+            events.append(self.event("traffic_fault", text, fault.robots[0]))
         return events
 
     def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
@@ -246,8 +244,7 @@ class World:
         self.floor = floor
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)
-        if self.traffic is not None:
-            self.traffic.set_floor(floor, self._settings)
+        self.traffic.set_floor(floor, self._settings)
         self._recent.append((self.tick, edit))
         self.edits += 1
 

@@ -1,5 +1,6 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
+from collections.abc import Callable, Iterable
 from math import inf
 
 import numpy as np
@@ -9,6 +10,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Steering
 from swarm.planning.rays import each_on_map
 from swarm.robot.fuzzy import Controller
+from swarm.robot.ground import Block
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
@@ -104,6 +106,19 @@ class CellPilot:
         self._cells = cells_of(floor, self._settings)
         self._traffic.take_cells(self._cells)
         self._driver.take_cells(self._cells)
+
+    def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
+        """Take in blocks of a learned map that have changed; return True where cells or joins did."""
+        before = self._cells
+        for low, high in blocks:
+            self._cells = self._cells.changed(floor, low, high)
+        self._traffic.take_cells(self._cells)
+        self._driver.take_cells(self._cells)
+        return self._cells.neighbours is not before.neighbours
+
+    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+        """Return the test whether another robot's body may be at a place [m] at a tick."""
+        return self._traffic.robot_at(tick)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Tell whether cells lead from ``here`` to ``goal`` [m] too."""

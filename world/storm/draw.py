@@ -58,7 +58,6 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             "loss": chance.choice(profile.loss),
             "line_of_sight": chance.random() < profile.sight,
         },
-        "traffic": {"rule": "holds" if profile.known else "auto"},
     }
     if chance.random() < profile.noise:
         raw["sensors"] = {"noise": 0.02, "bearing_noise_deg": 2.0}
@@ -69,9 +68,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
     stops = round(chance.uniform(*profile.stops))
     if len(piece) < robots + 1:
         return None
-    raw["traffic"] |= (
-        {"cell": round(cells.side, 6), "offset": [round(x, 6) for x in cells.offset]} if profile.known else {}
-    )
+    raw["traffic"] = {"cell": round(cells.side, 6), "offset": [round(x, 6) for x in cells.offset]}
     raw["start"] = {"poses": [_pose(cells, cell, chance) for cell in chance.sample(piece, robots)]}
     if chance.random() < profile.shared:
         raw["targets"] = [_point(cells, cell, chance) for cell in chance.sample(piece, min(stops, len(piece)))]
@@ -125,7 +122,6 @@ def _floor(profile: Profile, columns: int, rows: int, chance: Random) -> str:
 def _cells_for(raw: dict[str, Any]) -> CellMap | None:
     """Settle the lattice for a floor on which starts and stops are not drawn yet."""
     blank = raw | {"start": {"area": [0.0, 0.0, 1e3, 1e3]}, "targets": [[1.0, 1.0]], "robots": 1, "return_home": False}
-    blank["traffic"] = {"rule": "holds"}
     blank["map"] = blank["map"] | {"known": True}
     plan = StormPlan(profile="draw", seed=0, scenario=checked(blank, "storm"))
     scenario = plan.to_scenario()

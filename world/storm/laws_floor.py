@@ -10,7 +10,7 @@ from swarm.messages import Broadcast
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT
 from world.storm.history import History, Moment
-from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
+from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
 LATELY: Final = 20  # ticks
@@ -56,8 +56,6 @@ def no_overlap(history: History) -> Found:
     excused that somebody takes a silent robot's cell in which no body is, or of which nobody ever told it; and what a
     moving obstacle pushes a body into.
     """
-    if not holds(history):
-        return
     pushed = pushes(history)
     excused: set[tuple[str, str]] = set()
     blamed: set[tuple[str, str]] = set()
@@ -120,8 +118,6 @@ def no_hold_without_claim(history: History) -> Found:
     Whatever the event: an edit, a new map, a stop, a new goal. Excepted is a robot that just began or was away, one
     that drives unconstrained because nobody is in range, and one that was pushed.
     """
-    if not holds(history):
-        return
     pushed = pushes(history)
     before: dict[str, tuple[int, frozenset[int], bool]] = {}  # tick, held, unconstrained
     claims: dict[str, dict[int, int]] = {}  # of the newest record: cell -> number
@@ -177,8 +173,6 @@ def _must_agree(history: History, moment: Moment, me: str, cell: int, heard: Map
 
 def no_body_outside(history: History) -> Found:
     """Check that each body is inside the cells that its robot holds."""
-    if not holds(history):
-        return
     pushed = pushes(history)
     radius = history.settings.robot.radius
     held: dict[str, frozenset[int]] = {}

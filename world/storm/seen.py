@@ -17,11 +17,6 @@ Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happene
 Law = Callable[[History], Found]
 
 
-def holds(history: History) -> bool:
-    """Return True if the robots share the floor by holding cells."""
-    return history.settings.traffic.rule == "holds"
-
-
 def floor_at(history: History, tick: int) -> OccupancyMap:
     """Return the floor as it is at a tick."""
     return next(known for since, known in reversed(history.floors) if since <= tick)
