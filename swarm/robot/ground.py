@@ -88,14 +88,14 @@ class Ground:
         pose = Pose(sense.x, sense.y, sense.yaw)
         x, y = self.grid.to_cells(pose.x, pose.y)
         side, yaw = self.map.resolution, pose.yaw - self.map.origin.yaw
-        deeper = min(DEEPER * self._noise, side / 2)
+        deeper, doubt = min(DEEPER * self._noise, side / 2), DOUBT * self._noise / side
         for angle, read in zip(self._angles, sense.rays, strict=True):
             reach = self._radius + read
             hit = read < self._hits and not is_robot(
                 from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach + 0.5 * self._radius, 0.0)
             )
             length = (reach + deeper if hit else reach) / side
-            note(self._odds, x, y, yaw + angle, length, hit, GAIN, LOSS, MOST)
+            note(self._odds, x, y, yaw + angle, length, doubt, hit, GAIN, LOSS, MOST, SOLID)
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 
     def hear(self, cells: Iterable[int], time: float) -> bool:
