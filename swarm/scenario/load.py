@@ -106,6 +106,11 @@ def checked(raw: object, where: str) -> Settings:
             raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
         if any(a == b for a, b in pairwise(mover.waypoints)):
             raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
+    if not settings.map.known and settings.radio.line_of_sight:
+        raise ConfigError(
+            f"{where}: radio.line_of_sight: expected false where `map.known` is false, got true: who has not learned a "
+            "corner does not know that it is not heard behind it; set one of them"
+        )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
     return settings

@@ -85,6 +85,7 @@ class JointPlanning:
         self._entries: dict[int, Entry] = {}
         self._reported: set[tuple[str, ...]] = set()
         self._asked_before: set[tuple[object, ...]] = set()  # the questions put to the search for this plan
+        self._news: list[Event] = []  # to be told with the next step
         self._refusal: Refusal | None = None  # mine
         self._refused_at = NEVER
         self._shut: dict[Join, int] = {}  # joins that members have refused, and until when that is believed
@@ -168,8 +169,13 @@ class JointPlanning:
     def refuse(self, shut: Sequence[Join], tick: int) -> None:
         """Leave the plan followed, if there is one, and tell its leader which joins are shut."""
         if self.epoch is not None:
-            self._refusal, self._refused_at = Refusal(self.epoch, tuple(shut[:MOST_SHUT])), tick
+            self._tell_refusal(self.epoch, shut, tick)
             self.leave()
+
+    def _tell_refusal(self, epoch: Epoch, shut: Sequence[Join], tick: int) -> None:
+        self._refusal, self._refused_at = Refusal(epoch, tuple(shut[:MOST_SHUT])), tick
+        text = f"{self.me} refuses the plan of {epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
+        self._news.append(Event("plan_refused", (self.me,), text))
 
     def refused(self, tick: int) -> Refusal | None:
         """Return the refusal to tell, as long as its leader can still be told."""
@@ -195,7 +201,7 @@ class JointPlanning:
 
     def step(self, situation: Situation) -> list[Event]:
         """Follow calls, lead when named, plan a little, adopt what came."""
-        events = self._name_who_ignores(situation)
+        events, self._news = [*self._news, *self._name_who_ignores(situation)], []
         self._join_a_call(situation)
         if self.frozen is None and self._named(situation):
             self._begin_to_collect(situation)
@@ -293,7 +299,7 @@ class JointPlanning:
         if shut_joins(way, self.cells):
             ways = (way, *plan.ways.values())
             shut = dict.fromkeys(join for one in ways for join in shut_joins(one, self.cells))
-            self._refusal, self._refused_at = Refusal(plan.epoch, tuple(shut)[:MOST_SHUT]), situation.tick
+            self._tell_refusal(plan.epoch, tuple(shut), situation.tick)
             return
         self.plan = plan
         self.epoch = plan.epoch
