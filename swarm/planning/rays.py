@@ -37,14 +37,15 @@ def _first_solid(solid: NDArray[np.uint8], x: float, y: float, heading: float, r
     return reach
 
 
-@njit("void(i1[:, ::1], f8, f8, f8, f8, f8, b1, i8, i8, i8, i8)", cache=True)
+@njit("void(i1[:, ::1], f8, f8, f8, f8, f8, f8, b1, i8, i8, i8, i8)", cache=True)
 def note(
     odds: NDArray[np.int8],
     x: float,
     y: float,
     heading: float,
     length: float,
-    doubt: float,
+    nearer: float,
+    farther: float,
     hit: bool,
     gain: int,
     loss: int,
@@ -53,8 +54,8 @@ def note(
 ) -> None:
     """Count a ray of ``length`` [cells]: the cells it passed are less likely solid, the one it hit more.
 
-    Where the cell at its end is not known to be solid, and one at most ``doubt`` [cells] before or behind it is, it hit
-    that one: a noisy ray that grazes a corner makes no second wall beside it.
+    Where the cell at its end is not known to be solid, and one at most ``nearer`` [cells] before its end or ``farther``
+    behind it is, it hit that one: a noisy ray that grazes a corner makes no second wall beside it.
     """
     rows, columns = odds.shape
     dx, dy = cos(heading), sin(heading)
@@ -68,11 +69,11 @@ def note(
     gone = 0.0
     inside = 0 <= end_row < rows and 0 <= end_column < columns
     settled = not hit or (inside and odds[end_row, end_column] >= solid)
-    while gone < length + (0.0 if settled else doubt):
+    while gone < length + (0.0 if settled else farther):
         there = 0 <= row < rows and 0 <= column < columns
         before_end = gone < length - 0.7 and (column != end_column or row != end_row)
         leaves = min(next_x, next_y)
-        if not settled and there and leaves >= length - doubt and odds[row, column] >= solid:
+        if not settled and there and leaves >= length - nearer and odds[row, column] >= solid:
             end_row, end_column, inside = row, column, True
             break
         if before_end and there:

@@ -24,6 +24,7 @@ GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the larges
 SURE: Final = 8  # count from which a solid cell is told to others
 DOUBT: Final = 4.0  # standard deviations of a reading short of the range: it may still have hit nothing
 DEEPER: Final = 2.0  # standard deviations, half a cell at most
+NEARER, FARTHER = 4.0, 1.0  # standard deviations; a hit so far beyond a known wall, or before one, is on that wall
 DEAF: Final = 30.0  # s after it began its map anew in which a robot believes no wall that others tell of
 TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
 
@@ -88,14 +89,15 @@ class Ground:
         pose = Pose(sense.x, sense.y, sense.yaw)
         x, y = self.grid.to_cells(pose.x, pose.y)
         side, yaw = self.map.resolution, pose.yaw - self.map.origin.yaw
-        deeper, doubt = min(DEEPER * self._noise, side / 2), DOUBT * self._noise / side
+        deeper = min(DEEPER * self._noise, side / 2)
+        nearer, farther = NEARER * self._noise / side, FARTHER * self._noise / side
         for angle, read in zip(self._angles, sense.rays, strict=True):
             reach = self._radius + read
             hit = read < self._hits and not is_robot(
                 from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach + 0.5 * self._radius, 0.0)
             )
             length = (reach + deeper if hit else reach) / side
-            note(self._odds, x, y, yaw + angle, length, doubt, hit, GAIN, LOSS, MOST, SOLID)
+            note(self._odds, x, y, yaw + angle, length, nearer, farther, hit, GAIN, LOSS, MOST, SOLID)
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 
     def hear(self, cells: Iterable[int], time: float) -> bool:
