@@ -147,6 +147,13 @@ class JointPlanning:
                 return True
         return False
 
+    def is_waited_for(self, leaves: Collection[int], situation: Situation) -> bool:
+        """Return True if a member of the plan followed has claimed a cell that this robot is about to leave."""
+        return any(
+            self.follows(robot) and any(claim.cell in leaves for claim in record.claims)
+            for robot, record in situation.fresh.items()
+        )
+
     def _about_to_follow(self, record: Record) -> bool:
         """Tell whether a member may not have adopted my plan yet when it said this."""
         if self.epoch is None or (record.epoch is not None and record.epoch > self.epoch):

@@ -289,6 +289,8 @@ class Traffic:
             return walk
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
+        if self.settings.learns and joint.is_waited_for(walk.ledger.held[:-1], situation):
+            return walk  # it was sent aside: to turn back before it has left would make room for nobody
         joint.leave()
         wanted = (self._goal, situation.blocked)
         complete = walk.route[-1] == self._goal if walk.route else walk.head == self._goal

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import SETTLE, JointPlanning
-from swarm.traffic.record import MOST_SHUT, Collect, Epoch, JointPlan, Record, Refusal
+from swarm.traffic.record import MOST_SHUT, Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -289,3 +289,18 @@ def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
         joint.step(situation(tick, {"r2": other}, *ROOM.at("hh")))
     assert [plan.ways["r2"] for plan in plans] == [ROOM.at("abcd"), ROOM.at("aefgcd")][: len(plans)]
     assert len(plans) == 2, "once for each refusal"
+
+
+def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> None:
+    joint = JointPlanning("r2", ROOM.cells, SETTINGS)
+    a, b = ROOM.at("ab")
+    claims = (Claim(a, 1, NOW),)
+    call = called(at=NOW)
+    heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
+    assert not joint.is_waited_for([a], situation(NOW, heard)), "it follows no plan"
+    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
+    plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad")))
+    assert joint.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.is_waited_for([a], situation(NOW, {"r3": heard["r3"]})), "r3 has no part in the plan"
