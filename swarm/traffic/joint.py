@@ -173,17 +173,6 @@ class JointPlanning:
         self.way = None
         self._thaw()
 
-    def refuse(self, shut: Sequence[Join], tick: int) -> None:
-        """Leave the plan followed, if there is one, and tell its leader which joins are shut."""
-        if self.epoch is not None:
-            self._tell_refusal(self.epoch, shut, tick)
-            self.leave()
-
-    def _tell_refusal(self, epoch: Epoch, shut: Sequence[Join], tick: int) -> None:
-        self._refusal, self._refused_at = Refusal(epoch, tuple(shut[:MOST_SHUT])), tick
-        text = f"{self.me} refuses the plan of {epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-        self._news.append(Event("plan_refused", (self.me,), text))
-
     def refused(self, tick: int) -> Refusal | None:
         """Return the refusal to tell, as long as its leader can still be told."""
         return self._refusal if tick - self._refused_at <= self._settings.carry else None
@@ -304,15 +293,21 @@ class JointPlanning:
         if way is None or way[0] != situation.head:
             return
         if shut_joins(way, self.cells):
-            ways = (way, *plan.ways.values())
-            shut = dict.fromkeys(join for one in ways for join in shut_joins(one, self.cells))
-            self._tell_refusal(plan.epoch, tuple(shut), situation.tick)
+            self._refuse(plan, way, situation.tick)
             return
         self.plan = plan
         self.epoch = plan.epoch
         self.adopted = situation.tick
         self.way = way
         self._entries = {entry.step: entry for entry in plan.after.get(self.me, ())}
+
+    def _refuse(self, plan: JointPlan, way: Sequence[int], tick: int) -> None:
+        """Tell the leader which joins of the plan are shut, those of the own way first."""
+        ways = (way, *plan.ways.values())
+        shut = tuple(dict.fromkeys(join for one in ways for join in shut_joins(one, self.cells)))
+        self._refusal, self._refused_at = Refusal(plan.epoch, shut[:MOST_SHUT]), tick
+        text = f"{self.me} refuses the plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
+        self._news.append(Event("plan_refused", (self.me,), text))
 
     # ---- leading
 

@@ -88,7 +88,7 @@ class Traffic:
         touched = self.cells.swept(course, footprint)
         walk = self._present(tick, body, touched, pose)
         if changed:
-            walk = self._over_new_cells(walk, touched, body, tick)
+            walk = self._over_new_cells(walk, touched, body)
         events = self._hearsay.hear(tick, inputs.heard)
         fresh = self._hearsay.fresh(tick)
         self._sightings.hear(tick, fresh.values())
@@ -151,15 +151,14 @@ class Traffic:
         self._hearsay.cells = self._halting.cells = self._claiming.cells = self._joint.cells = cells
         return changed
 
-    def _over_new_cells(self, walk: Walk, touched: frozenset[int], body: int, tick: int) -> Walk:
+    def _over_new_cells(self, walk: Walk, touched: frozenset[int], body: int) -> Walk:
         """Return the walk on new cells: what is ahead is void, where robots learn the floor only if it is broken."""
         self._route_for = None
         self._wish = None  # the goal's cell is chosen again
         if self.settings.learns:
-            shut = walk.shut(self.cells, body)
-            if not shut:
+            if not walk.shut(self.cells, body):
                 return walk
-            self._joint.refuse(shut, tick)
+            self._joint.leave()
             if not walk.shut(self.cells, body, route=False):
                 return walk.alone(())
         self._joint.void()

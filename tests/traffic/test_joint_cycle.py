@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import SETTLE, JointPlanning
-from swarm.traffic.record import MOST_SHUT, Claim, Collect, Epoch, JointPlan, Record, Refusal
+from swarm.traffic.record import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -259,21 +259,6 @@ def test_a_member_takes_a_way_that_its_own_map_has() -> None:
     joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
     assert joint.way == ROOM.at("aefghd")
     assert joint.refused(NOW + 1) is None
-
-
-def test_who_finds_its_way_shut_later_refuses_the_plan_then() -> None:
-    joint = JointPlanning("r2", ROOM.cells, SETTINGS)
-    joint.refuse([(0, 1)], NOW)
-    assert joint.refused(NOW) is None, "it follows none"
-    call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
-    joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, *ROOM.at("ad")))
-    assert joint.epoch == Epoch(NOW, "r1")
-    joint.refuse([(number, number + 1) for number in range(99)], NOW + 5)
-    assert joint.epoch is None
-    told = joint.refused(NOW + 5)
-    assert told is not None
-    assert len(told.shut) == MOST_SHUT
 
 
 def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
