@@ -1,8 +1,8 @@
-"""Every benchmark, one after the other: ``python -m benchmarks [NAME ...] [--write | --stale]``.
+"""Every benchmark, one after the other: ``python -m benchmarks [NAME ...] [--write | --stale] [-- ARGUMENT ...]``.
 
 Each runs as a process of its own, so that none warms another up. ``--write`` puts what they printed, with the versions
 they ran on and the commit, into ``docs/benchmarks.md``. ``--stale`` runs none: it lists the sections of that page that
-are older than the code they measure.
+are older than the code they measure. What comes after ``--`` is passed on to each of those named.
 """
 
 import argparse
@@ -26,6 +26,8 @@ NO_BENCHMARK: Final = (
     "fuzz_maps",
     "mutants",
     "mutation",
+    "plantable",
+    "harmless",
 )  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 
@@ -42,11 +44,10 @@ def summary(name: str) -> str:
     return text.split('"""')[1].split("\n")[0].split(": ``python")[0].rstrip(".") + "."
 
 
-def run(name: str) -> tuple[int, str]:
+def run(name: str, arguments: list[str]) -> tuple[int, str]:
     """Run one and give its exit status and what it printed, which is shown as it comes."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", f"benchmarks.{name}"], cwd=ROOT, stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-m", f"benchmarks.{name}", *arguments]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     lines = []
     for line in process.stdout:
@@ -73,6 +74,12 @@ def page(fresh: dict[str, str]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def divided(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Part one's own arguments from those after ``--``, which are for the benchmarks."""
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    return arguments[:end], arguments[end + 1 :]
+
+
 def kept() -> dict[str, str]:
     """Read the sections that stand: a benchmark that is not run again keeps its own, with the load it ran under."""
     if not PAGE.exists():
@@ -87,7 +94,8 @@ def main() -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}; by default all")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
     parser.add_argument("--stale", action="store_true", help="list the sections of docs/benchmarks.md to make anew")
-    options = parser.parse_args()
+    own, passed_on = divided(sys.argv[1:])
+    options = parser.parse_args(own)
     if unknown := set(options.names) - set(names()):
         parser.error(f"expected some of {', '.join(names())}, got {', '.join(sorted(unknown))}")
     chosen = options.names or names()
@@ -99,7 +107,7 @@ def main() -> int:
     for name in chosen:
         print(f"\n== {name}", flush=True)
         stamped = stamp(ROOT, measured(name))
-        status, printed = run(name)
+        status, printed = run(name, passed_on)
         sections[name] = section(name, stamped, printed)
         failed += [name] if status else []
         if options.write:  # after each: what an interrupted run has printed stays

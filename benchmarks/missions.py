@@ -39,13 +39,13 @@ def line(scenario: Scenario, report: dict[str, Any]) -> tuple[str, ...]:
         f"{report['sim_time'] / ideal(scenario, report):.2f}",
         f"{report['traffic']['longest_wait']:.0f}",
         str(report["traffic"]["deadlocks"]),
-        f"{report['fuzzy_share']:.3f}",
+        f"{report['steering']['angle']['tables']:.2f}",
     )
 
 
 HEAD: Final = (
     "seed", "complete", "contacts: robot + wall + obstacle", "smallest gap [m]", "time [s]",
-    "x shortest at cruise", "longest wait [s]", "deadlocks", "fuzzy share",
+    "x shortest at cruise", "longest wait [s]", "deadlocks", "angle by the tables",
 )  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def summary(scenario: Scenario, reports: list[dict[str, Any]]) -> str:
         f"smallest gap {min(report['clearance_min'] for report in reports):.3f} m, "
         f"at most {max(report['sim_time'] / ideal(scenario, report) for report in reports):.2f} x the shortest way "
         f"at cruising speed, longest wait {max(report['traffic']['longest_wait'] for report in reports):.0f} s, "
-        f"fuzzy share at least {min(report['fuzzy_share'] for report in reports):.3f}"
+        f"angle by the tables at least {min(report['steering']['angle']['tables'] for report in reports):.2f}"
     )
 
 

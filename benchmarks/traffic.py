@@ -3,9 +3,9 @@
 One row a case over ``--seeds`` seeds, every run judged by the world's own watch, which knows no planner. How many were
 complete (with a dead robot: in how many all arrived whose target could still be reached); contacts; overlapping holds
 and bodies outside them (in brackets: overlaps with one that was suspended or killed); time over the longest robot's
-shortest way at cruising speed; driven over shortest length (on the MAPF maps of a 4-connected grid); share of fuzzy
-steering; share of time spent waiting; joint plans; how long it took from the need of one to following it, and the
-search for it (median and longest).
+shortest way at cruising speed; driven over shortest length (on the MAPF maps of a 4-connected grid); share of the angle
+turned that the fuzzy tables steered; share of time spent waiting; joint plans; how long it took from the need of one to
+following it, and the search for it (median and longest).
 
 The cases on MAPF maps need the benchmark data beside the project: without it they are left out, and the table says so.
 Several runs go side by side, one a core.
@@ -161,7 +161,7 @@ class Ran(NamedTuple):
     time: float  # s
     ratio: float  # over the longest shortest way at cruising speed
     length: float  # driven over shortest
-    fuzzy: float
+    tables: float  # share of the angle turned
     waiting: float  # share of robots' time
     plans: int
     settling: list[float]  # s, from need to a plan adopted
@@ -176,7 +176,7 @@ def run(case: Case, seed: int) -> Ran:
     world, settings = simulation.world, scenario.settings
     settling = Settling(simulation)
     searches: list[float] = []
-    joint.JointSearch = timed(searches)  # type: ignore[misc,assignment]
+    joint.JointSearch = timed(searches)  # type: ignore[attr-defined]
     cells = cells_of(scenario.map, settings)
 
     def over(world: World) -> bool:
@@ -198,7 +198,7 @@ def run(case: Case, seed: int) -> Ran:
         time=report["sim_time"],
         ratio=report["sim_time"] * 1.5 * settings.robot.speed_scale / max(shortest),
         length=sum(one["path_length"] for one in per_robot) / sum(shortest),
-        fuzzy=report["fuzzy_share"],
+        tables=report["steering"]["angle"]["tables"],
         waiting=sum(one["waiting"] for one in per_robot) / (report["sim_time"] * case.robots),
         plans=report["traffic"]["joint_plans"],
         settling=settling.times,
@@ -285,7 +285,7 @@ def row(case: Case, runs: list[Ran]) -> tuple[str, ...]:
         f"{median(one.ratio for one in runs):.2f}",
         f"{max(one.ratio for one in runs):.2f}",
         f"{median(one.length for one in runs):.2f}",
-        f"{median(one.fuzzy for one in runs):.2f}",
+        f"{median(one.tables for one in runs):.2f}",
         f"{median(one.waiting for one in runs):.2f}",
         f"{median(one.plans for one in runs):.0f}",
         f"{median(settling):.1f}, {max(settling):.0f}" if settling else "",
@@ -302,7 +302,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args()
     head = "case|complete|contacts|overlaps, outside|time [s]"
-    head += "|/ shortest at cruise|worst|driven / shortest|fuzzy share|waiting|joint plans"
+    head += "|/ shortest at cruise|worst|driven / shortest|angle by the tables|waiting|joint plans"
     head += "|settled in [s], longest|search [ms], longest|wall [s]"
     rows: list[tuple[str, ...]] = [tuple(head.split("|"))]
     chosen = [case for case in cases() if case.name.startswith(given.only)]

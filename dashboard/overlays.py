@@ -89,16 +89,15 @@ class Overlays:
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Explain what a robot's tables make of what it senses, as markdown."""
-        scale = self._scene.settings.robot.distance_scale
+        scale = self._scene.settings.robot.distance_scale * body.scale
         heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
         try:
             told = controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
         except SwarmError as fault:
             return f"{body.robot}: {fault}"
+        steering = body.steering.value if body.steering is not None else "none"
         joint = f", in a joint plan with {', '.join(body.members)}" if body.members else ""
-        return (
-            f"**{body.robot}** {body.activity.value}, driven by {body.steering.value}{joint}\n\n```\n{told.text()}\n```"
-        )
+        return f"**{body.robot}** {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
 
     def plans(self, cells: CellMap, tick: int, bodies: dict[str, Body]) -> list[Drawing]:
         """Draw the joint plans under way; whoever is silent for so long that its turns pass has no part in them."""

@@ -23,6 +23,7 @@ Length = Annotated[float, Meta(ge=0, le=1e6)]
 Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]
 Speed = Annotated[float, Meta(ge=-20, le=20)]  # m/s or rad/s
 Seconds = Annotated[float, Meta(ge=0, le=1e9)]
+Scale = Annotated[float, Meta(ge=0.1, le=1)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Text = Annotated[str, Meta(max_length=2000)]
 Point = tuple[Metres, Metres]
@@ -39,11 +40,13 @@ class Activity(StrEnum):
 
 
 class Steering(StrEnum):
-    """Whose wheel speeds these are: what ``fuzzy_share`` counts."""
+    """What became of the fuzzy tables' wheel speeds, as the world works it out; the report gives the share of each."""
 
-    FUZZY = "fuzzy"  # the ratio of the wheel speeds is the tables' own
-    SUPERVISOR = "supervisor"  # the supervisor changed the ratio
-    REST = "rest"  # not moving
+    BRAKED = "braked"  # the wheels stand, though the tables would move
+    TABLES = "tables"  # unaltered, or slower in the same ratio
+    TIGHTENED = "tightened"  # the same yaw rate with less forward speed
+    TURNED = "turned"  # a turn on the spot at another rate
+    BLENDED = "blended"  # anything else
 
 
 class Phase(StrEnum):
@@ -115,11 +118,11 @@ class Command(Message, frozen=True, kw_only=True):
     left: Speed  # m/s, rim speed
     right: Speed
     heading: Angle  # rad, what the fuzzy controller was asked to turn towards; left is positive
-    steering: Steering
     activity: Activity
     reached: list[bool]  # of each stop: the targets, then home where the mission returns
     unreachable: list[Count]  # stops given up because no path led there
     held: list[Count] = []  # cells it holds; the last is the head
+    scale: Scale = 1.0  # the fuzzy controller was told the sensed distances divided by this
     unconstrained: bool = False  # nobody is near: it holds whatever cells its body and brake need
     waits: list[Id] = []  # for whom
     members: list[Id] = []  # of the joint plan it follows
@@ -180,9 +183,10 @@ class Body(Message, frozen=True, kw_only=True):
     left: Length
     front: Length
     right: Length
-    heading: Angle  # of its last command, as are the next two
-    steering: Steering
+    heading: Angle  # of its last command, as is all below
+    steering: Steering | None  # None: no command is in force
     activity: Activity
+    scale: Scale = 1.0
     held: list[Count] = []
     waits: list[Id] = []
     members: list[Id] = []

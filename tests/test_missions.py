@@ -26,7 +26,7 @@ def assert_one_robot_keeps_every_promise(paper: Scenario, seed: int) -> None:
     assert report["clearance_min"] > 0.0
     cruise = CRUISE * paper.settings.robot.speed_scale
     assert report["sim_time"] <= 2.5 * report["per_robot"]["r1"]["shortest_length"] / cruise
-    assert report["fuzzy_share"] >= 0.9
+    assert report["steering"]["angle"]["tables"] >= 0.85
     times = report["per_robot"]["r1"]["reached"]
     assert times == sorted(times)
 
@@ -47,7 +47,7 @@ def assert_four_robots_finish(paper: Scenario, seed: int) -> None:
     assert report["complete"], report["reason"]
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
     assert report["traffic"]["deadlocks"] == report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
-    assert report["fuzzy_share"] >= 0.6
+    assert report["steering"]["angle"]["tables"] >= 0.5
 
 
 @pytest.mark.parametrize("seed", [1, 7])
@@ -137,7 +137,12 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "scenario": str, "seed": int, "robots": int, "pace": str, "complete": bool, "reason": str,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "contacts": {"robot": int, "wall": int, "obstacle": int},
-    "clearance_min": float, "fuzzy_share": float,
+    "clearance_min": float,
+    "steering": {
+        **{by: {"braked": float, "tables": float, "tightened": float, "turned": float, "blended": float}
+           for by in ("ticks", "metres", "angle")},
+        "scaled": {"time": float, "mean": float},
+    },
     "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float,
                 "overlaps": int, "outside": int},
     "per_robot": dict,
@@ -170,7 +175,7 @@ def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, 
         assert row["targets"] == len(row["reached"]) == 4
         assert all(time is None or type(time) is float for time in row["reached"])
         assert 0 <= row["waiting"] <= report["sim_time"]
-    assert 0 <= report["fuzzy_share"] <= 1
+    assert all(sum(report["steering"][by].values()) == pytest.approx(1.0) for by in ("ticks", "metres", "angle"))
     assert report["ticks"] == round(report["sim_time"] * paper.settings.rate)
     assert len(report["digest"]) == 32
 

@@ -50,7 +50,9 @@ class ClearanceJudge:
         places = np.array(self._block, np.float64)[:, :, :2]  # (ticks, robots, 2)
         self._block = []
         if self._solid:
-            points = shapely.points(places.reshape(-1, 2))
+            moved = np.ones(places.shape[:2], np.bool_)
+            moved[1:] = (places[1:] != places[:-1]).any(axis=2)
+            points = shapely.points(places[moved])
             _, gaps = self._tree.query_nearest(points, return_distance=True, all_matches=False)
             self._smallest = min(self._smallest, float(gaps.min()) - self._radius)
         first, second = self._pairs

@@ -55,6 +55,8 @@ class Drill:
         self._chance = Random(f"faults {seed}")
         self._dt = dt
         self._until: dict[str, tuple[Health, float]] = {}
+        often = ((Health.SUSPENDED, faults.suspended), (Health.HELD_UP, faults.held_up))
+        self._often = [(health, seconds) for health, seconds in often if seconds]
         self._spells: dict[str, list[Spell]] = {}
         for spell in faults.spells:
             self._spells.setdefault(spell.robot, []).append(spell)
@@ -77,8 +79,8 @@ class Drill:
         health, until = self._until.get(robot, (Health.WELL, 0.0))
         if time < until:
             return health
-        for health, often in ((Health.SUSPENDED, faults.suspended), (Health.HELD_UP, faults.held_up)):
-            if often and self._chance.random() < self._dt / often:
+        for health, often in self._often:
+            if self._chance.random() < self._dt / often:
                 self._until[robot] = (health, time + LASTS)
                 self.struck |= {robot} if health is Health.SUSPENDED else set()
                 return health

@@ -19,6 +19,7 @@ from world import rays
 Numbers = NDArray[np.float64]
 
 ROBOT: Final = 10  # collision types: this, and the map's kinds of cell
+STILL: Final = Twist(0.0, 0.0)
 KINDS: Final = {WALL: "wall", UNKNOWN: "wall", OBSTACLE: "obstacle", ROBOT: "robot"}
 
 
@@ -52,11 +53,14 @@ class Physics:
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
         self._poses: list[Pose] = []
         self._stale = True  # bodies have moved since the five above were noted
+        self._rolled: list[Twist] = []  # what the bodies were told last
+        self._disturbed = True  # a contact may have changed what a body was told
         for kind in KINDS:
             self._space.on_collision(ROBOT, kind, begin=self._on_contact, separate=self._on_parting, data=kind)
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Let what stands still be this."""
+        self.floor = floor
         self._space.remove(*self._still)
         self._still = []
         for kind in (WALL, OBSTACLE, UNKNOWN):
@@ -124,9 +128,11 @@ class Physics:
             x, y = body.position
             body.angle = pose.yaw
             body.velocity = ((pose.x - x) / self._dt, (pose.y - y) / self._dt)
-        twists = list(twists)
+        before, self._rolled = self._rolled or [STILL] * len(self._bodies), list(twists)
+        everybody = list(zip(self._bodies, self._rolled, strict=True))
+        moving = [pair for pair, was in zip(everybody, before, strict=True) if pair[1] != STILL or was != STILL]
         for _ in range(self._substeps):
-            for body, twist in zip(self._bodies, twists, strict=True):
+            for body, twist in everybody if self._disturbed else moving:
                 if twist.linear == 0.0:
                     body.velocity = (0.0, 0.0)
                 else:
@@ -134,9 +140,11 @@ class Physics:
                     dx, dy = chord(body.angle, twist, dt)
                     body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # what is lost in x + dx is not driven
                 body.angular_velocity = twist.angular
-            if self.touching:
+            self._disturbed = bool(self.touching)
+            if self._disturbed:
                 self._solve(dt)
             self._space.step(dt)
+            self._disturbed |= bool(self.touching)
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
 
     def _solve(self, dt: float) -> None:
@@ -153,13 +161,15 @@ class Physics:
 
     def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
-        return self.cast_all(np.asarray(angles, np.float64), reach)[robot]
+        measured: list[float] = self.cast_all(np.asarray(angles, np.float64), reach)[robot].tolist()
+        return measured
 
-    def cast_all(self, angles: Numbers, reach: float) -> list[list[float]]:
-        """Measure along the same rays from every robot."""
+    def cast_all(self, angles: Numbers, reach: float) -> Numbers:
+        """Measure along the same rays from every robot: (robots, angles)."""
         self._place()
-        found = rays.cast_all(*self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach)
-        measured: list[list[float]] = found.tolist()
+        measured: Numbers = rays.cast_all(
+            *self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach
+        )
         return measured
 
     def sees(self, a: Point, b: Point) -> bool:
@@ -175,8 +185,7 @@ class Physics:
         """Note where every disc and box is now."""
         if self._stale:
             self._stale = False
-            for row, body in enumerate(self._round):
-                self._discs[row, :2] = body.position
+            self._discs[:, :2] = np.array([body.position for body in self._round], np.float64).reshape(-1, 2)
             for row, (body, _, _) in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle

@@ -160,7 +160,7 @@ def sees_each(
     y: float,
     places: Numbers,  # (n, 2): x, y [m]
 ) -> NDArray[np.bool_]:
-    """Tell of each place whether no solid cell lies between it and a point [m]."""
+    """Check for each place whether no solid cell lies between it and a point [m]."""
     found = np.empty(places.shape[0], np.bool_)
     for k in range(places.shape[0]):
         found[k] = sees(solid, side, origin_x, origin_y, origin_yaw, x, y, places[k, 0], places[k, 1])

@@ -1,4 +1,4 @@
-"""What a run was: poses, contacts, stops reached, who steered, who waited. The report is made from this alone."""
+"""What a run was: poses, contacts, stops reached, who waited. The report is made from this alone."""
 
 import hashlib
 import struct
@@ -9,7 +9,7 @@ from typing import Final
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Command, Steering
+from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from world.clearance import ClearanceJudge
 from world.physics import Contact
@@ -38,7 +38,6 @@ class Recorder:
         self.waiting = [0.0] * robots  # s
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
-        self._fuzzy = self._moving = 0  # robot ticks
 
     @property
     def digest(self) -> str:
@@ -49,11 +48,6 @@ class Recorder:
     def clearance_min(self) -> float:
         """The smallest gap seen [m], recomputed from the poses."""
         return self._judge.smallest
-
-    @property
-    def fuzzy_share(self) -> float:
-        """Share of moving ticks whose wheel-speed ratio is the fuzzy tables' own."""
-        return self._fuzzy / self._moving if self._moving else 0.0
 
     @property
     def complete(self) -> bool:
@@ -98,13 +92,10 @@ class Recorder:
         """Take that a robot has been at a stop."""
         self.reached_at[robot][stop] = time
 
-    def moving(self, commands: Sequence[Command], wheels: Sequence[tuple[float, float]]) -> None:
-        """Take what everybody was doing in a tick, and how the wheels turned."""
-        for number, (command, speeds) in enumerate(zip(commands, wheels, strict=True)):
+    def doing(self, commands: Sequence[Command]) -> None:
+        """Take what everybody was doing in a tick."""
+        for number, command in enumerate(commands):
             self.replans[number] = command.replans
             self.unreachable[number] = command.unreachable
-            if max(abs(speeds[0]), abs(speeds[1])) > MOVES:
-                self._moving += 1
-                self._fuzzy += command.steering is Steering.FUZZY
             if command.activity in WAITING:
                 self.waiting[number] += self._dt

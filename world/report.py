@@ -36,7 +36,7 @@ def report(
         "late_commands": late_commands,
         "contacts": total,
         "clearance_min": record.clearance_min,
-        "fuzzy_share": record.fuzzy_share,
+        "steering": world.steering.report(),
         "traffic": _traffic(world),
         "per_robot": {
             world.robots[number]: {

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from swarm.geometry import Pose, bearing, wrap
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import SensorSettings
 from world.physics import Numbers, Physics
@@ -22,6 +22,15 @@ class Distances(NamedTuple):
     rays: list[float]  # of left, front, right in turn
 
 
+class Shown(NamedTuple):
+    """The bearings that a robot was shown last, and of what from where."""
+
+    pose: Pose
+    targets: Sequence[Point] | Numbers
+    floor: OccupancyMap
+    bearings: list[float | None]
+
+
 class Sensing:
     """The sensors of all robots; the noise of each is drawn from its own generator, the same number a tick."""
 
@@ -29,6 +38,7 @@ class Sensing:
         self._settings = settings
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
+        self._shown: dict[int, Shown] = {}  # who stands sees the same again
 
     def distances(self, physics: Physics, robot: int) -> Distances:
         """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
@@ -37,7 +47,10 @@ class Sensing:
     def all_distances(self, physics: Physics) -> list[Distances]:
         """Read the same for every robot, all rays cast at once."""
         found = physics.cast_all(self._angles, self._settings.range)
-        return [self._read(robot, rays) for robot, rays in enumerate(found)]
+        if self._settings.noise:
+            return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
+        left, front, right = found.reshape(len(found), 3, -1).min(axis=2).T.tolist()
+        return [Distances(*read) for read in zip(left, front, right, found.tolist(), strict=True)]
 
     def _read(self, robot: int, rays: list[float]) -> Distances:
         settings, n = self._settings, self._settings.rays
@@ -50,11 +63,16 @@ class Sensing:
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
     ) -> list[float | None]:
         """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""
-        places = np.asarray(targets, np.float64).reshape(-1, 2)
         noise = radians(self._settings.bearing_noise_deg)
+        last = self._shown.get(robot)
+        if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:
+            return last.bearings
+        places = np.asarray(targets, np.float64).reshape(-1, 2)
         drawn = self._noise[robot].normal(0.0, noise, len(targets)).tolist() if noise else [0.0] * len(targets)
         seen = physics.sees_each((pose.x, pose.y), places)
-        return [
+        found = [
             wrap(bearing(pose, target) + error) if shows else None
             for target, error, shows in zip(map(tuple, places.tolist()), drawn, seen, strict=True)
         ]
+        self._shown[robot] = Shown(pose, targets, physics.floor, found)
+        return found

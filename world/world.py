@@ -14,7 +14,7 @@ from shapely import Polygon
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
-from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Steering, Truth
+from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Truth
 from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.robot.supervisor import SPARE
@@ -26,13 +26,14 @@ from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
+from world.steering import SteeringWatch
 from world.traffic_watch import TrafficWatch
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
 PROVEN = 5.0  # s after which a fleet that proved its jam unsolvable, and got nowhere since, is given up
 VERDICTS = frozenset({"unsolvable", "no_plan_found"})
 REST = Command(
-    run=0, tick=0, left=0.0, right=0.0, heading=0.0, steering=Steering.REST, activity=Activity.READY,
+    run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
 
@@ -83,6 +84,7 @@ class World:
         self._unsolvable_at: float | None = None
         self._planned = sorted(settings.edits, key=lambda edit: edit.at)
         self.progress = ProgressWatch(len(starts))
+        self.steering = SteeringWatch(scenario, starts)
         self.recorder = Recorder(scenario, starts, self._stops, self.dt)
         self.recorder.poses(starts)
 
@@ -115,21 +117,23 @@ class World:
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self._wheels[number])
             left, front, right, rays = self._distances[number]
-            yield name, Sense(
+            sense = Sense(
                 run=self.run, tick=self.tick, time=self.time, lockstep=lockstep, x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
                 bearings=sensing.bearings(physics, number, pose, self._stop_places[number]), hears=self._heard[number],
                 rays=rays, edits_before=self.edits - len(edits), edits=edits,
             )  # fmt: skip
+            self.steering.sensed(number, sense)
+            yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
         """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
-        for number, command in enumerate(self._commands):
-            alive = (self.tick - command.tick) * dt <= COMMAND.timeout
-            wanted = (command.left, command.right) if alive else (0.0, 0.0)
+        in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self._commands]
+        for number, command in enumerate(in_force):
+            wanted = (command.left, command.right) if command else (0.0, 0.0)
             left, right = self._wheels[number]
             self._wheels[number] = (
                 ramp(left, max(-fastest, min(fastest, wanted[0])), most),
@@ -145,8 +149,9 @@ class World:
         for contact in self.recorder.contacts(contacts, self._physics.touching, self._wheels):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
+        self.steering.look(in_force, poses)
         self.recorder.poses(poses)
-        self.recorder.moving(self._commands, self._wheels)
+        self.recorder.doing(self._commands)
         self._watch_progress(poses, events)
         self._make_edits(events)
         return events
@@ -162,8 +167,10 @@ class World:
 
     def _next_stop(self, number: int) -> int | None:
         """Return the first stop that a robot has neither reached nor given up."""
-        given_up = self._commands[number].unreachable
-        for stop, time in enumerate(self.recorder.reached_at[number]):
+        given_up, reached_at = self._commands[number].unreachable, self.recorder.reached_at[number]
+        if not given_up:
+            return reached_at.index(None) if None in reached_at else None
+        for stop, time in enumerate(reached_at):
             if time is None and stop not in given_up:
                 return stop
         return None
@@ -282,7 +289,8 @@ class World:
                     front=front,
                     right=right,
                     heading=command.heading,
-                    steering=command.steering,
+                    steering=self.steering.labels[number],
+                    scale=command.scale,
                     activity=command.activity,
                     held=command.held,
                     waits=command.waits,

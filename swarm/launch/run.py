@@ -210,7 +210,7 @@ def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
         f"  simulated {summary['sim_time']:.1f} s in {summary['wall_time']:.1f} s "
         f"({summary['real_time_factor']:.1f} x real time), {summary['late_commands']} late commands",
         f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}; "
-        f"fuzzy share {summary['fuzzy_share']:.2f}",
+        f"the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
     ]
     for robot, row in summary["per_robot"].items():
         reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])

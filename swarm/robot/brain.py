@@ -86,6 +86,14 @@ class Robot:
         if state.activity is not Activity.READY:
             self.mission.resume(state.reached, state.unreachable)
 
+    def fault_of(self, sense: Sense) -> str | None:
+        """Return what does not fit this robot's scenario in a sense, None where all does."""
+        rays, stops = 3 * self._settings.sensors.rays, len(self.mission.stops)
+        for name, found, expected in (("rays", sense.rays, rays), ("bearings", sense.bearings, stops)):
+            if len(found) != expected:
+                return f"{name}: expected {expected}, got {len(found)}; do the robot and the world run one scenario?"
+        return None
+
     def missed(self, sense: Sense) -> bool:
         """Tell whether edits of the floor have passed unheard: then it needs the map anew."""
         return self._ground.missed(sense.edits_before)
@@ -207,7 +215,7 @@ class Robot:
         sends = move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
-            steering=move.speeds.steering, activity=self._activity, reached=list(mission.reached),
+            scale=move.scale, activity=self._activity, reached=list(mission.reached),
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
             held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
             members=list(move.members), notes=list(move.notes),

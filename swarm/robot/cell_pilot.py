@@ -7,7 +7,7 @@ import numpy as np
 
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Steering
+from swarm.messages import COMMAND, Activity, Sense
 from swarm.planning.rays import each_on_map
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
@@ -20,16 +20,10 @@ from swarm.robot.surprise import Surprise
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
-from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, Whose, distance_along
+from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, distance_along
 from swarm.traffic.look import Scan
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
-STEERING = {
-    Whose.TABLES: Steering.FUZZY,
-    Whose.BLEND: Steering.SUPERVISOR,
-    Whose.TURN: Steering.SUPERVISOR,
-    Whose.REST: Steering.REST,
-}
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
@@ -59,6 +53,8 @@ class CellPilot:
         self._supervisor = Supervisor(settings)
         self._surprise = Surprise(settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
+        self._last = 0.0, 0.0  # m/s, rim speeds commanded last,
+        self._rolls = 0  # and for how many ticks they would be carried out if it fell asleep now
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
         self._driver = Driver(
             cells, self._drive, radius=robot.radius, margin=self._constants.margin,
@@ -78,7 +74,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else situation.goal,
-                braking=self._driver.braking(body, self._lateness.under_way(sense.tick, (body.left, body.right))),
+                braking=self._driver.braking(body, self._under_way(sense, body)),
                 scan=scan,
                 done=situation.done,
                 path=() if path is None or situation.done else path.points,
@@ -89,6 +85,8 @@ class CellPilot:
         halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
         speeds, heading = self._wheels(situation, granted, body, scan, halt)
         self._lateness.command((speeds.left, speeds.right))
+        self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.at_large else 0
+        self._last = speeds.left, speeds.right
         return Move(
             speeds,
             heading,
@@ -100,6 +98,15 @@ class CellPilot:
             notes=[(event.kind, event.text) for event in granted.events],
             traffic=granted.broadcast,
         )
+
+    def _under_way(self, sense: Sense, body: Body) -> tuple[tuple[float, float], ...]:
+        """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
+
+        Where others are near, the driver looks far enough ahead for a robot that falls asleep: its last command is
+        carried out until it has expired.
+        """
+        late = self._lateness.under_way(sense.tick, (body.left, body.right))
+        return (*late, *(self._last,) * self._rolls)
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Take another floor; what the robot holds and knows of others stays."""
@@ -204,4 +211,4 @@ def _targets_of_others(settings: Settings, number: int) -> list[Point]:
 
 
 def _by(wheels: Wheels) -> WheelSpeeds:
-    return WheelSpeeds(wheels.left, wheels.right, STEERING[wheels.whose])
+    return WheelSpeeds(wheels.left, wheels.right)

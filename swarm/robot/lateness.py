@@ -35,9 +35,9 @@ class Lateness:
         before, self._before = self._before, now
         self._ticks = max(0, self._ticks - 1)
         if before is not None and self._commands:
-            expected = (ramp(was, wanted, self._most) for was, wanted in zip(before, self._commands[-1], strict=True))
-            if any(abs(seen - right) > DIFFERS for seen, right in zip(now, expected, strict=True)):
-                self._ticks = self._believed
+            for was, wanted, seen in zip(before, self._commands[-1], now, strict=True):
+                if abs(seen - ramp(was, wanted, self._most)) > DIFFERS:
+                    self._ticks = self._believed
         return tuple(self._commands) if self._ticks else ()
 
     def command(self, speeds: RimSpeeds) -> None:

@@ -34,6 +34,7 @@ class Move(NamedTuple):
     heading: float  # rad, what the fuzzy controller was asked to turn towards
     activity: Activity
     held: Sequence[int] = ()
+    scale: float = 1.0  # the fuzzy controller was told the sensed distances divided by this
     unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
     waits: Sequence[str] = ()
     members: Sequence[str] = ()
@@ -41,10 +42,13 @@ class Move(NamedTuple):
     traffic: TrafficBroadcast | None = None
 
 
-def fuzzy_speeds(controller: Controller, robot: RobotSettings, sense: Sense, heading: float) -> tuple[float, float]:
-    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right."""
-    scale = robot.distance_scale
-    left, right = controller.wheel_speeds(
-        sense.left / scale, sense.front / scale, sense.right / scale, -degrees(heading)
-    )
+def fuzzy_speeds(
+    controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0
+) -> tuple[float, float]:
+    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right.
+
+    ``scale`` shrinks the paper's near, medium and far: they are told the distances divided by it.
+    """
+    unit = robot.distance_scale * scale
+    left, right = controller.wheel_speeds(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(heading))
     return left * robot.speed_scale, right * robot.speed_scale

@@ -18,6 +18,7 @@ LOOK: Final = 0.25  # s between two looks whether we are told to stop
 PEEK: Final = 0.001  # s between two looks for a broadcast that is still missing: these wake nobody
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast the world says was heard
 WELCOME: Final = 10.0  # s to wait for the world's answer
+MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged
 
 
 def run(endpoint: Endpoint, fleet: str, robot: str | None = None, log: Callable[[str], None] = print) -> int:
@@ -55,6 +56,7 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
         robot.resume(welcome.state)
     radio = Radio(bus, scenario.settings.radio.range)
     radio.tune(start.x, start.y)
+    inbox = Inbox(robot, radio, log)
     bus.listen(SENSE, robot=name)
     bus.announce("robot", name)
     sense: Sense | None = None
@@ -63,23 +65,39 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
         if arrived is not None:
             if isinstance(arrived, Presence) and arrived.session == world and not arrived.alive:
                 return True
-            sense = _newer(sense, _sort(arrived, radio))
+            sense = _newer(sense, inbox.sort(arrived))
         elif sense is not None:
             if sense.run != robot.run:
                 radio.begin(sense.run)
-            sense = _step(bus, robot, radio, sense, log)
+            sense = _step(bus, robot, inbox, sense, log)
     return False
 
 
-def _sort(arrived: object, radio: Radio) -> Sense | None:
-    """Put a broadcast away, give a sense back."""
-    if isinstance(arrived, Arrival):
+class Inbox:
+    """Sorts what arrives for one robot: a sense that does not fit its scenario is dropped, each reason logged once."""
+
+    def __init__(self, robot: Robot, radio: Radio, log: Callable[[str], None]) -> None:
+        self.radio = radio
+        self._robot = robot
+        self._log = log
+        self._named: set[str] = set()
+
+    def sort(self, arrived: object) -> Sense | None:
+        """Put a broadcast away, return a sense."""
+        if not isinstance(arrived, Arrival):
+            return None
         if arrived.topic is RADIO:
-            radio.take(arrived.message)
-        elif arrived.topic is SENSE:
-            sense: Sense = arrived.message
+            self.radio.take(arrived.message)
+        if arrived.topic is not SENSE:
+            return None
+        sense: Sense = arrived.message
+        fault = self._robot.fault_of(sense)
+        if fault is None:
             return sense
-    return None
+        if fault not in self._named and len(self._named) < MOST_NAMED:
+            self._named.add(fault)
+            self._log(f"{self._robot.name}: tick {sense.tick}: the sense was dropped: {fault}")
+        return None
 
 
 def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
@@ -88,8 +106,9 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
     return max(known, other, key=lambda sense: (sense.run, sense.tick))
 
 
-def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str], None]) -> Sense | None:
-    """Answer a sense; give a newer one back instead, should it come while this one waits for its broadcasts."""
+def _step(bus: Bus, robot: Robot, inbox: Inbox, sense: Sense, log: Callable[[str], None]) -> Sense | None:
+    """Answer a sense; return a newer one instead, should it come while this one waits for its broadcasts."""
+    radio = inbox.radio
     if sense.lockstep:
         deadline = monotonic() + OVERDUE
         while radio.lacks(sense.hears):
@@ -97,7 +116,7 @@ def _step(bus: Bus, robot: Robot, radio: Radio, sense: Sense, log: Callable[[str
             if arrived is None and monotonic() > deadline:
                 log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
                 break
-            if (newer := _sort(arrived, radio)) is not None:
+            if (newer := inbox.sort(arrived)) is not None:
                 return newer
         heard = radio.exactly(sense.hears, sense.tick)
     else:

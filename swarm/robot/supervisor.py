@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist
 from swarm.maps.occupancy import Point
-from swarm.messages import Sense, Steering
+from swarm.messages import Sense
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
@@ -44,11 +44,10 @@ Room = Callable[[RimSpeeds, RimSpeeds], float]  # from those now and those wante
 
 
 class WheelSpeeds(NamedTuple):
-    """Rim speeds [m/s] and whose they are."""
+    """Rim speeds [m/s]."""
 
     left: float
     right: float
-    steering: Steering
 
 
 class Supervisor:
@@ -89,7 +88,7 @@ class Supervisor:
             return min(self._room(grid, pose, now, wanted, bodies), beside(now, wanted))
 
         if halt and abs(sense.linear) > STANDS:
-            return WheelSpeeds(0.0, 0.0, Steering.SUPERVISOR)  # to turn at once would take longer to come to a stand
+            return WheelSpeeds(0.0, 0.0)  # to turn at once would take longer to come to a stand
         need = min(self._radius + SPARE, room((0.0, 0.0), (0.0, 0.0)) - 1e-3)
         if self._escape:
             ahead = sense.front >= ESCAPED and room(now, (STRAIGHT, STRAIGHT)) >= need
@@ -107,15 +106,15 @@ class Supervisor:
                 self._held = self._held + 1 if forward <= CREEPS else max(0, self._held - 2)
                 if self._held > self._patience * (HALTED if halt else 1):
                     self._held, self._escape = 0, ESCAPE if sense.left >= sense.right else -ESCAPE
-                return WheelSpeeds(*speeds, Steering.FUZZY if forward == turn else Steering.SUPERVISOR)
+                return WheelSpeeds(*speeds)
         return self.stop()
 
     def stop(self) -> WheelSpeeds:
         """Stand."""
-        return WheelSpeeds(0.0, 0.0, Steering.REST)
+        return WheelSpeeds(0.0, 0.0)
 
     def _turn(self, rate: float) -> WheelSpeeds:
-        return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, rate)), Steering.SUPERVISOR)
+        return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, rate)))
 
     def _room(
         self,

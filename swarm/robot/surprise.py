@@ -23,7 +23,7 @@ REMEMBERED: Final = 20.0  # s for which that obstacle is believed in
 
 
 class Surprise:
-    """One robot's watch for what nobody told of."""
+    """Watches for unexpected obstacles, for one robot."""
 
     def __init__(self, settings: Settings) -> None:
         self._sectors = sectors(settings.sensors)
@@ -67,8 +67,9 @@ class Surprise:
         half = half_width(angles)
         middle = angles[len(angles) // 2]
         for body in (*others, *self.obstacles):
-            off = abs(wrap(bearing(pose, body) - middle))
-            if off <= half + BODY and distance(pose, body) - 2 * self._radius <= read + BODY:
-                return True
+            if distance(pose, body) - 2 * self._radius <= read + BODY:
+                off = abs(wrap(bearing(pose, body) - middle))
+                if off <= half + BODY:
+                    return True
         by_map = nearest_on_map(grid, pose, angles, self._radius + self._range) - self._radius
         return by_map - read <= UNEXPLAINED

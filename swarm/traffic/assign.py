@@ -2,8 +2,11 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum
+from typing import Final
 
 from swarm.traffic.cells import FAR, CellMap
+
+ENOUGH: Final = 10  # steps from the one that comes; farther away helps nobody
 
 
 class Aside(Enum):
@@ -65,4 +68,4 @@ def _order(
         case Aside.STAY:
             return lambda cell: (table[cell], -comes[cell], near[cell], cell)
         case Aside.AWAY:
-            return lambda cell: (-comes[cell], table[cell], near[cell], cell)
+            return lambda cell: (-min(comes[cell], ENOUGH), table[cell], near[cell], cell)

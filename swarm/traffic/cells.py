@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
 from swarm.traffic.fitting import OPEN, STANDS, measure
-from swarm.traffic.footprint import cells_under
+from swarm.traffic.footprint import cells_under, line_is_clear
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
@@ -113,11 +113,12 @@ class CellMap:
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def swept(self, points: Sequence[Point], radius: float) -> frozenset[int]:
+    def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         if len(points) == 1:
-            return frozenset(self.touched(*points[0], radius)) - {OUTSIDE}
-        places = np.array(points, np.float64)
+            touched = frozenset(self.touched(points[0][0], points[0][1], radius))
+            return touched - {OUTSIDE} if OUTSIDE in touched else touched
+        places = np.asarray(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
@@ -191,8 +192,7 @@ class CellMap:
     def in_sight(self, a: Point, b: Point) -> bool:
         """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        along = ((a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count))
-        return all(self._disc_is_clear(x, y, SIGHT) for x, y in along)
+        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count))
 
     # ---- distances
 

@@ -9,6 +9,7 @@ from swarm.traffic.holds import ASK, TAKE, Case, obstacle
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
@@ -28,10 +29,9 @@ class Claiming:
         self.took_at = 0  # tick at which the last claim became a hold
         self._joint = joint
 
-    def advance(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def advance(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose)
-        near = self._near(situation, pose)
+        walk, waits = self._ask(walk, situation, pose, body)
         while walk.route:
             cell = walk.route[0]
             step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
@@ -42,20 +42,20 @@ class Claiming:
             if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
                 break
             claim = walk.ledger.claims[0]
-            case = self._case(claim, walk, situation, near)
+            case = self._case(claim, walk, situation, self._near(situation, pose))
             heard = not self.settings.in_sight or self._would_be_heard(walk.head, cell, pose)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
-                waits = waits if waits and against == "it is too young" else self._hinderers(case, near)
+                waits = waits if waits and against == "it is too young" else self._hinderers(case)
                 break
             walk = walk.grown(walk.ledger.take(claim))
             self.took_at = situation.tick
             waits = ()
         return walk, waits
 
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose) -> tuple[Walk, tuple[str, ...]]:
+    def _ask(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
+        place = walk.place(body)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead
@@ -73,7 +73,7 @@ class Claiming:
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
             against = obstacle(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
-                return walk, self._hinderers(case, frozenset()) if ahead == 0 else ()
+                return walk, self._hinderers(case) if ahead == 0 else ()
             walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
         return walk, ()
 
@@ -103,16 +103,17 @@ class Claiming:
             [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
         )
 
-    def _hinderers(self, case: Case, near: frozenset[str]) -> tuple[str, ...]:
+    def _hinderers(self, case: Case) -> tuple[str, ...]:
         """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
         cell = case.claim.cell
         owners = tuple(
-            robot
-            for robot, notice in case.others.items()
-            if (robot, cell) not in case.cleared
-            and (cell in notice.held or any(claim.cell == cell for claim in notice.claims))
+            [
+                robot
+                for robot, notice in case.others.items()
+                if keeps(notice, cell) and (robot, cell) not in case.cleared
+            ]
         )
         if owners or case.age < UNANSWERED:
             return owners
         ack = (self.me, case.claim.number)
-        return tuple(robot for robot in sorted(near) if ack not in case.others[robot].acks)
+        return tuple([robot for robot in sorted(case.near) if ack not in case.others[robot].acks])

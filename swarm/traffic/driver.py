@@ -22,7 +22,7 @@ from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lookahead import least_clearance
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import braking_points, first_clear, lines_are_clear, path_room
+from swarm.traffic.sweep import NO_COMMANDS, braking_points, first_clear, lines_are_clear, path_room
 
 TURN_FROM: Final = 1.3  # rad, off the aim: turn on the spot
 TURN_UNTIL: Final = 0.07  # rad
@@ -53,6 +53,7 @@ CHANGES: Final = np.array((
 
 
 NO_BODIES: Final = np.empty((0, 2))
+NOWHERE: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 NO_WALLS: Final = np.empty((0, 0), np.float32)
 
 
@@ -122,21 +123,17 @@ class Driver:
         """Take another floor, on the same lattice."""
         self._cells = cells
 
-    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> tuple[Point, ...]:
-        """Return the points on which the body would come to rest [m], for the traffic to keep the cells under them.
+    def braking(self, body: Body, under_way: Sequence[RimSpeeds] = ()) -> NDArray[np.float64]:
+        """Return the points ((n, 2), m) on which the body would come to rest, to keep the cells under them.
 
         ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
         """
-        if body.left == body.right == 0.0 and not under_way:
-            return ()
-        found: list[Point] = []
-        for count in range(len(under_way) + 1):
-            commands = np.array(under_way[len(under_way) - count :], np.float64).reshape(-1, 2)
-            path = braking_points(
-                *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
-            )
-            found += [(x, y) for x, y in path.tolist()]
-        return tuple(found)
+        if body.left == body.right == 0.0 and not any(map(any, under_way)):
+            return NOWHERE
+        commands = np.array(under_way, np.float64) if under_way else NO_COMMANDS
+        return braking_points(
+            *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+        )
 
     def aim(self, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.

@@ -1,4 +1,8 @@
-"""What cells of a lattice a disc is in: compiled, since it is asked of every point of a braking path, each tick."""
+"""What cells of a lattice a disc is in, and whether walls come near a line.
+
+Compiled: the one is asked of every point of a braking path, each tick, the other of all cells that robots could want
+without hearing each other.
+"""
 
 from math import ceil, floor
 
@@ -35,6 +39,39 @@ def _cells_under(
                     found[count] = row * columns + column
                     count += 1
     return found[:count].copy()
+
+
+@njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+def line_is_clear(
+    solid: NDArray[np.bool_],
+    resolution: float,
+    x0: float,
+    y0: float,
+    cos_o: float,
+    sin_o: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    count: int,
+) -> bool:
+    """Return True if a disc is clear of what is solid at each of ``count - 1`` places between two points [m].
+
+    ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side; ``x0``, ``y0`` [m] and the
+    cosine and sine of its yaw are its pose.
+    """
+    reach = radius / resolution
+    for k in range(1, count):
+        dx, dy = ax + (bx - ax) * k / count - x0, ay + (by - ay) * k / count - y0
+        u, v = (cos_o * dx + sin_o * dy) / resolution, (cos_o * dy - sin_o * dx) / resolution
+        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), solid.shape[0] - 1)):
+            up = max(row - v, v - row - 1, 0.0)
+            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), solid.shape[1] - 1)):
+                along = max(column - u, u - column - 1, 0.0)
+                if along * along + up * up < reach * reach and solid[row + 1, column + 1]:
+                    return False
+    return True
 
 
 def cells_under(

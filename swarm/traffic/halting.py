@@ -1,6 +1,7 @@
 """Layer 0: stopping before a body that is not where the others, the silent ones too, said they are."""
 
 from collections.abc import Callable, Collection, Iterable
+from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.maps.occupancy import Point
@@ -43,7 +44,7 @@ class Halt(NamedTuple):
 
 
 class Halting:
-    """One robot's watch for what nobody told of."""
+    """Watches for unexpected obstacles, for one robot."""
 
     def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
         self.cells = cells
@@ -57,7 +58,7 @@ class Halting:
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings)
-        known = self._known(tick, others, mine) if seen else []
+        known = self._known(inputs, others, mine) if seen else []
         place = unexplained(seen, inputs.pose, self.cells, known, settings)
         if place is None:
             self._since = None
@@ -75,13 +76,16 @@ class Halting:
         """Return where things stay that were found lately [m]."""
         return tuple([place for until, place in self._found if until > tick])
 
-    def _known(self, tick: int, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
+    def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
         """List bodies that need no explaining: robots near where they were last heard, and things found before."""
-        settings = self._settings
+        (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
+        farthest = settings.stop_distance + 2 * settings.radius  # m, from my middle to what stops me
         known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
         for record in others:
             age = (tick - record.stamp) * settings.tick
             within = settings.radius + ABOUT + settings.speed * age
+            if hypot(record.x - x, record.y - y) > farthest + within:
+                continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: no reason to brush past
             known.append(
                 Known((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)

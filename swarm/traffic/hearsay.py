@@ -1,12 +1,13 @@
 """What a robot knows of the others: the newest record of each, by how many hops, and whether it can be believed."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain
 from math import hypot
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.record import Record, Relayed, TrafficBroadcast
@@ -17,6 +18,7 @@ MOST_CELLS = 64  # cells in one record's lists
 SILENCE = 100  # ticks between two events about the same fault of the same robot
 OLD_NEWS = 8  # broadcasts, of which one passes on the records of robots long silent
 SLACK = 0.5  # m; a jump is more than this beyond what a robot can drive
+FOREVER = 1 << 60  # ticks
 
 
 class Event(NamedTuple):
@@ -35,11 +37,17 @@ class Known(NamedTuple):
 
 
 class Live(NamedTuple):
-    """Those who are not silent at a tick."""
+    """Those who are not silent at a tick, and as long as nothing new is heard."""
 
     tick: int
+    until: int  # tick at which the first of them falls silent
     records: dict[str, Record]
+    silent: dict[str, Record]  # of all others
     held: frozenset[int]  # cells that any of them holds
+    listens: bool  # one of them does
+
+
+NOBODY = Live(0, -1, {}, {}, frozenset(), listens=False)
 
 
 class Hearsay:
@@ -48,7 +56,8 @@ class Hearsay:
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
         self.others: dict[str, Record] = {}  # in the order of their ids
-        self._live = Live(-1, {}, frozenset())  # of the tick heard last
+        self._live = NOBODY
+        self._news = False  # a record was taken since ``others`` was made
         self._known: dict[str, Known] = {}
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each itself
         self._told: dict[tuple[str, str], int] = {}
@@ -58,17 +67,35 @@ class Hearsay:
 
     def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
         """Merge what came in; what cannot be true is left out, and named."""
-        refused = [event for broadcast in broadcasts for event in self._hear_one(tick, broadcast)]
+        refused: list[Event] = []
+        for broadcast in broadcasts:
+            self._hear_one(tick, broadcast, refused)
         if len(self.others) != len(self._known):
             self._known = dict(sorted(self._known.items()))
-        self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+        if self._news or self._surmises:
+            self._news = False
+            self.others = {robot: known.record for robot, known in self._known.items()}
+            if self._surmises:
+                self.others = {robot: self._as_known(record, tick) for robot, record in self.others.items()}
+            self._live = NOBODY
         self._live = self._live_at(tick)
         return refused
 
+    @property
+    def _surmises(self) -> bool:
+        """Whether something is known only from before the robot woke: what is made of it depends on the tick."""
+        return self._woke > 0 and any(known.record.stamp < self._woke for known in self._known.values())
+
     def _live_at(self, tick: int) -> Live:
-        oldest = tick - self._settings.fresh
-        records = {robot: record for robot, record in self.others.items() if record.stamp >= oldest}
-        return Live(tick, records, frozenset(chain.from_iterable([record.held for record in records.values()])))
+        if self._live.tick <= tick <= self._live.until:
+            return self._live
+        fresh = self._settings.fresh
+        records = {robot: record for robot, record in self.others.items() if record.stamp >= tick - fresh}
+        theirs = records.values()
+        until = min([record.stamp for record in theirs], default=FOREVER) + fresh
+        held = frozenset(chain.from_iterable([record.held for record in theirs]))
+        silent = {robot: record for robot, record in self.others.items() if robot not in records}
+        return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
 
     def wake(self, tick: int) -> None:
         """Note that nothing was heard for a while before now."""
@@ -86,8 +113,16 @@ class Hearsay:
         return tick - self._known[robot].record.stamp > self._settings.fresh
 
     def fresh(self, tick: int) -> dict[str, Record]:
-        """Give the records of all that are not silent."""
-        return (self._live if self._live.tick == tick else self._live_at(tick)).records
+        """Return the records of all that are not silent."""
+        return self._live_at(tick).records
+
+    def fallen_silent(self, tick: int) -> dict[str, Record]:
+        """Return the records of all that are silent."""
+        return self._live_at(tick).silent
+
+    def somebody_listens(self, tick: int) -> bool:
+        """Return True if one that is not silent has just begun, and claims nothing yet."""
+        return self._live_at(tick).listens
 
     def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
         """Choose the records to pass on: nearest first, none that came too far.
@@ -96,86 +131,93 @@ class Hearsay:
         know of the dead.
         """
         settings = self._settings
-        listens = any(record.listens for record in self.fresh(tick).values())
-        oldest = -1 if listens or tick // settings.every % OLD_NEWS == 0 else tick - settings.keep
+        oldest = -1 if self.somebody_listens(tick) or tick // settings.every % OLD_NEWS == 0 else tick - settings.keep
         worth = [
             (hypot(known.record.x - x, known.record.y - y), robot, known)
             for robot, known in self._known.items()
             if known.hops <= settings.hops and known.record.stamp >= oldest
         ]
-        return tuple(Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed])
+        return tuple([Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed]])
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
         """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
-        theirs = (self._live if self._live.tick == tick else self._live_at(tick)).held
+        theirs = self._live_at(tick).held
         return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 
     def holders_of(self, cell: int, tick: int) -> tuple[Point, ...]:
         """List where live robots are that hold a cell [m]."""
-        return tuple((record.x, record.y) for record in self.fresh(tick).values() if cell in record.held)
+        live = self._live_at(tick)
+        if cell not in live.held:
+            return ()
+        return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
 
-    def _hear_one(self, tick: int, broadcast: TrafficBroadcast) -> Iterator[Event]:
+    def _hear_one(self, tick: int, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
         own = broadcast.own
         if own.robot == self.me:
-            yield from self._name(tick, own.robot, "another robot goes by my id")
+            self._name(tick, own.robot, "another robot goes by my id", refused)
             return
         if own.stamp <= self._direct.get(own.robot, -1):
-            yield from self._name(tick, own.robot, f"sent the record of tick {own.stamp} again")
+            self._name(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
             return
         if own.stamp <= tick + SKEW:
             self._direct[own.robot] = own.stamp
-        yield from self._merge(tick, own, 1)
+        self._merge(tick, own, 1, refused)
         for hops, record in broadcast.others:
-            if record.robot != self.me and hops <= self._settings.hops:
-                known = self._known.get(record.robot)
-                if known is None or known.record is not record or hops + 1 < known.hops:
-                    yield from self._merge(tick, record, hops + 1)
+            if record.robot == self.me or hops > self._settings.hops:
+                continue
+            known = self._known.get(record.robot)
+            if known is None or hops + 1 < known.hops or known.record is not record:
+                self._merge(tick, record, hops + 1, refused)
 
-    def _merge(self, tick: int, record: Record, hops: int) -> Iterator[Event]:
+    def _merge(self, tick: int, record: Record, hops: int, refused: list[Event]) -> None:
         known = self._known.get(record.robot)
         if known is not None:
             if record.stamp < known.record.stamp:
                 return
             if record.stamp == known.record.stamp:
                 if record is not known.record and record != known.record:
-                    yield from self._name(tick, record.robot, f"two different records of tick {record.stamp}")
+                    self._name(tick, record.robot, f"two different records of tick {record.stamp}", refused)
                 elif hops < known.hops:
                     self._known[record.robot] = known._replace(hops=hops)
                 return
         fault = self._fault(tick, record, known.record if known else None)
         if fault is None:
             self._known[record.robot] = Known(record, hops)
+            self._news = True
         else:
-            yield from self._name(tick, record.robot, fault)
+            self._name(tick, record.robot, fault, refused)
 
-    def _name(self, tick: int, robot: str, fault: str) -> Iterator[Event]:
+    def _name(self, tick: int, robot: str, fault: str, refused: list[Event]) -> None:
         key = (robot, fault.split(" of tick ")[0])
         if tick - self._told.get(key, -SILENCE) >= SILENCE:
             self._told[key] = tick
-            yield Event("refused", (robot,), f"{robot}: {fault}; its record was dropped")
+            refused.append(Event("refused", (robot,), f"{robot}: {fault}; its record was dropped"))
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
         """Say why a record cannot be true, if so."""
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"
+        at = x, y = record.x, record.y
+        if before is not None and (before.x, before.y, before.held, before.claims) == (
+            x,
+            y,
+            record.held,
+            record.claims,
+        ):
+            return None  # it stands, and what it keeps was judged before
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
-        at = (record.x, record.y)
         reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
         for cell in mentioned:
-            if _far(cells.centre(cell), at, reach):
+            if distance(cells.centre(cell), at) > reach:
                 return "holds or claims a cell far from where it is"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK
-            if _far((before.x, before.y), at, driven):
+            if hypot(before.x - x, before.y - y) > driven:
                 return "jumped farther than a robot can drive"
-        here = cells.cell_of(*at)
+        here = cells.cell_of(x, y)
         if here != OUTSIDE and here not in record.held:
             return "is in a cell that it does not hold"
         return None
-
-
-def _far(a: tuple[float, float], b: tuple[float, float], reach: float) -> bool:
-    return hypot(a[0] - b[0], a[1] - b[1]) > reach

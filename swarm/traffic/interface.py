@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.hearsay import Event
@@ -21,7 +24,7 @@ class TrafficActivity(StrEnum):
     WAITING = "waiting"  # for those in ``waits``
     STANDING = "standing"  # for a joint plan to come
     LEADING = "leading"  # making one
-    HALTED = "halted"  # before something that nobody told of
+    HALTED = "halted"  # before an unexpected obstacle
     LOOKING = "looking"  # whether a silent robot's cell is empty
     CUT_OFF = "cut_off"  # no way leads to the goal
     ARRIVED = "arrived"  # in the goal's cell, or there is no goal
@@ -33,7 +36,8 @@ class TrafficInputs(NamedTuple):
     tick: int
     pose: Pose
     goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
-    braking: tuple[Point, ...] = ()  # m, along the path on which the body would come to rest; () when it stands
+    # m, (n, 2): the path on which the body would come to rest; empty when it stands
+    braking: NDArray[np.float64] | tuple[Point, ...] = ()
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
     done: bool = False  # no stop is left: the goal is only where to stand

@@ -1,9 +1,9 @@
-"""What the proximity rays say about cells: a body that nobody told of, or a silent robot's cell that is empty."""
+"""What the proximity rays show of cells: an unexpected obstacle, or a silent robot's cell that is empty."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import Enum
 from functools import cached_property
-from math import cos, inf, pi, sin
+from math import cos, inf, pi, sin, sqrt
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, bearing, distance, wrap
@@ -12,6 +12,8 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
 SHORT: Final = 0.05  # m, readings differ by less
+BESIDE: Final = pi / 6  # rad; what is farther round to a side is driven past, not into
+HIT: Final = 0.8  # of a body's radius; a ray that passes its middle nearer hits it for sure
 EDGE: Final = 0.1  # m, a hit this near a cell may be on a body in it
 
 
@@ -59,7 +61,7 @@ class Known(NamedTuple):
     at: Point  # m, its centre
     within: float  # m, how far off that it may be seen
     cells: Collection[int] | None = None  # and only in these; None: anywhere
-    nearest: float = 0.0  # m, from my edge: nearer than that it is none of what is known
+    nearest: float = 0.0  # m, from my edge: nearer than that, and ahead, it is none of what is known
 
     def may_be_at(self, place: Point, cells: CellMap) -> bool:
         """Tell whether what a ray shows at a place [m] can be this body."""
@@ -71,14 +73,15 @@ class Known(NamedTuple):
 def unexplained(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
 ) -> Point | None:
-    """Find, among ``bodies`` that the rays show, one that nobody told of: give where it seems to be [m], else None.
+    """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
 
-    Anything so near that is not where a ``known`` body can be, be it a robot that was never heard or a box, is a reason
-    not to drive.
+    A near body that is not where a ``known`` one can be, such as a robot that was never heard or a box, is a reason not
+    to drive.
     """
     for reading in bodies:
         hit = _hit(pose, reading, settings)
-        if not any(body.may_be_at(hit, cells) for body in known if reading.measured >= body.nearest):
+        beside = abs(reading.bearing) > BESIDE
+        if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
             return hit
     return None
 
@@ -112,13 +115,21 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, rad
 def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
     """Return True if a ray points at where a body [m, its centre] was, and sees beyond its near edge."""
     away, direction = distance(pose, body), bearing(pose, body)
-    near_edge = away - 2 * radius
-    return any(
-        abs(off := wrap(direction - reading.bearing)) < pi / 2
-        and away * sin(abs(off)) <= radius / 2
-        and reading.measured > near_edge + 2 * SHORT
-        for reading in readings
-    )
+    for reading in readings:
+        off = wrap(direction - reading.bearing)
+        beside = away * abs(sin(off))
+        if abs(off) > pi / 2 or beside > HIT * radius:
+            continue
+        near_edge = away * cos(off) - sqrt(radius**2 - beside**2) - radius
+        if reading.measured > near_edge + 2 * SHORT:
+            return True
+    return False
+
+
+def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
+    """Return True if a body [m, its centre] is so far off that no ray shows whether it has gone."""
+    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, where a ray hits it last
+    return near_edge + 2 * SHORT > settings.sensor_range
 
 
 def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:

@@ -50,9 +50,10 @@ class Needs:
     def _same_plan(robot: str, own: Record, situation: Situation) -> bool:
         return own.epoch is not None and situation.fresh[robot].epoch == own.epoch
 
-    @staticmethod
-    def _rests(record: Record, tick: int) -> bool:
-        return not record.ahead and not record.claims and tick - record.moved > AT_REST
+    def _rests(self, record: Record, tick: int) -> bool:
+        """Return True if a robot stands where it wants to be; one that has stops left may go on by itself soon."""
+        lasts = AT_REST if record.done or record.idle else self._settings.stuck
+        return not record.ahead and not record.claims and tick - record.moved > lasts
 
     def _circle(self, own: Record, robot: str, situation: Situation) -> bool:
         """Follow who waits for whom from ``robot`` on: does it come back to me?"""

@@ -41,7 +41,7 @@ class TrafficSettings:
     obstacle: int = 400  # ticks for which a body found in a cell keeps it out of paths
     emptied: int = 2400  # ticks for which it is passed on that a silent robot's cell was seen empty
     sightings: int = 24  # told in one record at most, newest first
-    stop_distance: float = 0.6  # m, to something nobody told of: no forward speed
+    stop_distance: float = 0.6  # m, to an unexpected obstacle: no forward speed
     unexpected: float = 0.05  # m, so much nearer than the map's own walls is something else
 
     # records

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from swarm.traffic.record import Record, Sighting
+from swarm.traffic.record import Notice, Record, Sighting
 from swarm.traffic.settings import TrafficSettings
 
 Cleared = frozenset[tuple[str, int]]  # (silent robot, cell that was seen empty since it spoke last)
@@ -32,13 +32,15 @@ class Sightings:
 
     def occupied(self) -> frozenset[int]:
         """Return the cells in which a body stands that nobody speaks for."""
-        return frozenset(cell for cell, sighting in self._newest.items() if not sighting.empty)
+        return frozenset([cell for cell, sighting in self._newest.items() if not sighting.empty])
 
     def cleared(self, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Cleared:
         """Return the cells of silent robots that were seen empty after the robot spoke last.
 
         Such a cell stays cleared until the robot is heard again.
         """
+        if not self._newest and not self._cleared:
+            return self._cleared
         kept = {pair for pair in self._cleared if pair[0] not in fresh}
         empty = [sighting for sighting in self._newest.values() if sighting.empty]
         if empty:
@@ -63,6 +65,6 @@ class Sightings:
         return self._settings.emptied if sighting.empty else self._settings.obstacle
 
 
-def keeps(record: Record, cell: int) -> bool:
+def keeps(record: Notice, cell: int) -> bool:
     """Return True if a robot holds or claims a cell."""
-    return cell in record.held or any(claim.cell == cell for claim in record.claims)
+    return cell in record.held or cell in [claim.cell for claim in record.claims]

@@ -88,22 +88,27 @@ def _braking_points(
     dt: float,
     commands: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    points = np.empty((LONGEST, 2))
-    count = 0
-    while (count < commands.shape[0] or left != 0.0 or right != 0.0) and count < LONGEST:
-        want_left, want_right = 0.0, 0.0
-        if count < commands.shape[0]:
-            want_left, want_right = commands[count, 0], commands[count, 1]
-        left = min(left + most, max(left - most, want_left))
-        right = min(right + most, max(right - most, want_right))
-        half = (right - left) / track_width * dt / 2
-        reach = (left + right) / 2 * dt
-        x += reach * cos(yaw + half)
-        y += reach * sin(yaw + half)
-        yaw += 2 * half
-        points[count] = x, y
-        count += 1
-    return points[:count].copy()
+    known = commands.shape[0]
+    points = np.empty(((known + 1) * LONGEST, 2))
+    found = 0
+    for first in range(known, -1, -1):
+        at_x, at_y, heading, left_now, right_now = x, y, yaw, left, right
+        count = 0
+        while (first + count < known or left_now != 0.0 or right_now != 0.0) and count < LONGEST:
+            want_left, want_right = 0.0, 0.0
+            if first + count < known:
+                want_left, want_right = commands[first + count, 0], commands[first + count, 1]
+            left_now = min(left_now + most, max(left_now - most, want_left))
+            right_now = min(right_now + most, max(right_now - most, want_right))
+            half = (right_now - left_now) / track_width * dt / 2
+            reach = (left_now + right_now) / 2 * dt
+            at_x += reach * cos(heading + half)
+            at_y += reach * sin(heading + half)
+            heading += 2 * half
+            points[found] = at_x, at_y
+            count += 1
+            found += 1
+    return points[:found].copy()
 
 
 @njit("f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
@@ -204,7 +209,8 @@ def braking_points(
 ) -> NDArray[np.float64]:
     """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
 
-    ``commands`` ((k, 2), m/s) are rim speeds already under way, one a step, that are carried out before the brake.
+    ``commands`` ((k, 2), m/s) are rim speeds that may be under way, oldest first, one a step: of the newest none, one
+    and so on to all may be carried out before the brake, and the points of each case follow each other.
     """
     points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt, commands)
     return points

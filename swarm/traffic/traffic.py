@@ -16,10 +16,10 @@ from swarm.traffic.cells import FAR, OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
 from swarm.traffic.halting import Halting, robot_at
 from swarm.traffic.hearsay import Event, Hearsay
-from swarm.traffic.holds import Ledger, acknowledged
+from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
-from swarm.traffic.look import View, has_gone, view
+from swarm.traffic.look import View, has_gone, is_out_of_range, view
 from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
@@ -63,6 +63,10 @@ class Traffic:
         self._goal = OUTSIDE
         self._wants = 0  # tick since which it has had this goal
         self._wish: Point | None = None
+        self._stand_for: tuple[CellMap, int, Point] | None = None  # where in its goal's cell it wants to be,
+        self._stand: Point = (0.0, 0.0)  # and where it can stand
+        self._agreed_for: tuple[Ledger, Mapping[str, Record]] | None = None  # what it holds and what others claim,
+        self._agreed: Acks = ()  # and to which of their claims it agrees
         self._route_for: tuple[int, frozenset[int]] | None = None
         self._retry_at = 0
         self._sightings = Sightings(settings)
@@ -84,8 +88,7 @@ class Traffic:
         changed = self._swap_cells()
         body = self.cells.cell_of(pose.x, pose.y)
         footprint = self.settings.radius + self.settings.margin
-        course = ((pose.x, pose.y), *inputs.braking)
-        touched = self.cells.swept(course, footprint)
+        touched = self._swept(inputs, footprint)
         walk = self._present(tick, body, touched, pose)
         if changed:
             walk = self._over_new_cells(walk, touched, body)
@@ -94,7 +97,7 @@ class Traffic:
         self._sightings.hear(tick, fresh.values())
         floor = self._floor_for_me_alone(walk, tick, body, pose, fresh)
         if floor:
-            touched = self.cells.swept(course, footprint + 2 * self.settings.speed * self.settings.tick)
+            touched = self._swept(inputs, footprint + 2 * self.settings.speed * self.settings.tick)
             walk = walk.widened(touched)
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
@@ -114,7 +117,7 @@ class Traffic:
             fresh,
             inputs.done,
             self._wants,
-            self._remembered(fresh),
+            self._remembered(tick),
         )
         events += self._joint.step(situation)
         walk = self._find_way(walk, situation, inputs.path)
@@ -123,22 +126,22 @@ class Traffic:
         if self._joint.frozen is not None:
             walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))
         elif tick >= self._listen_until:
-            walk, waits = self._claiming.advance(walk, situation, pose)
+            walk, waits = self._claiming.advance(walk, situation, pose, body)
             self._moved = max(self._moved, self._claiming.took_at)
             face = self._look(walk, situation, waits, inputs)
         self._walk = walk
-        sends = self._speaks(tick, fresh)
+        sends = self._speaks(tick)
         if sends:
             self._joint.need = None
             may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
             if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
-        return self._outputs(inputs, walk, waits, face, stopped, events, sends, floor)
+        return self._outputs(inputs, walk, walk.place(body), waits, face, stopped, events, sends, floor)
 
-    def _speaks(self, tick: int, fresh: Mapping[str, Record]) -> bool:
+    def _speaks(self, tick: int) -> bool:
         """Return True if it is this robot's turn to broadcast; more often where somebody has just begun to listen."""
         settings = self.settings
-        listens = tick < self._listen_until or any(record.listens for record in fresh.values())
+        listens = tick < self._listen_until or self._hearsay.somebody_listens(tick)
         return (tick + self._slot) % (settings.often if listens else settings.every) == 0
 
     def _swap_cells(self) -> bool:
@@ -167,11 +170,18 @@ class Traffic:
 
     # ---- the body and its cells
 
+    def _swept(self, inputs: TrafficInputs, radius: float) -> frozenset[int]:
+        """Return the cells that a disc about the body reaches into, now and until it has come to rest."""
+        under = self.cells.swept(((inputs.pose.x, inputs.pose.y),), radius)
+        return under | self.cells.swept(inputs.braking, radius) if len(inputs.braking) else under
+
     def _present(self, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Bring the walk up to now: begin, wake up, or own up to having left the held cells."""
         walk, gap = self._walk, tick - self._last_tick
         self._last_tick = tick
         if walk is not None and gap <= self.settings.gap:
+            if touched.issubset(walk.ledger.held):
+                return walk
             under = frozenset(self.cells.touched(pose.x, pose.y, self.settings.radius)) - {OUTSIDE}
             return walk.widened(under)  # pushed, or driven badly: what the body is in is no longer free
         self._listen_until = tick + self.settings.listen
@@ -204,7 +214,7 @@ class Traffic:
             return ()
         cells, settings = self.cells, self.settings
         (x, y, _), alone = pose, settings.alone
-        if any(hypot(record.x - x, record.y - y) < alone for record in fresh.values()):
+        if min([hypot(record.x - x, record.y - y) for record in fresh.values()], default=alone) < alone:
             return ()
         theirs = {
             cell
@@ -236,7 +246,7 @@ class Traffic:
                 self._joint.leave()
         self._wish = goal
 
-    # ---- layer 0: what nobody told of
+    # ---- layer 0: unexpected obstacles
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
         """Return the test whether another robot's body may be at a place [m] at a tick.
@@ -257,7 +267,7 @@ class Traffic:
         stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
         if place is not None:
             cell = self.cells.cell_of(*place)
-            events.append(Event("halted", (self.me,), f"{self.me}: something nobody told of is near, in cell {cell}"))
+            events.append(Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}"))
             if cell not in {OUTSIDE, self.cells.cell_of(*inputs.pose[:2])}:
                 self._sightings.note(cell, empty=False, tick=inputs.tick)
             if len(walk.ledger.held) > 1:
@@ -288,7 +298,7 @@ class Traffic:
             return walk
         if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
             return walk
-        if self.settings.learns and joint.is_waited_for(walk.ledger.held[:-1], situation):
+        if joint.is_waited_for(walk.ledger.held[:-1], situation):
             return walk  # it was sent aside: to turn back before it has left would make room for nobody
         joint.leave()
         wanted = (self._goal, situation.blocked)
@@ -326,6 +336,9 @@ class Traffic:
         if place is not None:
             if abs(bearing(pose, place)) > FACING:
                 return place
+            if not leans and is_out_of_range(place, pose, self.settings):
+                self._leans_to = cell
+                return None
             return self._note(cell, empty=False, tick=inputs.tick)
         centre = self.cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
@@ -338,13 +351,13 @@ class Traffic:
 
     def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
         """Return True if robots keep a cell, and all of them, and all waited for, have been silent for long."""
+        others, oldest = situation.others, situation.tick - self.settings.surmise
+        if max([others[robot].stamp for robot in waits], default=-1) >= oldest:
+            return False
         keepers = [
-            robot
-            for robot, record in situation.others.items()
-            if keeps(record, cell) and (robot, cell) not in situation.cleared
+            record for robot, record in others.items() if keeps(record, cell) and (robot, cell) not in situation.cleared
         ]
-        oldest = situation.tick - self.settings.surmise
-        return bool(keepers) and all(situation.others[robot].stamp < oldest for robot in (*waits, *keepers))
+        return bool(keepers) and all(record.stamp < oldest for record in keepers)
 
     def _note(self, cell: int, *, empty: bool, tick: int) -> Point:
         """Take down what was seen in a cell, and return its middle."""
@@ -354,11 +367,11 @@ class Traffic:
             self._joint.leave()
         return self.cells.centre(cell)
 
-    def _remembered(self, fresh: Mapping[str, Record]) -> frozenset[int]:
+    def _remembered(self, tick: int) -> frozenset[int]:
         """Return the cells that silent robots were in when they spoke last, but for those seen to have gone."""
         found: set[int] = set()
-        for robot, record in self._hearsay.others.items():
-            if robot not in fresh and self._gone.get(robot) != record.stamp:
+        for robot, record in self._hearsay.fallen_silent(tick).items():
+            if self._gone.get(robot) != record.stamp:
                 found.update(self.cells.touched(record.x, record.y, self.settings.radius))
         return frozenset(found)
 
@@ -381,14 +394,21 @@ class Traffic:
 
     def _still_bodies(self, inputs: TrafficInputs) -> tuple[Point, ...]:
         """Return where bodies stand near the robot that nobody speaks for: silent robots, and things found [m]."""
-        fresh, near = self._hearsay.fresh(inputs.tick), 2 * self.cells.side
-        silent = [
-            (record.x, record.y)
-            for robot, record in self._hearsay.others.items()
-            if robot not in fresh and self._gone.get(robot) != record.stamp
-        ]
-        places = (*silent, *self._halting.places(inputs.tick))
+        silent, found = self._hearsay.fallen_silent(inputs.tick), self._halting.places(inputs.tick)
+        if not silent and not found:
+            return ()
+        near = 2 * self.cells.side
+        told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
+        places = (*told, *found)
         return tuple([place for place in places if distance(place, inputs.pose) < near])
+
+    def _place_to_stand(self, wish: Point) -> Point:
+        """Return the place in the goal's cell that is nearest to where the robot wants to be [m]."""
+        asked = (self.cells, self._goal, wish)
+        if asked != self._stand_for:
+            self._stand_for = asked
+            self._stand = self.cells.moved_inside(self._goal, wish, self.settings.standing_room)
+        return self._stand
 
     # ---- what it says
 
@@ -406,7 +426,7 @@ class Traffic:
             wants=self._wants,
             held=walk.ledger.held,
             claims=walk.ledger.claims,
-            acks=acknowledged(self.me, walk.ledger, self._hearsay.others),
+            acks=self._acks(walk.ledger),
             ahead=walk.route[: self.settings.ahead],
             waits=waits,
             moved=self._moved,
@@ -422,10 +442,19 @@ class Traffic:
             seen=self._sightings.told(),
         )
 
+    def _acks(self, ledger: Ledger) -> Acks:
+        """Return the claims of others that this robot acknowledges. Kept until its ledger or a record changes."""
+        others = self._hearsay.others
+        if self._agreed_for is None or self._agreed_for[0] is not ledger or self._agreed_for[1] is not others:
+            self._agreed_for = (ledger, others)
+            self._agreed = acknowledged(self.me, ledger, others)
+        return self._agreed
+
     def _outputs(
         self,
         inputs: TrafficInputs,
         walk: Walk,
+        place: int,
         waits: tuple[str, ...],
         face: Point | None,
         stopped: bool,
@@ -434,7 +463,6 @@ class Traffic:
         floor: tuple[int, ...],
     ) -> TrafficOutputs:
         pose, held = inputs.pose, walk.ledger.held
-        place = walk.place(self.cells.cell_of(pose.x, pose.y))
         broadcast = None
         if sends:
             others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
@@ -451,7 +479,7 @@ class Traffic:
         ):
             waypoints.append(self.cells.leaning(walk.head, walk.route[0], self.settings.leaning_room))
         elif not walk.route and walk.head == self._goal and self._wish is not None:
-            waypoints[-1] = self.cells.moved_inside(self._goal, self._wish, self.settings.standing_room)
+            waypoints[-1] = self._place_to_stand(self._wish)
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,

@@ -83,6 +83,8 @@ class Walk(NamedTuple):
         """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on."""
         held = self.ledger.held
         place = self.place(body)
+        if place == 0:
+            return self
         keep = [
             index
             for index, cell in enumerate(held)

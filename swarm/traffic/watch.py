@@ -72,9 +72,10 @@ class Watch:
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
     def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
-        held = {robot: frozenset(seen.held) for robot, seen in robots.items()}
-        if sum(map(len, held.values())) == len(frozenset().union(*held.values())):
+        named = [seen.held for seen in robots.values()]
+        if sum(map(len, named)) == len(frozenset().union(*named)):
             return []
+        held = {robot: frozenset(seen.held) for robot, seen in robots.items()}
         owners: dict[int, list[str]] = {}
         for robot, cells in held.items():
             for cell in cells:

@@ -279,7 +279,7 @@ class Rehearsal:
                     front=front,
                     right=right,
                     heading=0.0,
-                    steering=Steering.FUZZY if now.moving else Steering.REST,
+                    steering=Steering.TABLES if now.moving else Steering.BRAKED,
                     activity=now.activity,
                     held=list(self._held(number, now)),
                     waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],

@@ -36,7 +36,7 @@ class Drawn:
 def body(robot: str, **changes: Any) -> Body:  # noqa: ANN401
     still = Body(
         robot=robot, x=3.0, y=3.0, yaw=0.0, left_v=0.0, right_v=0.0, left=0.3, front=1.6, right=1.6,
-        heading=0.0, steering=Steering.FUZZY, activity=Activity.DRIVE,
+        heading=0.0, steering=Steering.TABLES, activity=Activity.DRIVE,
     )  # fmt: skip
     return msgspec.structs.replace(still, **changes)
 
@@ -50,7 +50,7 @@ def test_the_selected_robots_rules_are_told(paper: Scenario) -> None:
     drawn = Drawn()
     truth = Truth(run=0, tick=1, time=0.05, bodies=[body("r1", left=1.6), body("r2")])
     Overlays(scene_of(floor_of(paper)), "r2").draw(drawn, truth)
-    assert "**r2** drive, driven by fuzzy" in drawn.rules
+    assert "**r2** drive, steering: tables" in drawn.rules
     assert "IF left_obs is near AND right_obs is far AND front_obs is far THEN" in drawn.rules
 
 

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from dashboard import naming
 from dashboard.progress import EVENTS_KEPT, Heard, Progress, fold, presence
-from swarm.messages import Activity, Body, Broadcast, Clock, Event, Message, Phase, Plan, State, Steering, Truth
+from swarm.messages import Activity, Body, Broadcast, Clock, Event, Message, Phase, Plan, State, Truth
 
 
 def clock(tick: int = 0, run: int = 1, phase: Phase = Phase.RUNNING, robots: tuple[str, ...] = ("a", "b")) -> Clock:
@@ -31,7 +31,7 @@ def state(tick: int, robot: str = "a", **changed: object) -> State:
 def truth(tick: int, run: int = 1, x: float = 3.0) -> Truth:
     body = Body(
         robot="a", x=x, y=0.0, yaw=0.0, left_v=0.0, right_v=0.0, left=1.0, front=1.0, right=1.0, heading=0.0,
-        steering=Steering.REST, activity=Activity.READY,
+        steering=None, activity=Activity.READY,
     )  # fmt: skip
     return Truth(run=run, tick=tick, time=tick / 20, bodies=[body])
 

@@ -1,16 +1,12 @@
 import json
-from pathlib import Path
 
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PIL import Image
 
-from swarm.errors import ConfigError
 from swarm.robot.fuzzy import Controller, load_profile
 from swarm.robot.fuzzy.explain import explain
-from swarm.robot.fuzzy.surface import surface
 
 from .oracle import fuzzify_distance, fuzzify_heading, transcription
 
@@ -71,31 +67,3 @@ def test_inputs_are_shown_as_the_terms_met_them() -> None:
     assert PAPER.explain(7.0, 1.0, 1.0, 200.0).inputs == {
         "left_obs": 1.6, "front_obs": 1.0, "right_obs": 1.0, "head_ang": -160.0,
     }  # fmt: skip
-
-
-def test_a_surface_shows_the_speeds_in_colour(tmp_path: Path) -> None:
-    path = tmp_path / "surface.png"
-    explain(0.9, 1.2, 0.75, 15.0, surface_png=path)
-    with Image.open(path) as picture:
-        assert picture.format == "PNG"
-        assert picture.size == (996, 500)
-    surface(PAPER, path, x="left_obs", y="right_obs", at={"front_obs": 1.6})
-    with Image.open(path) as picture:
-        # left near, right far: rule 9 drives left_v fast, right_v medium; so 3.0 and 1.5 of 4 on viridis
-        assert picture.getpixel((84 + 20, 76 + 20)) == (92, 200, 99)
-        assert picture.getpixel((84 + 360 + 96 + 20, 76 + 20)) == (44, 113, 142)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        ({"x": "front"}, "unknown input 'front'; did you mean 'front_obs'?"),
-        ({"x": "front_obs"}, "expected two different inputs for its axes, got 'front_obs' twice"),
-        ({"path": "surface.jpg"}, r"expected a file ending in .png, got .*surface.jpg"),
-        ({"path": "missing/surface.png"}, "cannot be written: No such file or directory"),
-    ],
-)
-def test_a_surface_that_cannot_be_drawn(arguments: dict[str, str], expected: str, tmp_path: Path) -> None:
-    path = tmp_path / arguments.pop("path", "surface.png")
-    with pytest.raises(ConfigError, match=expected):
-        surface(PAPER, path, x=arguments.get("x", "head_ang"))

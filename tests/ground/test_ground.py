@@ -89,6 +89,16 @@ def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float
     assert ground.map.at(9.5, 5.5) == UNKNOWN, "nobody looked there"
 
 
+def test_beside_the_corner_of_the_map_walls_are_learned_too() -> None:
+    """Its rays reach farther than the map there."""
+    scenario = unknown()
+    for x, y in ((1.3, 1.3), (8.7, 4.7)):
+        floor = learned(scenario, place=(x, y)).map
+        outwards = 0.35 if x > 5.0 else -0.35
+        assert floor.at(x, y) == FREE
+        assert floor.at(x + outwards, y) == floor.at(x, y + outwards) == WALL
+
+
 def test_nothing_is_learned_before_one_has_heard_who_is_near() -> None:
     scenario = unknown()
     ground = Ground(scenario)
@@ -167,6 +177,15 @@ def test_news_fit_into_a_broadcast_and_come_round_to_late_comers() -> None:
         robot="r1", run=0, tick=0, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=0.0, reached=[],
         walls=told[0],
     )  # fmt: skip
+
+
+def test_all_that_is_known_is_told_in_turn_and_nothing_twice_in_a_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("swarm.robot.ground.TELL", 7)
+    ground = learned(unknown(), place=(3.0, 3.0))
+    told = list(chain.from_iterable([ground.tell() for _ in range(60)][30:]))  # what is new was told before
+    known = len(set(told))
+    assert known > 2 * 7
+    assert all(len(set(told[first : first + known])) == known for first in range(len(told) - known))
 
 
 def test_a_robot_with_a_given_map_tells_learns_and_forgets_nothing_of_it() -> None:

@@ -144,7 +144,7 @@ RUBBISH = {
     "not a map":         msgpack.packb([1, 2, 3]),
     "another version":   msgpack.packb({"v": 2, "run": 0, "tick": 1}),
     "not a number":      msgpack.packb({
-        "v": 1, "run": 0, "tick": 10**6, "left": float("nan"), "right": 0.0, "heading": 0.0, "steering": "rest",
+        "v": 1, "run": 0, "tick": 10**6, "left": float("nan"), "right": 0.0, "heading": 0.0,
         "activity": "drive", "reached": [], "unreachable": [], "sent": False, "replans": 0}),
     "missing fields":    msgpack.packb({"v": 1}),
     "deep":              b"\x91" * 2000 + b"\x90",

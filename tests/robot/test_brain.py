@@ -1,32 +1,18 @@
 """One robot, stepped by hand: how long it believes what it heard, and what it takes up from the process before it."""
 
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import msgspec
 import pytest
 
-from swarm.geometry import Pose
-from swarm.messages import RADIO, Activity, Broadcast, Sense, State
-from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.scenario.load import Scenario
-from tests.shared import scenario_of
-
-AT = Pose(2.5, 3.5, 0.0)
-STOPS = [[7.5, 3.5], [7.5, 2.5], [4.5, 2.5]]
-
-
-def scenario() -> Scenario:
-    return scenario_of(targets=STOPS)
-
-
-def robot() -> Robot:
-    return Robot("r2", 1, scenario(), AT)
-
-
-def step(one: Robot, tick: int, *heard: Broadcast, pose: Pose = AT, run: int = 0) -> Outputs:
-    """Step a robot that stands in the open."""
-    sense = Sense(
-        run=run, tick=tick, time=tick * 0.05, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0, angular=0.0,
-        left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
-    )  # fmt: skip
-    return one.step(Inputs(sense, heard))
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.messages import RADIO, Activity, Broadcast, State
+from swarm.robot.brain import RETRY, STUCK, Robot
+from swarm.traffic.cells_of import cells_of
+from swarm.traffic.record import Record, TrafficBroadcast
+from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 
 def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
@@ -144,3 +130,70 @@ def test_a_stop_is_reached_within_reach_and_each_in_its_turn() -> None:
     plan = step(robot(), 0).plan
     assert plan is not None
     assert plan.points[-1] == pytest.approx(tuple(STOPS[0]))
+
+
+# --- when it plans anew ---
+
+STUCK_TICKS, RETRY_TICKS = round(STUCK / 0.05) + 1, round(RETRY / 0.05) + 1  # the first tick that is later
+
+
+def keeping(tick: int) -> Broadcast:
+    """A robot on the way that holds the cell it stands in."""
+    cells = cells_of(scenario().map, scenario().settings)
+    held = tuple(sorted(cells.touched(3.6, 3.5, 0.2)))
+    record = Record(robot="r1", stamp=tick, x=3.6, y=3.5, goal=held[0], held=held)
+    return msgspec.structs.replace(said(tick), traffic=TrafficBroadcast(own=record))
+
+
+def plans_anew(poses: Callable[[int], Pose], heard: Callable[[int], list[Broadcast]], ticks: int = 180) -> list[int]:
+    """Step a robot whose poses are given; list the ticks at which it planned once more for the same stop."""
+    one = robot()
+    counts = [0, *(step(one, tick, *heard(tick), pose=poses(tick)).command.replans for tick in range(ticks))]
+    return [tick for tick, (before, now) in enumerate(pairwise(counts)) if now == before + 1]
+
+
+def at(x: float, y: float = 3.5) -> Pose:
+    return Pose(x, y, 0.0)
+
+
+MIDDLE = at(2.7, 3.0)  # of a cell
+CREEPS = 0.21  # m in 4 s: just more than its radius
+
+
+def creeping(tick: int) -> Pose:
+    """Get on by just more than a robot's radius in the time in which it counts as stuck."""
+    return at(2.5 + CREEPS * tick / STUCK_TICKS)
+
+
+# fmt: off
+PLANS_ANEW: dict[str, tuple[Callable[[int], Pose], Callable[[int], list[Broadcast]], list[int]]] = {
+    "it gets nowhere":            (lambda tick: AT,       lambda tick: [],               [STUCK_TICKS, 2 * STUCK_TICKS]),
+    "it creeps on":               (creeping,              lambda tick: [],               []),
+    "it lets somebody pass":      (lambda tick: MIDDLE,   lambda tick: [keeping(tick)],  []),
+    "it strays from its path":    (lambda tick: AT if tick < 3 else at(3.5, 1.6),
+                                                          lambda tick: [],               [RETRY_TICKS, RETRY_TICKS + STUCK_TICKS]),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PLANS_ANEW)
+def test_it_plans_anew_where_it_gets_nowhere_and_not_at_every_tick(name: str) -> None:
+    poses, heard, ticks = PLANS_ANEW[name]
+    assert plans_anew(poses, heard) == [pytest.approx(tick, abs=1) for tick in ticks]
+
+
+def dense(points: Sequence[Point]) -> list[Point]:
+    """Give a polyline's points and many between them."""
+    return [
+        (a[0] + (b[0] - a[0]) * k / 50, a[1] + (b[1] - a[1]) * k / 50) for a, b in pairwise(points) for k in range(51)
+    ]
+
+
+def test_a_new_plan_leads_round_who_stands_on_the_way() -> None:
+    one, plans = robot(), []
+    for tick in range(STUCK_TICKS + 1):
+        plan = step(one, tick, said(tick)).plan
+        plans += [plan] if plan is not None else []
+    first, anew = (min(distance(point, (3.6, 3.5)) for point in dense(plan.points)) for plan in plans)
+    assert first < 0.2
+    assert anew > 2 * scenario().settings.robot.radius

@@ -1,15 +1,13 @@
-"""What the tables are asked, in their own units, and what their answers are called."""
+"""What the tables are asked, in their own units."""
 
 from math import pi
 from typing import cast
 
 import pytest
 
-from swarm.messages import Sense, Steering
-from swarm.robot.cell_pilot import STEERING
+from swarm.messages import Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import fuzzy_speeds
-from swarm.traffic.driver import Whose
 from tests.shared import scenario_of
 
 
@@ -24,19 +22,19 @@ class Listening:
         return 1.0, 2.0
 
 
-@pytest.mark.parametrize(("speed", "distance"), [(1.0, 1.0), (0.4, 1.0), (0.4, 0.5), (0.25, 2.0)])
-def test_the_tables_are_asked_in_their_own_units_and_answer_in_theirs(speed: float, distance: float) -> None:
-    """Distances divided by their scale, degrees with right positive; rim speeds times theirs."""
+@pytest.mark.parametrize(
+    ("speed", "distance", "scale"), [(1.0, 1.0, 1.0), (0.4, 1.0, 1.0), (0.4, 0.5, 1.0), (0.25, 2.0, 0.5)]
+)
+def test_the_tables_are_asked_in_their_own_units_and_answer_in_theirs(
+    speed: float, distance: float, scale: float
+) -> None:
+    """Distances divided by both scales, degrees with right positive; rim speeds times theirs."""
     robot = scenario_of(robot={"speed_scale": speed, "distance_scale": distance}).settings.robot
     sense = Sense(
         run=0, tick=0, time=0.0, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
         left=1.0, front=0.5, right=0.25, bearings=[], hears=[], rays=[],
     )  # fmt: skip
     tables = Listening()
-    assert fuzzy_speeds(cast(Controller, tables), robot, sense, pi / 6) == pytest.approx((speed, 2.0 * speed))
-    assert tables.asked == [pytest.approx((1.0 / distance, 0.5 / distance, 0.25 / distance, -30.0))]
-
-
-def test_only_the_tables_own_ratio_is_called_fuzzy() -> None:
-    assert set(STEERING) == set(Whose)
-    assert [whose for whose, label in STEERING.items() if label is Steering.FUZZY] == [Whose.TABLES]
+    assert fuzzy_speeds(cast(Controller, tables), robot, sense, pi / 6, scale) == pytest.approx((speed, 2.0 * speed))
+    unit = distance * scale
+    assert tables.asked == [pytest.approx((1.0 / unit, 0.5 / unit, 0.25 / unit, -30.0))]

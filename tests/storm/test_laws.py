@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages import Broadcast, Command, Event
-from swarm.traffic.record import Claim, Record
+from swarm.traffic.record import Claim, Epoch, Record, Relayed, Sighting
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.faults import Health
 from world.physics import Contact
@@ -17,6 +17,7 @@ from world.storm.results import is_silent
 
 TICK = 60  # by then both robots drive
 LATER = 2000  # ticks, 100 s
+ENOUGH = 165  # ticks of silence after which nobody waits for an answer
 
 
 def held(history: History, robot: str, tick: int = TICK) -> set[int]:
@@ -78,18 +79,65 @@ def claims_of(words: Broadcast) -> tuple[Claim, ...]:
 
 
 def agreeing(history: History, more: Callable[[Record, Claim], dict[str, object]]) -> History:
-    """Let r2 say something more of itself in each record in which it agrees to a claim of r1."""
+    """Let r2 say something more of itself in the first record in which it agrees to a claim of r1."""
+    done = False
     said = {claim.number: claim for m in history.moments if "r1" in m.spoken for claim in claims_of(m.spoken["r1"])}
 
     def change(name: str, words: Broadcast) -> Broadcast:
+        nonlocal done
         assert words.traffic is not None
         acks = [number for robot, number in words.traffic.own.acks if robot == "r1"]
-        if name != "r2" or not acks:
+        if name != "r2" or not acks or done:
             return words
+        done = True
         own = words.traffic.own
         return changed(words, traffic=changed(words.traffic, own=changed(own, **more(own, said[acks[0]]))))
 
     return with_words(history, change)
+
+
+def saying(history: History, robot: str, tick: int, more: Callable[[Record], dict[str, object]]) -> History:
+    """Let a robot say something more of itself from a tick on."""
+
+    def alter(moment: Moment) -> Moment:
+        words = moment.spoken.get(robot)
+        if words is None or words.traffic is None or moment.tick < tick:
+            return moment
+        own = words.traffic.own
+        traffic = changed(words.traffic, own=changed(own, **more(own)))
+        return moment._replace(spoken={**moment.spoken, robot: changed(words, traffic=traffic)})
+
+    return with_moments(history, alter)
+
+
+def early_claim(history: History) -> History:
+    """Let r1 claim a cell in its first record."""
+    claim = Claim(far_cell(history), 10**6, 0)
+    return saying(history, "r1", 0, lambda own: {"claims": (claim,)} if own.stamp < 10 else {})
+
+
+def standing(history: History) -> History:
+    """Let r1 stand for a plan whenever it claims something."""
+    return saying(history, "r1", TICK, lambda own: {"frozen": Epoch(1, "r1")} if own.claims else {})
+
+
+def told_of_a_third(history: History, seen: tuple[Sighting, ...] = ()) -> History:
+    """Let r2 pass on that r3, which nobody else heard of, holds what r1 takes later."""
+    taken = {claim.cell for m in history.moments if "r1" in m.spoken for claim in claims_of(m.spoken["r1"])}
+    third = Record(robot="r3", stamp=0, held=tuple(sorted(taken)), x=0.0, y=0.0, goal=0)
+
+    def change(name: str, words: Broadcast) -> Broadcast:
+        assert words.traffic is not None
+        own = changed(words.traffic.own, seen=tuple(one._replace(cell=cell) for one in seen for cell in sorted(taken)))
+        return changed(words, traffic=changed(words.traffic, own=own, others=(Relayed(1, third),)))
+
+    return with_words(history, lambda name, words: change(name, words) if name == "r2" else words)
+
+
+def waiting_for_the_silent(history: History, ahead: Callable[[], tuple[int, ...]] = tuple) -> History:
+    """Let r2 be silent all along, though its body drives, and r1 wait for it."""
+    history = with_moments(history, lambda m: m._replace(health={**m.health, "r2": Health.SUSPENDED}))
+    return saying(history, "r1", ENOUGH, lambda own: {"waits": ("r2",), "ahead": ahead()})
 
 
 def outside(history: History) -> History:
@@ -99,6 +147,16 @@ def outside(history: History) -> History:
         return changed(command, held=[]) if tick >= TICK and name == "r1" else command
 
     return with_commands(history, change)
+
+
+def too_fast(history: History) -> History:
+    """r1 drives so fast that it comes to rest 1.6 m further on."""
+
+    def alter(moment: Moment) -> Moment:
+        sense = changed(moment.senses["r1"], linear=2.5)
+        return moment._replace(senses={**moment.senses, "r1": sense})
+
+    return with_moments(history, lambda moment: alter(moment) if moment.tick == TICK else moment)
 
 
 def taken_back(history: History) -> History:
@@ -113,6 +171,15 @@ def taken_back(history: History) -> History:
 def never_there(history: History) -> History:
     history = with_report(history, "r2", reached=[None])
     return with_report(history, complete=False, reason="not reached: r2 target 1")
+
+
+def never_over(history: History) -> History:
+    """Both stand where they are for 125 s more."""
+    *_, before, last = history.moments
+    more = [before._replace(tick=last.tick + tick, events=(), spoken={}) for tick in range(2500)]
+    history = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + 2500)])
+    ticks = history.report["ticks"] + 2500
+    return with_report(history, ticks=ticks, sim_time=ticks * history.dt)
 
 
 def said_unsolvable(history: History) -> History:
@@ -151,9 +218,15 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("agreed although held", "no false agreement", lambda h: agreeing(h, lambda own, claim: {"held": (*own.held, claim.cell)})),
     ("agreed although claimed before", "no false agreement",
      lambda h: agreeing(h, lambda own, claim: {"claims": (*own.claims, Claim(claim.cell, 10**6 + claim.number, -1))})),
+    ("a claim at once", "listens first", early_claim),
+    ("claimed while it stands for a plan", "no claim while standing", standing),
+    ("taken although another one holds it", "takes only what is free", told_of_a_third),
+    ("waits for the silent", "no wait for the silent", waiting_for_the_silent),
     ("a body outside", "no body outside", outside),
+    ("too fast to stop", "room to brake", too_fast),
     ("a flag taken back", "flags stay", taken_back),
     ("a stop not reached", "all arrive", never_there),
+    ("a mission without end", "it ends", never_over),
     ("a stop given up", "truthful", lambda h: with_report(h, "r1", unreachable=[0])),
     ("called unsolvable", "truthful", said_unsolvable),
     ("100 s of silence", "nobody stands unnamed", stood_first),
@@ -192,6 +265,8 @@ EXCUSED: list[tuple[str, Callable[[History], History]]] = [
     ("who was pushed may be anywhere",
      lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)], moments=h.moments[: TICK + 50],
                                report={}))),
+    ("what a look found empty may be taken", lambda h: told_of_a_third(h, (Sighting(0, empty=True, tick=1),))),
+    ("a silent robot's cells are waited for", lambda h: waiting_for_the_silent(h, lambda: (min(held(h, "r2", -2)),))),
     ("a new run begins without flags",
      lambda h: with_commands(
          h, lambda tick, name, c: changed(c, run=1, reached=[False]) if tick == h.moments[-2].tick else c)),

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import pytest
 
-from swarm.traffic.assign import assign
+from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.joint import JointPlanning
+from swarm.traffic.joint import ATTEMPTS, JointPlanning
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -95,3 +95,30 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
         events += joint.step(situation(tick, mine.held[-1], mine.goal, dict(others), dict(others)))
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
     assert joint.plan is None
+
+
+@pytest.mark.parametrize("what", ["blocked", "bodies"])
+def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) -> None:
+    """Two swap in a room of two by two: they can where it is empty, and it may be empty again."""
+    square = Drawn("ab", "cd")
+    a, b, c, d = square.at("abcd")
+    said: dict[bool, list[tuple[str, bool]]] = {}
+    for shut in (True, False):
+        joint = JointPlanning("r1", square.cells, TrafficSettings())
+        joint.need = "r1"
+        events = []
+        for tick in range(TICKS):
+            x, y = square.cells.centre(b)
+            other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
+            cells = frozenset({c, d} if shut else ())
+            found = situation(tick, a, b, other, other)
+            events += joint.step(found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=cells))
+            if joint.plan is not None:
+                break
+        said[shut] = [(event.kind, joint.plan is not None) for event in events]
+    assert said == {True: [("no_plan_found", False)], False: [("joint_plan", True)]}
+
+
+def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
+    assert ATTEMPTS[0] == (True, True, Aside.NEAR)
+    assert len(set(ATTEMPTS)) == len(ATTEMPTS)

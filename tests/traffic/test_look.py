@@ -7,7 +7,7 @@ import pytest
 
 from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting, robot_at
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, Reading, Scan, View, has_gone, unexplained, view
+from swarm.traffic.look import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
 from swarm.traffic.record import Claim, Record
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import SIDE, Drawn
@@ -109,6 +109,14 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 # fmt: on
 
 
+@pytest.mark.parametrize(("bearing", "stops"), [(0.0, True), (0.5, True), (-0.5, True), (0.55, False), (-1.0, False)])
+def test_a_known_body_very_near_stops_who_drives_at_it_not_who_drives_past(bearing: float, stops: bool) -> None:
+    pose = HERE._replace(yaw=-bearing)  # the body is along x
+    known = Known(ahead(0.1), 0.2, nearest=CLOSE)
+    found = unexplained([Reading(0.1, 1.6, bearing)], pose, FLOOR.cells, [known], SETTINGS)
+    assert (found is not None) is stops
+
+
 @pytest.mark.parametrize("name", VIEWS)
 @pytest.mark.parametrize("yaw", [0.0, 0.2, -0.2])
 def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
@@ -140,6 +148,12 @@ def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> N
 def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
     body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
     assert has_gone(body, HERE, [front(measured)], 0.2) is gone
+
+
+@pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.81, False), (1.83, True), (3.0, True)])
+def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: bool) -> None:
+    settings = TrafficSettings(radius=0.2, sensor_range=1.6)
+    assert is_out_of_range((HERE.x + away, HERE.y), HERE, settings) is hidden
 
 
 # --- how long it stops ---

@@ -39,7 +39,7 @@ def reason(own: Record, *fresh: Record, adopted: int | None = None, following: E
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))
-RESTS = record("r2", B, moved=NOW - AT_REST - 1)
+RESTS = record("r2", B, moved=NOW - AT_REST - 1, done=True)
 HEAD_ON = record("r2", B, ahead=(A,))
 PASSING = record("r2", B, ahead=(C, D))
 WAITS_BACK = record("r2", B, ahead=(C,), waits=("r1",))
@@ -50,6 +50,9 @@ LOOKED = LONG - SETTINGS.surmise  # who waits for the silent has had the time to
 REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
     "somebody rests on the way":              (MINE, (RESTS,),                                             "rest"),
     "it has not stood there long enough":     (MINE, (replace(RESTS, moved=NOW - AT_REST),),               None),
+    "it may go on by itself soon":            (MINE, (replace(RESTS, done=False),),                        None),
+    "it does not":                            (MINE, (replace(RESTS, done=False, moved=LONG),),            "rest"),
+    "who is idle goes nowhere by itself":     (MINE, (replace(RESTS, done=False, idle=True),),             "rest"),
     "it rests, but claims a cell":            (MINE, (replace(RESTS, claims=(Claim(C, 1, 1),)),),          None),
     "it rests elsewhere":                     (MINE, (record("r2", C, moved=0),),                          None),
     "it stands for a plan already":           (MINE, (replace(RESTS, frozen=PLAN),),                       None),

@@ -207,3 +207,10 @@ def test_from_inside_a_wall_nothing_is_free() -> None:
     physics = Physics(SMALL, RADIUS, [Pose(0.5, 3.5, 0.0)], TOP, DT)
     assert physics.cast(0, [0.0, pi / 2, pi], 1.6) == [0.0, 0.0, 0.0]
     assert not physics.sees((0.5, 3.5), (0.6, 3.5))
+
+
+@pytest.mark.parametrize(("radius", "size"), [(2.0, None), (None, (4.0, 4.0))], ids=["a disc", "a box"])
+def test_under_something_that_moves_nothing_is_free(radius: float | None, size: tuple[float, float] | None) -> None:
+    physics = Physics(WIDE, RADIUS, [Pose(20.0, 20.0, 0.0)], TOP, DT)
+    physics.add_mover(Pose(20.3, 20.0, 0.0), radius, size)
+    assert physics.cast(0, [0.0, pi / 2, pi], 1.6) == [0.0, 0.0, 0.0]

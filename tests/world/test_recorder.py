@@ -10,7 +10,7 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import Activity, Command, Steering
+from swarm.messages import Activity, Command
 from tests.shared import scenario_of
 from world.physics import Contact
 from world.recorder import MOVES, PARTED, Recorder
@@ -30,8 +30,8 @@ def recorder(*starts: Pose, stops: int = 1, dt: float = DT) -> Recorder:
     return record
 
 
-def doing(activity: Activity = Activity.DRIVE, steering: Steering = Steering.FUZZY, **fields: object) -> Command:
-    return msgspec.structs.replace(REST, activity=activity, steering=steering, **fields)
+def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
+    return msgspec.structs.replace(REST, activity=activity, **fields)
 
 
 # --- contacts ---
@@ -103,29 +103,6 @@ def test_a_touch_that_does_not_count_strikes_nobody() -> None:
     assert record.struck == [1]
 
 
-# --- who steered ---
-
-
-def test_the_fuzzy_share_is_of_ticks_in_which_a_wheel_turns_and_believes_the_label() -> None:
-    """Only ``FUZZY`` counts, and it counts whatever the wheels did: what the tables said is not known here."""
-    record = recorder(A, B)
-    assert record.fuzzy_share == 0.0
-    turning, least, slow = (0.3, -0.3), (0.0, -MOVES * 1.1), (MOVES, -MOVES)
-    fuzzy, blend, rest = (doing(steering=label) for label in (Steering.FUZZY, Steering.SUPERVISOR, Steering.REST))
-    record.moving([fuzzy, blend], [turning, turning])  # 1 of 2
-    record.moving([fuzzy, rest], [least, least])  # 2 of 4
-    record.moving([fuzzy, fuzzy], [slow, STANDS])  # nobody moves
-    record.moving([doing(Activity.DONE), blend], [turning, STANDS])  # 3 of 5
-    assert record.fuzzy_share == 3 / 5
-
-
-def test_every_label_but_fuzzy_is_somebody_elses() -> None:
-    for label in Steering:
-        record = recorder()
-        record.moving([doing(steering=label)], [(0.3, 0.3)])
-        assert record.fuzzy_share == (label is Steering.FUZZY), label
-
-
 # --- ways and gaps ---
 
 
@@ -155,8 +132,6 @@ GO, WAIT, SHUT, DONE, READY = (
     Activity.DRIVE, Activity.GIVE_WAY, Activity.BLOCKED, Activity.DONE, Activity.READY,
 )  # fmt: skip
 
-STILL = [STANDS, STANDS]
-
 # fmt: off
 WAITS: dict[str, tuple[list[Activity], int]] = {  # ticks waited
     "nobody":                         ([GO, READY, DONE],              0),
@@ -173,7 +148,7 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     activities, ticks = WAITS[name]
     record = recorder(A, B)
     for activity in activities:
-        record.moving([doing(activity), doing()], STILL)
+        record.doing([doing(activity), doing()])
     assert record.waiting == [ticks * DT, 0.0]
 
 
@@ -193,8 +168,8 @@ def test_a_run_is_complete_when_every_robot_was_at_every_stop() -> None:
 
 def test_what_robots_say_of_plans_and_stops_given_up_is_their_last_word() -> None:
     record = recorder(A, B)
-    record.moving([doing(replans=1), doing(replans=0, unreachable=[0])], STILL)
-    record.moving([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])], STILL)
+    record.doing([doing(replans=1), doing(replans=0, unreachable=[0])])
+    record.doing([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])])
     assert record.replans == [4, 0]
     assert record.unreachable == [[1, 0], [0]]
 

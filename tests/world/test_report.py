@@ -17,7 +17,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Activity, Command, Steering
+from swarm.messages import Activity, Command
 from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
@@ -44,17 +44,16 @@ def scenario() -> Scenario:
 
 def r1(tick: int) -> dict[str, Any]:
     speed = 0.4 if tick < DRIVEN else 0.0
-    blend = Steering.FUZZY if tick < 10 else Steering.SUPERVISOR
     note = [("joint_plan", "r1 leads 2 robots")] if tick == 30 else []
     over = Activity.DONE if tick >= ARRIVES else Activity.DRIVE
     wrong = {"held": [23]} if tick in WRONG else {}
-    return {"left": speed, "right": speed, "steering": blend, "activity": over, "reached": [tick >= ARRIVES],
+    return {"left": speed, "right": speed, "activity": over, "reached": [tick >= ARRIVES],
             "notes": note, "replans": 2 if tick > 50 else 1, **wrong}  # fmt: skip
 
 
 def pressing(tick: int) -> dict[str, Any]:
     speed = 0.1 if tick < PRESSES else 0.0
-    return {"left": speed, "right": speed, "steering": Steering.FUZZY}
+    return {"left": speed, "right": speed}
 
 
 def r2(tick: int) -> dict[str, Any]:
@@ -105,17 +104,28 @@ SINKS = 0.003  # m, as deep as two shapes press into each other before the solve
 CREPT = 0.01 + SINKS / 2  # m, to the touch, and into it and back
 SHARED = (PRESSES - 2) * DT * 0.1 / 2  # m, r4 pushes r3 along at half its speed: bodies are of one mass
 WAITED = TICKS - (PRESSES + 4)  # ticks that r3 and r4 wait for each other
-MOVED_R1, MOVED_PRESSING = 15, 6  # ticks with a wheel that turns
-FUZZY = 10 + 2 * PRESSES  # of these, labelled so
+TOLD = DRIVEN + 2 * PRESSES  # robot ticks in which somebody is told to drive
+STANDING = (ARRIVES - DRIVEN) + 2 * (TICKS - PRESSES) + TICKS  # and in which somebody under way is not
+UNTOLD = DT * 0.6 + SHARED  # m, r1 after its last such tick, and r3, which is pushed
+WAYS = LENGTH + 2 * CREPT + 2 * SHARED  # m, of all
 
 # fmt: off
+STEERING = {  # nobody was given any sense to ask the tables about, and nobody turns
+    **{f"steering.{by}.{label}": 0.0 for by in ("ticks", "metres", "angle")
+       for label in ("braked", "tables", "tightened", "turned", "blended")},
+    "steering.ticks.blended": pytest.approx(TOLD / (TOLD + STANDING)),
+    "steering.ticks.braked": pytest.approx(STANDING / (TOLD + STANDING)),
+    "steering.metres.blended": pytest.approx(1.0 - UNTOLD / WAYS, abs=0.02),
+    "steering.metres.braked": pytest.approx(UNTOLD / WAYS, abs=0.02),
+    "steering.scaled.time": 0.0, "steering.scaled.mean": 1.0,
+}
 ALWAYS: dict[str, Any] = {
     "scenario": "by hand", "seed": 17, "robots": 4, "pace": "2.0", "complete": False, "reason": "nobody moves",
     "sim_time": pytest.approx(TICKS * DT), "wall_time": 7.0, "real_time_factor": pytest.approx(TICKS * DT / 7.0),
     "ticks": TICKS, "late_commands": 3,
     "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0,  # r3 and r4 touch once, though each says so
     "clearance_min": pytest.approx(0.0, abs=SINKS),
-    "fuzzy_share": pytest.approx(FUZZY / (MOVED_R1 + 2 * MOVED_PRESSING)),
+    **STEERING,
 }
 ROBOTS: dict[str, dict[str, Any]] = {
     "r1": {"targets": 1, "reached": [pytest.approx(ARRIVES * DT)], "path_length": pytest.approx(LENGTH),

@@ -25,7 +25,7 @@ def world_of(*starts: Pose, scenario: Scenario | None = None) -> World:
 
 
 def say(world: World, **fields: object) -> Command:
-    plain: dict[str, object] = {"tick": world.tick, "activity": Activity.DRIVE, "steering": Steering.FUZZY}
+    plain: dict[str, object] = {"tick": world.tick, "activity": Activity.DRIVE}
     return msgspec.structs.replace(REST, **(plain | fields))
 
 
@@ -165,7 +165,13 @@ def test_the_truth_is_what_can_be_seen_from_outside() -> None:
     ]
     world = world_of(AT, scenario=scenario_of(movers=movers))
     world.senses(lockstep=True)
-    world.step({"r1": say(world, left=0.05, right=0.1, heading=0.3, held=[3, 4], waits=["r9"], members=["r1", "r9"])})
+    world.step(
+        {
+            "r1": say(
+                world, left=0.05, right=0.1, heading=0.3, scale=0.5, held=[3, 4], waits=["r9"], members=["r1", "r9"]
+            )
+        }
+    )
     truth = world.truth()
     (body,) = truth.bodies
     pose = world.poses()[0]
@@ -173,7 +179,7 @@ def test_the_truth_is_what_can_be_seen_from_outside() -> None:
     assert truth.time == pytest.approx(DT)
     assert (body.robot, body.x, body.y, body.yaw) == ("r1", pose.x, pose.y, pose.yaw)
     assert (body.left_v, body.right_v) == pytest.approx((0.05, 0.1))
-    assert (body.heading, body.steering, body.activity) == (0.3, Steering.FUZZY, Activity.DRIVE)
+    assert (body.heading, body.steering, body.activity, body.scale) == (0.3, Steering.BLENDED, Activity.DRIVE, 0.5)
     assert (body.held, body.waits, body.members) == ([3, 4], ["r9"], ["r1", "r9"])
     assert [(mover.radius, mover.size) for mover in truth.movers] == [(0.3, (0.0, 0.0)), (0.0, (0.4, 0.2))]
     assert [(mover.x, mover.y, mover.yaw) for mover in truth.movers] == [

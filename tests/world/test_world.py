@@ -7,7 +7,7 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import COMMAND, Activity, Command, Steering
+from swarm.messages import COMMAND, Activity, Command
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from world.clearance import ClearanceJudge
@@ -22,7 +22,7 @@ def world_of(*starts: Pose, scenario: Scenario | None = None, seed: int = 1) -> 
 
 
 def drive(world: World, left: float, right: float, **fields: object) -> Command:
-    changes = {"run": world.run, "tick": world.tick, "left": left, "right": right, "steering": Steering.FUZZY,
+    changes = {"run": world.run, "tick": world.tick, "left": left, "right": right,
                "activity": Activity.DRIVE, **fields}  # fmt: skip
     return msgspec.structs.replace(REST, **changes)
 
@@ -154,16 +154,14 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
 # --- what is recorded ---
 
 
-def test_the_recorder_measures_the_way_the_waiting_and_who_steered() -> None:
+def test_the_recorder_measures_the_way_and_the_waiting() -> None:
     world = world_of()
-    for tick in range(40):
-        steering = Steering.FUZZY if tick < 30 else Steering.SUPERVISOR
-        world.step({"r1": drive(world, 0.4, 0.4, steering=steering)})
+    for _ in range(40):
+        world.step({"r1": drive(world, 0.4, 0.4)})
     driven = world.recorder.path_length[0]
     assert driven == pytest.approx(world.poses()[0].x - AT.x)
-    assert world.recorder.fuzzy_share == pytest.approx(30 / 40)
     for _ in range(60):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY, steering=Steering.REST)})
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
     assert world.recorder.waiting[0] == pytest.approx(3.0)
 
 

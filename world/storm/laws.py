@@ -7,11 +7,20 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from world.storm.history import History
-from world.storm.laws_claims import claims_numbered_once, no_false_agreement
-from world.storm.laws_floor import no_body_outside, no_contact, no_hold_without_claim, no_overlap
+from world.storm.laws_claims import (
+    claims_numbered_once,
+    listens_first,
+    no_false_agreement,
+    no_wait_for_the_silent,
+    stands_without_claims,
+    takes_only_what_is_free,
+)
+from world.storm.laws_driving import no_body_outside, room_to_brake
+from world.storm.laws_floor import no_contact, no_hold_without_claim, no_overlap
 from world.storm.laws_mission import (
     all_arrive,
     flags_stay,
+    it_ends,
     no_exception,
     nobody_stands_unnamed,
     report_agrees,
@@ -36,9 +45,15 @@ LAWS: Final[Mapping[str, Law]] = {
     "no hold without a claim": no_hold_without_claim,
     "claims numbered once": claims_numbered_once,
     "no false agreement": no_false_agreement,
+    "listens first": listens_first,
+    "no claim while standing": stands_without_claims,
+    "takes only what is free": takes_only_what_is_free,
+    "no wait for the silent": no_wait_for_the_silent,
     "no body outside": no_body_outside,
+    "room to brake": room_to_brake,
     "flags stay": flags_stay,
     "all arrive": all_arrive,
+    "it ends": it_ends,
     "truthful": truthful,
     "nobody stands unnamed": nobody_stands_unnamed,
     "the report agrees": report_agrees,

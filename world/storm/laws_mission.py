@@ -10,6 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
+ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute
 RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
 
 
@@ -25,10 +26,12 @@ def flags_stay(history: History) -> Found:
     for moment in history.moments:
         for name, command in moment.commands.items():
             run, was = flags.get(name, (command.run, []))
+            if run == command.run and was == command.reached:
+                continue
             lost = [stop for stop, (a, b) in enumerate(zip(was, command.reached, strict=False)) if a and not b]
             if run == command.run and lost:
                 yield moment.tick, (name,), f"{name} takes back that it reached stop {lost[0] + 1}"
-            flags[name] = command.run, list(command.reached)
+            flags[name] = command.run, command.reached
 
 
 def all_arrive(history: History) -> Found:
@@ -56,6 +59,17 @@ def all_arrive(history: History) -> Found:
             names,
             "; ".join(f"{name} did not reach stop {stop + 1} though a way leads there" for name, stop in stuck),
         )
+
+
+def it_ends(history: History) -> Found:
+    """Check that the mission is over soon after everybody's last stop: who is done comes to rest out of the way."""
+    report = history.report
+    if not report or not report["complete"]:
+        return
+    last = max(time for row in report["per_robot"].values() for time in row["reached"])
+    over = history.moments[-1].tick * history.dt
+    if over - last > ENDS:
+        yield history.moments[-1].tick, (), f"all arrived within {last:.0f} s, but the mission went on to {over:.0f} s"
 
 
 def truthful(history: History) -> Found:
@@ -137,7 +151,7 @@ def report_agrees(history: History) -> Found:
     for number, name in enumerate(history.robots):
         row = report["per_robot"][name]
         track = [moment.poses[number] for moment in history.moments]
-        driven = sum(distance(a, b) for a, b in pairwise(track))
+        driven = sum(distance(a, b) for a, b in pairwise(track) if a != b)
         yield from differs(f"path_length of {name}", row["path_length"], driven, 1e-6 * max(1.0, driven))
         for stop, time in enumerate(row["reached"]):
             if time is None:

@@ -1,5 +1,6 @@
 """Jobs on several cores, each worker a process: one that dies takes only its own job with it."""
 
+import gc
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterable, Iterator
@@ -104,11 +105,18 @@ def _end(worker: _Worker[J]) -> None:
 
 
 def _serve(pipe: Connection, work: Callable[[J], A]) -> None:
-    """Be a worker: answer jobs until nobody asks any more. Ctrl-C is for the one who asks."""
+    """Be a worker: answer jobs until nobody asks any more. Ctrl-C is for the one who asks.
+
+    Garbage is collected between jobs only. A run keeps all that it writes down, and leaves about 200 objects that refer
+    to each other in a circle; looking for more of them takes an eighth of its time.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    gc.freeze()  # what was imported stays
+    gc.disable()
     try:
         while True:
             pipe.send(work(pipe.recv()))
+            gc.collect()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return

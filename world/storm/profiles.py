@@ -57,6 +57,18 @@ PROFILES: Final[Mapping[str, Profile]] = {
         columns=(2, 3), rows=(2, 2), robots=(3, 3), per_cell=0.75, walls=(0.0, 0.0), stops=(6, 10), shared=0.0,
         home=0.0, loss=(0.7,), suspended=0.2,
     ),
+    "asleep": Profile(
+        columns=(2, 3), rows=(2, 2), robots=(3, 4), per_cell=0.75, walls=(0.0, 0.0), off_lattice=0.0, stops=(2, 4),
+        shared=0.0, home=0.0, loss=(0.0, 0.3), suspended=1.0, every=10.0,
+    ),
+    "meet": Profile(
+        columns=(7, 10), rows=(2, 4), robots=(2, 4), walls=(0.0, 0.1), off_lattice=0.2, stops=(4, 6), shared=0.0,
+        home=0.0, radio_range=(5.0,), loss=(0.3, 0.5), late=0.5,
+    ),
+    "strangers": Profile(
+        columns=(7, 10), rows=(2, 3), robots=(3, 5), walls=(0.0, 0.1), stops=(3, 5), home=0.0, radio_range=(5.0,),
+        loss=(0.0, 0.3, 0.5), dead=1.0, away=0.5,
+    ),
     "unsolvable": Profile(
         columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),
         shared=0.0, home=0.3, loss=(0.0, 0.3),

@@ -1,0 +1,29 @@
+"""Planted faults that no test can see, for they change nothing that anybody relies on; each with the reason."""
+
+from typing import Final
+
+_FAR: Final = "any number that no way is as long as will do"
+_MOVER: Final = "a scenario gives every mover a radius or a size"
+_SHORT_CUT: Final = "a short cut for a disc within one cell: without it, the general way finds the same"
+_WITHIN: Final = (
+    "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
+)
+
+# fmt: off
+HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how the change begins: why
+    ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
+     "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
+    ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
+    ("swarm/traffic/cells.py", "FAR: Final = 1 << 30  # steps; no way leads there", "1 becomes"): _FAR,
+    ("swarm/traffic/cells.py", "FAR: Final = 1 << 30  # steps; no way leads there", "30 becomes"): _FAR,
+    ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `u - (left - 1) - 1`"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `u - (left - 1) - 1`"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/robot/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
+     "1 becomes 2 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
+    ("swarm/robot/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
+     "1 becomes 100 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
+}
+# fmt: on

@@ -1,0 +1,107 @@
+"""A robot's own way over the cells: shortest where nothing is said, and near the path where one is given."""
+
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
+from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.route import STRAY, own_way
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.traffic import Traffic
+from tests.traffic.maps import SIDE, Drawn
+
+ROWS, COLUMNS = 6, 8
+RING = Drawn("1234567", "8#####9", "abcdefg", "h#####i", "jklmnop")  # from a to g: through the middle, over or under
+places = st.tuples(st.floats(0.0, COLUMNS * SIDE), st.floats(0.0, ROWS * SIDE))
+
+
+# fmt: off
+KEPT_TO = {  # the path's corners: the cells that follow
+    "no path":                        ("",       "bcdefg"),
+    "the straight one":               ("ag",     "bcdefg"),
+    "over the top":                   ("a17g",   "81234567" "9g"),
+    "under it":                       ("ajpg",   "hjklmnop" "ig"),
+    "a point is no path":             ("1",      "bcdefg"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", KEPT_TO)
+def test_the_way_keeps_to_the_path_though_another_is_shorter(name: str) -> None:
+    corners, way = KEPT_TO[name]
+    start, goal = RING.at("ag")
+    assert own_way(RING.cells, start, goal, path=RING.points(corners)) == RING.at(way)
+
+
+def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:
+    """One row aside for one cell of it: the path is smooth, and a way of cells is not."""
+    room = Drawn("vwxyz", "abcde")
+    start, goal = room.at("ae")
+    path = room.points("abxde")
+    assert own_way(room.cells, start, goal, path=path) == room.at("bcde")
+
+
+def test_a_way_across_an_open_floor_is_a_staircase_along_the_line() -> None:
+    cells = Drawn(*["." * 12] * 8).cells
+    start, goal = 0, len(cells) - 1
+    line = shapely.LineString([cells.centre(start), cells.centre(goal)])
+    way = own_way(cells, start, goal)
+    assert len(way) == cells.distances(goal)[start]
+    assert max(shapely.distance(line, shapely.Point(cells.centre(cell))) for cell in way) < 0.75 * SIDE
+
+
+def test_no_way_leads_into_what_is_left_out() -> None:
+    start, goal, middle, top = RING.at("agd4")
+    assert middle not in own_way(RING.cells, start, goal, {middle})
+    assert own_way(RING.cells, start, goal, {middle, top, *RING.at("m")}) == ()
+    assert own_way(RING.cells, start, start) == ()
+
+
+@given(st.integers(0, 1000), st.lists(places, max_size=4), st.data())
+def test_the_way_is_the_cheapest_in_steps_and_in_what_it_strays(
+    seed: int, path: list[tuple[float, float]], data: st.DataObject
+) -> None:
+    solid = (np.random.default_rng(seed).random((ROWS, COLUMNS)) < 0.2).astype(np.uint8)
+    cells = CellMap(OccupancyMap(solid, SIDE, Pose(0.0, 0.0, 0.0)), side=SIDE, radius=0.2)
+    cell = st.integers(0, len(cells) - 1)
+    start, goal, shut = data.draw(cell), data.draw(cell), data.draw(st.sets(cell, max_size=3))
+    assume(start not in shut and goal not in shut)
+    line = shapely.LineString(path if len(path) > 1 else [cells.centre(start), cells.centre(goal)])
+
+    def cost(into: int) -> float:
+        return 1.0 + STRAY * float(shapely.distance(line, shapely.Point(cells.centre(into)))) / SIDE
+
+    way = own_way(cells, start, goal, shut, path)
+    graph = nx.DiGraph()
+    graph.add_nodes_from(range(len(cells)))
+    graph.add_weighted_edges_from(
+        (a, b, cost(b)) for a, near in enumerate(cells.neighbours) for b in near if not {a, b} & shut
+    )
+    if not nx.has_path(graph, start, goal):
+        assert way == ()
+        assert cells.distances(goal, shut)[start] >= FAR
+        return
+    assert all(b in cells.neighbours[a] and b not in shut for a, b in pairwise((start, *way)))
+    assert (start, *way)[-1] == goal
+    assert sum(map(cost, way)) == pytest.approx(nx.shortest_path_length(graph, start, goal, "weight"))
+
+
+def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_path() -> None:
+    """Claims are made along it; only another goal, or something in the way, is a reason to look again."""
+    start, goal = RING.at("ag")
+    traffic = Traffic("r1", RING.cells, TrafficSettings())
+    ways = []
+    for tick in range(120):
+        path = RING.points("a17g" if tick < 20 else "ajpg")
+        inputs = TrafficInputs(tick, RING.pose(start), RING.cells.centre(goal), path=path)
+        ways.append(traffic.step(inputs).way)
+    assert ways[0][1:] == RING.at("812345679g")
+    assert set(ways) == {ways[0]}

@@ -1,0 +1,112 @@
+"""Who steers: the fuzzy tables are asked again for each command, and their answer is set beside what it commands.
+
+The tables get the sense that the command answers, and the heading and the scale that the robot says it asked them with.
+So a robot's word counts for these two alone. One that names a heading to which the tables would answer what it drives
+is believed: nothing here knows where it ought to go.
+"""
+
+from collections.abc import Sequence
+from math import nan
+from typing import Any, Final
+
+from swarm.geometry import Pose, distance, wrap
+from swarm.messages import COMMAND, Activity, Command, Sense, Steering
+from swarm.robot.fuzzy import Controller
+from swarm.robot.pilot import fuzzy_speeds
+from swarm.scenario.load import Scenario
+
+CLOSE: Final = 1e-3  # m/s, of a rim speed: nobody is steered by less; rounding makes 1e-15
+IDLE: Final = (Activity.READY, Activity.DONE)  # a robot that stands so has nothing to be steered to
+BY: Final = ("ticks", "metres", "angle")  # what the shares are of
+UNASKED: Final = (nan, nan)  # unlike whatever is commanded
+
+RimSpeeds = tuple[float, float]  # left, right [m/s]
+
+
+def stands(speeds: RimSpeeds) -> bool:
+    """Return True if neither wheel turns."""
+    return abs(speeds[0]) <= CLOSE and abs(speeds[1]) <= CLOSE
+
+
+def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
+    """Say what became of the tables' rim speeds in those commanded: the first label of `Steering` that fits.
+
+    >>> [classify(speeds, (0.6, 0.4)).value for speeds in ((0.6, 0.4), (0.3, 0.2), (0.2, 0.0), (0.4, 0.6), (0.0, 0.0))]
+    ['tables', 'tables', 'tightened', 'blended', 'braked']
+    """
+    (left, right), (left_wanted, right_wanted) = commanded, tables
+    if stands(commanded) and not stands(tables):
+        return Steering.BRAKED
+    square = left_wanted**2 + right_wanted**2
+    share = max(0.0, min(1.0, (left * left_wanted + right * right_wanted) / square)) if square else 0.0
+    if abs(left - share * left_wanted) <= CLOSE and abs(right - share * right_wanted) <= CLOSE:
+        return Steering.TABLES
+    forward, wanted = (left + right) / 2, (left_wanted + right_wanted) / 2
+    same_turn = abs((right - left) - (right_wanted - left_wanted)) <= 2 * CLOSE
+    if same_turn and min(0.0, wanted) - CLOSE <= forward <= max(0.0, wanted) + CLOSE:
+        return Steering.TIGHTENED
+    return Steering.TURNED if abs(forward) <= CLOSE else Steering.BLENDED
+
+
+class SteeringWatch:
+    """Labels what is commanded tick by tick, and weighs each label by ticks, by metres driven and by angle turned."""
+
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose]) -> None:
+        self._controller = Controller(scenario.profile)
+        self._robot = scenario.settings.robot
+        self._dt = 1.0 / scenario.settings.rate
+        self._kept = round(COMMAND.timeout / self._dt) + 1  # ticks: an older command is not in force
+        self._senses: dict[tuple[int, int], Sense] = {}  # of the last ticks, by robot and tick
+        self._poses = starts
+        self.weights = {label: [0.0, 0.0, 0.0] for label in Steering}  # robot ticks, m, rad
+        self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
+        self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
+
+    def sensed(self, number: int, sense: Sense) -> None:
+        """Take what a robot is given to sense."""
+        self._senses[number, sense.tick] = sense
+        self._senses.pop((number, sense.tick - self._kept), None)
+
+    def look(self, commands: Sequence[Command | None], poses: Sequence[Pose]) -> None:
+        """Take the commands in force in a tick, None for a robot without one, and where everybody is after it.
+
+        A tick counts where a wheel is commanded, or stands though the tables would move a robot that is under way.
+        Metres and angle are what the body did, slowed by the wheels' inertia and pushed by others.
+        """
+        for number, (command, before, pose) in enumerate(zip(commands, self._poses, poses, strict=True)):
+            self.labels[number] = None if command is None else self._weigh(number, command, before, pose)
+        self._poses = poses
+
+    def _weigh(self, number: int, command: Command, before: Pose, pose: Pose) -> Steering:
+        commanded, tables = (command.left, command.right), self._ask(number, command)
+        label = classify(commanded, tables)
+        weights = self.weights[label]
+        if not stands(commanded) or (label is Steering.BRAKED and command.activity not in IDLE):
+            weights[0] += 1
+            if command.scale < 1.0:
+                self._scaled += 1
+                self._scales += command.scale
+        if pose != before:
+            weights[1] += distance(before, pose)
+            weights[2] += abs(wrap(pose.yaw - before.yaw))
+        return label
+
+    def _ask(self, number: int, command: Command) -> RimSpeeds:
+        """Ask the tables what the robot says it asked them; a command that answers no sense of late asked nothing."""
+        sense = self._senses.get((number, command.tick))
+        if sense is None:
+            return UNASKED
+        return fuzzy_speeds(self._controller, self._robot, sense, command.heading, command.scale)
+
+    def report(self) -> dict[str, Any]:
+        """Give the share of each label by ticks, metres and angle: all 0 where there were none.
+
+        ``scaled`` is how long [s, summed over robots] the tables were told distances with a scale below 1, and the mean
+        of those scales.
+        """
+        found: dict[str, Any] = {}
+        for k, name in enumerate(BY):
+            total = sum(weights[k] for weights in self.weights.values())
+            found[name] = {label.value: weights[k] / total if total else 0.0 for label, weights in self.weights.items()}
+        mean = self._scales / self._scaled if self._scaled else 1.0
+        return found | {"scaled": {"time": self._scaled * self._dt, "mean": mean}}
