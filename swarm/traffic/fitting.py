@@ -32,11 +32,11 @@ def _is_clear(
 
 @njit("b1(b1[:, ::1], f8, f8, f8, f8)", cache=True)
 def _is_open(solid: NDArray[np.bool_], x: float, y: float, side: float, resolution: float) -> bool:
-    """Tell whether nothing solid lies in the square whose low corner is (x, y) [m]."""
-    rows, columns = solid.shape[0] - 2, solid.shape[1] - 2
-    for row in range(max(0, floor(y / resolution + 1e-6)), min(rows, ceil((y + side) / resolution - 1e-6))):
-        for column in range(max(0, floor(x / resolution + 1e-6)), min(columns, ceil((x + side) / resolution - 1e-6))):
-            if solid[row + 1, column + 1]:
+    """Return True if nothing solid lies in the square whose low corner is (x, y) [m], and all of it on the map."""
+    rows, columns = solid.shape
+    for row in range(floor(y / resolution + 1e-6) + 1, ceil((y + side) / resolution - 1e-6) + 1):
+        for column in range(floor(x / resolution + 1e-6) + 1, ceil((x + side) / resolution - 1e-6) + 1):
+            if solid[min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)]:
                 return False
     return True
 
