@@ -11,7 +11,7 @@ from swarm.traffic.record import Claim, Record, Sighting
 from world.faults import SILENT
 from world.storm.growth import AWAY, growth, has_new_process
 from world.storm.history import History, Moment
-from world.storm.seen import Found
+from world.storm.seen import Found, claims_of
 from world.storm.told import Told
 
 LISTENS: Final = 1.0  # s after it begins or wakes, in which a robot claims nothing
@@ -38,7 +38,7 @@ def no_false_agreement(history: History) -> Found:
     for moment in history.moments:
         for name, own in _records(moment):
             said.update({(name, claim.number): claim for claim in own.claims})
-            older = {claim.cell: (claim.stamp, name) for claim in own.claims}
+            older = {cell: (claim.stamp, name) for cell, claim in claims_of(own).items()}
             for other, number in own.acks:
                 claim = said.get((other, number))
                 if claim is None:
@@ -92,7 +92,7 @@ def takes_only_what_is_free(history: History) -> Found:
                 for other, record in told.of(name).items():
                     if _keeps(record, cell, name, claim) and not _found_empty(seen, cell, record.stamp, moment.tick):
                         yield moment.tick, (name, other), f"{name} took cell {cell}, which {other} had told it keeps"
-        claims |= {name: {claim.cell: claim for claim in own.claims} for name, own in _records(moment)}
+        claims |= {name: claims_of(own) for name, own in _records(moment)}
 
 
 def _keeps(record: Record, cell: int, taker: str, claim: Claim | None) -> bool:

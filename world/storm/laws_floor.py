@@ -10,7 +10,7 @@ from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
 from world.storm.growth import growth
 from world.storm.history import History, Moment
-from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
+from world.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
 from world.storm.told import Told
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
@@ -120,7 +120,7 @@ def no_hold_without_claim(history: History) -> Found:
         for name, broadcast in moment.spoken.items():
             if broadcast.traffic is not None:
                 own = broadcast.traffic.own
-                claims[name] = {claim.cell: claim.number for claim in own.claims}
+                claims[name] = {cell: claim.number for cell, claim in claims_of(own).items()}
                 acks.setdefault(name, set()).update(own.acks)
 
 
