@@ -183,7 +183,6 @@ def run(case: Case, seed: int) -> Ran:
         return world.finished or (bool(simulation.drill.dead) and not remaining(simulation, cells))
 
     report = simulation.run(limit=LIMIT, watch=settling.look, over=over)
-    assert world.traffic is not None
     marked = simulation.drill.struck
     faults = world.traffic.watch.faults
     others = sum(fault.kind == "overlap" and not marked.isdisjoint(fault.robots) for fault in faults)

@@ -53,8 +53,7 @@ class Overlays:
         self._scene = scene
         self._selected = selected
         self._controller = Controller(Profile.from_builtins(scene.profile)) if scene.profile is not None else None
-        holds = scene.settings.traffic.rule != "give_way"
-        self._cells = cells_of(scene.map, scene.settings) if holds else None
+        self._cells = cells_of(scene.map, scene.settings)
         self._absent = traffic_settings(scene.settings).absent
         self._run = -1
         self._records: dict[str, Record] = {}  # the newest of each robot
@@ -84,10 +83,9 @@ class Overlays:
         if self._controller is not None:
             selected = bodies.get(self._selected or "", truth.bodies[0])
             view.show_rules(truth.time, self.rules(self._controller, selected))
-        if self._cells is not None:
-            view.show_held(truth.time, {name: self.boxes(body) for name, body in bodies.items()})
-            view.show_waits(truth.time, waits(bodies))
-            view.show_plans(truth.time, self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else [])
+        view.show_held(truth.time, {name: self.boxes(body) for name, body in bodies.items()})
+        view.show_waits(truth.time, waits(bodies))
+        view.show_plans(truth.time, self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else [])
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Explain what a robot's tables make of what it senses, as markdown."""
@@ -112,8 +110,6 @@ class Overlays:
 
     def boxes(self, body: Body) -> list[Box]:
         """Give the cells a robot holds."""
-        if self._cells is None:
-            return []
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]

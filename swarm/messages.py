@@ -144,7 +144,6 @@ class Broadcast(Message, frozen=True, kw_only=True):
     target: Count  # index of the stop it drives to; the number of stops when all are reached
     distance: Length  # m, to that stop, along its path
     reached: list[bool]
-    ahead: list[Point]  # its path from here on, about as far as others must know
     traffic: TrafficBroadcast | None = None  # holds, claims, acknowledgements, joint plans; of others too
     walls: list[Count] = []  # cells it has learned to be solid (row * columns + column); where the map is unknown
 

@@ -38,7 +38,7 @@ def test_links_between_pages_lead_somewhere(page: Path) -> None:
 def test_the_example_of_a_tool_in_plain_zenoh_hears_a_robot(endpoint: Endpoint) -> None:
     said = Broadcast(
         robot="r1", run=0, tick=4, x=1.0, y=2.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=3.5,
-        reached=[False], ahead=[],
+        reached=[False],
     )  # fmt: skip
     command = [sys.executable, str(ROOT / "examples" / "listen.py"), str(endpoint), "example", "1"]
     with (

@@ -143,11 +143,11 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
            for by in ("ticks", "metres", "angle")},
         "scaled": {"time": float, "mean": float},
     },
-    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float},
+    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float,
+                "overlaps": int, "outside": int},
     "per_robot": dict,
     "digest": str,
 }
-OF_HOLDS = {"overlaps": int, "outside": int}  # further fields of its traffic under that rule
 PER_ROBOT = {
     "targets": int, "reached": list, "path_length": float, "shortest_length": float, "waiting": float,
     "replans": int, "contacts": int, "struck": int, "stalled": int, "unreachable": list,
@@ -165,19 +165,10 @@ def assert_of_form(value: object, form: object, where: str) -> None:
         assert type(value) is form, f"{where}: {value!r}"
 
 
-# fmt: off
-FORMS = {
-    "holds":    REPORT | {"traffic": REPORT["traffic"] | OF_HOLDS},
-    "give_way": REPORT,
-}
-# fmt: on
-
-
-@pytest.mark.parametrize("rule", FORMS)
 @pytest.mark.parametrize("robots", [1, 3])
-def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, robots: int, rule: str) -> None:
-    report = run(with_settings(paper, traffic={"rule": rule}), robots, 1, limit=45.0)
-    assert_of_form(report, FORMS[rule], "report")
+def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, robots: int) -> None:
+    report = run(paper, robots, 1, limit=45.0)
+    assert_of_form(report, REPORT, "report")
     assert list(report["per_robot"]) == [f"r{number}" for number in range(1, robots + 1)]
     for name, row in report["per_robot"].items():
         assert_of_form(row, PER_ROBOT, name)

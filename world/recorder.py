@@ -16,7 +16,6 @@ from world.physics import Contact
 
 MOVES: Final = 0.01  # m/s of the faster rim: below that a robot stands
 PARTED: Final = 1.0  # s; who touches the same again sooner has not let go of it: pressed bodies tremble
-DEADLOCK: Final = 10.0  # s that nobody unfinished has moved
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 
 
@@ -37,13 +36,8 @@ class Recorder:
         self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, and whether the robot was struck
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
         self.waiting = [0.0] * robots  # s
-        self.longest_wait = 0.0  # s
-        self.conflicts = 0  # times that a robot began to give way
-        self.deadlocks = 0
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
-        self._waits = [0.0] * robots
-        self._standstill = 0.0
 
     @property
     def digest(self) -> str:
@@ -98,23 +92,10 @@ class Recorder:
         """Take that a robot has been at a stop."""
         self.reached_at[robot][stop] = time
 
-    def moving(self, commands: Sequence[Command], wheels: Sequence[tuple[float, float]]) -> None:
-        """Take what everybody was doing in a tick, and how the wheels turned."""
-        anyone = False
-        unfinished = False
-        for number, (command, speeds) in enumerate(zip(commands, wheels, strict=True)):
+    def doing(self, commands: Sequence[Command]) -> None:
+        """Take what everybody was doing in a tick."""
+        for number, command in enumerate(commands):
             self.replans[number] = command.replans
             self.unreachable[number] = command.unreachable
-            moves = max(abs(speeds[0]), abs(speeds[1])) > MOVES
-            unfinished |= command.activity is not Activity.DONE
-            anyone |= moves and command.activity is not Activity.DONE
             if command.activity in WAITING:
-                self.conflicts += self._waits[number] == 0.0 and command.activity is Activity.GIVE_WAY
                 self.waiting[number] += self._dt
-                self._waits[number] += self._dt
-                self.longest_wait = max(self.longest_wait, self._waits[number])
-            else:
-                self._waits[number] = 0.0
-        before = self._standstill
-        self._standstill = before + self._dt if unfinished and not anyone else 0.0
-        self.deadlocks += before < DEADLOCK <= self._standstill

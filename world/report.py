@@ -58,16 +58,7 @@ def report(
 
 
 def _traffic(world: World) -> dict[str, Any]:
-    """What the watch saw; under the simple rule, what robots said of themselves."""
-    record = world.recorder
-    if world.traffic is None:
-        return {
-            "conflicts": record.conflicts,
-            "joint_plans": 0,
-            "deadlocks": record.deadlocks,
-            "stalled": sum(world.progress.times),
-            "longest_wait": record.longest_wait,
-        }
+    """Return what the watch saw."""
     watch = world.traffic.watch
     return {
         "conflicts": watch.conflicts,

@@ -17,7 +17,7 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Truth
 from swarm.robot.ground import KINDS
 from swarm.robot.kinematics import DifferentialDrive, ramp
-from swarm.robot.supervisor import SPARE
+from swarm.robot.safety import SPARE
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether
@@ -79,8 +79,7 @@ class World:
         self._commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
-        holds = settings.traffic.rule != "give_way"
-        self.traffic = TrafficWatch(scenario.map, settings, self.robots) if holds else None
+        self.traffic = TrafficWatch(scenario.map, settings, self.robots)
         self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
         self._unsolvable_at: float | None = None
         self._planned = sorted(settings.edits, key=lambda edit: edit.at)
@@ -152,7 +151,7 @@ class World:
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
         self.steering.look(in_force, poses)
         self.recorder.poses(poses)
-        self.recorder.moving(self._commands, self._wheels)
+        self.recorder.doing(self._commands)
         self._watch_progress(poses, events)
         self._make_edits(events)
         return events
@@ -198,11 +197,10 @@ class World:
                     self.verdict = text
                     if kind == "unsolvable" and self._unsolvable_at is None:
                         self._unsolvable_at = self.time
-        if self.traffic is not None:
-            for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
-                cells = ", ".join(map(str, fault.where))
-                text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
-                events.append(self.event("traffic_fault", text, fault.robots[0]))
+        for fault in self.traffic.look(self.tick, self.poses(), commands, self._commands):
+            cells = ", ".join(map(str, fault.where))
+            text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
+            events.append(self.event("traffic_fault", text, fault.robots[0]))
         return events
 
     def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
@@ -253,8 +251,7 @@ class World:
         self.floor = floor
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)
-        if self.traffic is not None:
-            self.traffic.set_floor(floor, self._settings)
+        self.traffic.set_floor(floor, self._settings)
         self._recent.append((self.tick, edit))
         self.edits += 1
 

@@ -73,8 +73,6 @@ def run(options: Options) -> int:
     with told_to_stop() as stop, registered(options.fleet or options.scenario.settings.name, endpoint) as (name, home):
         say = console.print if console.is_terminal else _say
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
-        if options.scenario.settings.traffic.rule == "give_way":
-            say("traffic: give_way, the simple rule, which may jam; docs/traffic.md says when cells are held instead")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}

@@ -37,19 +37,26 @@ def _first_solid(solid: NDArray[np.uint8], x: float, y: float, heading: float, r
     return reach
 
 
-@njit("void(i1[:, ::1], f8, f8, f8, f8, b1, i8, i8, i8)", cache=True)
+@njit("void(i1[:, ::1], f8, f8, f8, f8, f8, f8, b1, i8, i8, i8, i8)", cache=True)
 def note(
     odds: NDArray[np.int8],
     x: float,
     y: float,
     heading: float,
     length: float,
+    nearer: float,
+    farther: float,
     hit: bool,
     gain: int,
     loss: int,
     most: int,
+    solid: int,
 ) -> None:
-    """Count a ray of ``length`` [cells]: the cells it passed are less likely solid, the one it hit more."""
+    """Count a ray of ``length`` [cells]: the cells it passed are less likely solid, the one it hit more.
+
+    Where the cell at its end is not known to be solid, and one at most ``nearer`` [cells] before its end or ``farther``
+    behind it is, it hit that one: a noisy ray that grazes a corner makes no second wall beside it.
+    """
     rows, columns = odds.shape
     dx, dy = cos(heading), sin(heading)
     column, row = floor(x), floor(y)
@@ -60,14 +67,25 @@ def note(
     wide_x = abs(1 / dx) if dx != 0 else inf
     wide_y = abs(1 / dy) if dy != 0 else inf
     gone = 0.0
-    while gone < length - 0.7 and (column != end_column or row != end_row):
-        if 0 <= row < rows and 0 <= column < columns:
+    inside = 0 <= end_row < rows and 0 <= end_column < columns
+    settled = not hit or (inside and odds[end_row, end_column] >= solid)
+    while gone < length + (0.0 if settled else farther):
+        there = 0 <= row < rows and 0 <= column < columns
+        before_end = gone < length - 0.7 and (column != end_column or row != end_row)
+        leaves = min(next_x, next_y)
+        if not settled and there and leaves >= length - nearer and odds[row, column] >= solid:
+            end_row, end_column, inside = row, column, True
+            break
+        if before_end and there:
             odds[row, column] = max(-most, odds[row, column] - loss)
+        elif settled:
+            break
+        gone = leaves
         if next_x < next_y:
-            gone, next_x, column = next_x, next_x + wide_x, column + step_x
+            next_x, column = next_x + wide_x, column + step_x
         else:
-            gone, next_y, row = next_y, next_y + wide_y, row + step_y
-    if hit and 0 <= end_row < rows and 0 <= end_column < columns:
+            next_y, row = next_y + wide_y, row + step_y
+    if hit and inside:
         odds[end_row, end_column] = min(most, odds[end_row, end_column] + gain)
 
 

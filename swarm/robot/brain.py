@@ -9,13 +9,12 @@ from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sen
 from swarm.planning.grid import Grid
 from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.fuzzy import Controller
-from swarm.robot.give_way_pilot import GiveWayPilot
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
-from swarm.robot.pilot import Move, Pilot, Situation
+from swarm.robot.pilot import Move, Situation
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.cells_of import cells_of, learned_cells
 
 RETRY: Final = 1.0  # s between two plans for the same reason
 STUCK: Final = 4.0  # s without getting anywhere: plan anew
@@ -76,11 +75,9 @@ class Robot:
         self._told_at = float("-inf")
         self._plan_told: object = None
 
-    def _new_pilot(self) -> Pilot:
-        settings = self._settings
-        if settings.traffic.rule == "give_way":
-            return GiveWayPilot(self.name, settings, self._controller)
-        cells = cells_of(self._ground.map, settings)
+    def _new_pilot(self) -> CellPilot:
+        settings, floor = self._settings, self._ground.map
+        cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         return CellPilot(self.name, self._number, settings, cells, self._controller)
 
     def resume(self, state: State) -> None:
@@ -139,12 +136,19 @@ class Robot:
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
             self._pilot.take_floor(ground.map)
-        changed |= ground.look(sense, self._bodies())
+        changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:
             for broadcast in inputs.heard:
-                changed |= ground.hear(broadcast.walls)
+                changed |= ground.hear(broadcast.walls, sense.time)
         if changed:
             self._navigator.take_ground(ground.grid)
+            self._learn_cells((sense.x, sense.y))
+
+    def _learn_cells(self, here: Point) -> None:
+        """Bring the cells up to the learned map; where they lead to the goal no longer, the path is void too."""
+        changed = self._pilot.learn(self._ground.map, self._ground.take_news())
+        if changed and self.mission.goal is not None and not self._pilot.can_reach(here, self.mission.goal):
+            self._navigator.clear()
 
     def _bodies(self) -> list[Point]:
         return [(other.x, other.y) for other in self._others.values()]
@@ -156,18 +160,18 @@ class Robot:
             self.mission.finish_stop(reached=True)
             self._navigator.clear()
 
-    def _find_path(self, sense: Sense, pose: Pose, standing: Sequence[Point]) -> None:
-        """Have a path to the goal, around those who stand where there is a way around; give up what no path reaches."""
+    def _find_path(self, sense: Sense, pose: Pose) -> None:
+        """Have a path to the goal; give up what no path reaches."""
         navigator = self._navigator
         here = (pose.x, pose.y)
         while (goal := self.mission.goal) is not None and navigator.path is None:
-            drivable = self._pilot.can_reach(here, goal)
-            if drivable and (navigator.head_for(here, goal, standing) or navigator.head_for(here, goal)):
+            if self._pilot.can_reach(here, goal) and navigator.head_for(here, goal):
                 self._planned_at = sense.time
             elif not self._settings.map.known and self._forgot_for != self.mission.target:
                 self._forgot_for = self.mission.target
-                self._ground.forget()
+                self._ground.forget(sense.time)
                 navigator.take_ground(self._ground.grid)
+                self._learn_cells(here)
             else:
                 self.mission.finish_stop(reached=False)
         if (goal := self.mission.goal) is None:
@@ -177,16 +181,16 @@ class Robot:
         if got_on or self._activity is Activity.GIVE_WAY:
             self._progress_at = (here, sense.time)
         stuck = sense.time - self._progress_at[1] > STUCK
-        if (not on_path or standing or stuck) and sense.time - self._planned_at > RETRY:
+        if (not on_path or stuck) and sense.time - self._planned_at > RETRY:
             self._planned_at = sense.time
-            if navigator.head_for(here, goal, self._bodies() if stuck else standing):
+            if navigator.head_for(here, goal, self._bodies() if stuck else ()):
                 self._progress_at = (here, sense.time)
                 navigator.advance(pose)
 
     # --- how it drives ---
 
     def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
-        self._find_path(sense, pose, ())
+        self._find_path(sense, pose)
         mission = self.mission
         goal = mission.goal
         situation = Situation(
@@ -194,15 +198,12 @@ class Robot:
             pose=pose,
             goal=mission.stops[-1] if goal is None else goal,
             done=goal is None,
-            rank=mission.target,
             target=min(mission.target, len(mission.stops) - 1),
             navigator=self._navigator,
             others=self._others,
             heard=heard,
         )
         move = self._pilot.drive(situation)
-        if move.around and goal is not None:
-            self._find_path(sense, pose, move.around)
         self._activity = move.activity
         return move
 
@@ -211,8 +212,7 @@ class Robot:
     def _outputs(self, sense: Sense, move: Move) -> Outputs:
         mission, navigator = self.mission, self._navigator
         replans = max(0, navigator.plans - mission.target - 1)
-        turn = (sense.tick + self._number) % self._settings.radio.every == 0
-        sends = turn if self._settings.traffic.rule == "give_way" else move.traffic is not None
+        sends = move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
             scale=move.scale, activity=self._activity, reached=list(mission.reached),
@@ -225,8 +225,8 @@ class Robot:
             broadcast = Broadcast(
                 robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
                 activity=self._activity, target=mission.target, distance=navigator.remaining,
-                reached=list(mission.reached), ahead=list(move.ahead),
-                traffic=move.traffic, walls=self._ground.tell() if self._settings.map.shared else [],
+                reached=list(mission.reached), traffic=move.traffic,
+                walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
         news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)
         if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:

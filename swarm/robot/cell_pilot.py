@@ -1,5 +1,6 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import numpy as np
@@ -9,16 +10,17 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
 from swarm.planning.rays import each_on_map
 from swarm.robot.fuzzy import Controller
+from swarm.robot.ground import Block
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
-from swarm.robot.safety import Constraints, SafetyFilter, WheelSpeeds
+from swarm.robot.aim import Aiming, distance_along
+from swarm.robot.safety import NO_BODIES, Body, Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
-from swarm.traffic.driver import NO_BODIES, Body, Driver, distance_along
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import NEAR
 from swarm.traffic.sweep import gap
@@ -27,7 +29,7 @@ from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, Traff
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
-WISH = 5
+IN_VIEW: Final = 5  # cells of the way that may be aimed at in thought
 CIRCLES: Final = 5.0  # s in which its way has become no shorter
 LONGER: Final = 6  # cells by which a way is longer than before because it is another one
 LEAST_SCALE: Final = 0.15  # then
@@ -59,25 +61,20 @@ class CellPilot:
         self._filter = SafetyFilter(settings)
         self._rollout = Rollout(controller, settings)
         self._scale = 1.0  # of the distances that the tables are told
-        self._aim: Point | None = None
-        self._wish: Point | None = None
+        self._drawn_to: Point | None = None  # where it would aim, had it all the floor
         self._swept: tuple[int, ...] = ()  # cells that the tables would drive over
         self._circles = False  # it has got nowhere for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last,
         self._rolls = 0  # and for how many ticks they would be carried out if it fell asleep now
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
-        self._driver = Driver(
-            cells, self._drive, radius=robot.radius, margin=self._constants.margin,
-            acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
-        )  # fmt: skip
+        self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
         sense, pose = situation.sense, situation.pose
         idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
         path = situation.navigator.path
-        self._driver.grid = situation.navigator.grid
         scan = self._scan(situation)
         body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
@@ -86,7 +83,7 @@ class CellPilot:
                 pose=pose,
                 goal=None if idle else situation.goal,
                 sweeps=self._sweeps(situation, body),
-                braking=self._driver.braking(body, self._under_way(sense, body)),
+                braking=self._filter.braking(body, self._under_way(sense, body)),
                 scan=scan,
                 done=situation.done,
                 path=() if path is None or situation.done else path.points,
@@ -123,7 +120,20 @@ class CellPilot:
         """Take another floor; what the robot holds and knows of others stays."""
         self._cells = cells_of(floor, self._settings)
         self._traffic.take_cells(self._cells)
-        self._driver.take_cells(self._cells)
+        self._aiming.take_cells(self._cells)
+
+    def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
+        """Take in blocks of a learned map that have changed; return True where cells or joins did."""
+        before = self._cells
+        for low, high in blocks:
+            self._cells = self._cells.changed(floor, low, high)
+        self._traffic.take_cells(self._cells)
+        self._aiming.take_cells(self._cells)
+        return self._cells.neighbours is not before.neighbours
+
+    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+        """Return the test whether another robot's body may be at a place [m] at a tick."""
+        return self._traffic.robot_at(tick)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Tell whether cells lead from ``here`` to ``goal`` [m] too."""
@@ -131,29 +141,30 @@ class CellPilot:
 
     def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
         """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
-        sense, pose, driver = situation.sense, situation.pose, self._driver
+        sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None:
-            return WheelSpeeds(*driver.face(body, granted.face)), bearing(pose, granted.face)
-        self._aim = aim = driver.aim(pose, granted.drivable, granted.waypoints)
+            error = bearing(pose, granted.face)
+            return self._filter.face(body, error), error
+        aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
-        self._wish = driver.wish(pose, [*granted.waypoints[:1], *[self._cells.centre(c) for c in granted.way[1:WISH]]], aim) if WISH and not granted.at_large else None
-        shut, local = driver.shut(granted.drivable), driver.local(pose)
+        self._drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1:IN_VIEW], aim)
+        shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
         self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y))
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
             return self._filter.rest(), heading
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
-        constraints = Constraints(situation.navigator.grid, shut, local, bodies, within, granted.looks, granted.may_drive)
+        constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
         return self._filter.check(sense, tables, constraints), heading
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
         """List the cells that the tables would drive the robot over in the next seconds, had they the floor."""
-        if self._aim is None or self._circles:
+        if self._drawn_to is None or self._circles:
             return ()
         if situation.sense.tick % ROLLED_EVERY == 0:
-            points = self._rollout(situation.sense, body, self._wish or self._aim, self._scale)
+            points = self._rollout(situation.sense, body, self._drawn_to, self._scale)
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
 

@@ -1,6 +1,6 @@
 """What one robot believes about the floor: given and edited while it runs, or learned from its rays and the radio."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from math import ceil
 from typing import Final
@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, distance, from_frame
-from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
+from swarm.geometry import Pose, from_frame
+from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, Cell, OccupancyMap, Point
 from swarm.messages import Edit, Kind, Sense
 from swarm.planning.grid import Grid
 from swarm.planning.rays import note
@@ -22,10 +22,14 @@ KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
 
 GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
 SURE: Final = 8  # count from which a solid cell is told to others
-LISTEN: Final = 1.0  # s at the start in which nothing is learned: who is near has not been heard yet
 DOUBT: Final = 4.0  # standard deviations of a reading short of the range: it may still have hit nothing
-BODY: Final = 0.25  # m, a hit so near to another robot's footprint is that robot
+DEEPER: Final = 2.0  # standard deviations, half a cell at most
+NEARER, FARTHER = 4.0, 1.0  # standard deviations; a hit so far beyond a known wall, or before one, is on that wall
+DEAF: Final = 30.0  # s after it began its map anew in which a robot believes no wall that others tell of
 TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
+
+
+Block = tuple[Cell, Cell]  # of fine cells, from the first up to and without the second
 
 
 def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:
@@ -42,7 +46,8 @@ class Ground:
         settings = scenario.settings
         self._known = settings.map.known
         self._range, self._radius = settings.sensors.range, settings.robot.radius
-        self._hits = self._range - 0.01 - DOUBT * settings.sensors.noise  # m, a reading below that hit something
+        self._noise = settings.sensors.noise
+        self._hits = self._range - 0.01 - DOUBT * self._noise  # m, a reading below that hit something
         self._angles = [angle for sector in sectors(settings.sensors) for angle in sector]
         self.map = scenario.map if self._known else _blank(scenario.map)
         if not self._known:
@@ -52,6 +57,8 @@ class Ground:
         self._odds: NDArray[np.int8] = np.zeros(self.map.shape, np.int8)
         self._to_tell: list[int] = []
         self._told_up_to = 0
+        self._news: list[Block] = []
+        self._deaf_until = 0.0  # s
 
     def take_edits(self, before: int, edits: Sequence[Edit]) -> bool:
         """Apply edits that are new; True where the floor changed. ``before`` is how many there were before the first.
@@ -71,22 +78,32 @@ class Ground:
         """Tell whether edits have passed unheard."""
         return self._known and before > self.edits
 
-    def look(self, sense: Sense, others: Iterable[Point]) -> bool:
-        """Learn from every ray of an unknown floor; True where what is solid changed."""
-        if self._known or sense.time < LISTEN:
+    def look(self, sense: Sense, is_robot: Callable[[Point], bool]) -> bool:
+        """Learn from every ray of an unknown floor; True where what is solid changed.
+
+        ``is_robot`` tells of a place [m] whether another robot's body may be there: a hit on it makes no wall. A hit is
+        taken to lie DEEPER, so that noise puts few of them before the wall that they show.
+        """
+        if self._known:
             return False
-        pose, bodies = Pose(sense.x, sense.y, sense.yaw), list(others)
+        pose = Pose(sense.x, sense.y, sense.yaw)
         x, y = self.grid.to_cells(pose.x, pose.y)
         side, yaw = self.map.resolution, pose.yaw - self.map.origin.yaw
+        deeper = min(DEEPER * self._noise, side / 2)
+        nearer, farther = NEARER * self._noise / side, FARTHER * self._noise / side
         for angle, read in zip(self._angles, sense.rays, strict=True):
             reach = self._radius + read
-            end = from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach, 0.0)
-            hit = read < self._hits and all(distance(end, body) > self._radius + BODY for body in bodies)
-            note(self._odds, x, y, yaw + angle, reach / side, hit, GAIN, LOSS, MOST)
+            hit = read < self._hits and not is_robot(
+                from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach + 0.5 * self._radius, 0.0)
+            )
+            length = (reach + deeper if hit else reach) / side
+            note(self._odds, x, y, yaw + angle, length, nearer, farther, hit, GAIN, LOSS, MOST, SOLID)
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 
-    def hear(self, cells: Iterable[int]) -> bool:
+    def hear(self, cells: Iterable[int], time: float) -> bool:
         """Believe what others have learned to be solid; True where that is new."""
+        if time < self._deaf_until:
+            return False
         rows, columns = self.map.shape
         changed = False
         for cell in cells:
@@ -111,8 +128,15 @@ class Ground:
             news += solid[turn].tolist()
         return news
 
-    def forget(self) -> None:
+    def take_news(self) -> list[Block]:
+        """Return the blocks of the learned map that have changed since this was asked last."""
+        news, self._news = self._news, []
+        return news
+
+    def forget(self, time: float) -> None:
         """Begin anew with an empty floor: what was learned leaves no way."""
+        self._deaf_until = time + DEAF
+        self._news = [((0, 0), self.map.shape)]
         np.minimum(self._odds, 0, out=self._odds)
         self.map = replace(self.map, cells=np.full(self.map.shape, UNKNOWN, np.uint8))
         self.grid = self.grid.changed(self.map, (0, 0), self.map.shape)
@@ -132,7 +156,9 @@ class Ground:
         self.map = replace(self.map, cells=cells)
         first, last = changed.min(axis=0), changed.max(axis=0) + 1
         from_ = (low[0] + int(first[0]), low[1] + int(first[1]))
-        self.grid = self.grid.changed(self.map, from_, (low[0] + int(last[0]), low[1] + int(last[1])))
+        beyond = (low[0] + int(last[0]), low[1] + int(last[1]))
+        self.grid = self.grid.changed(self.map, from_, beyond)
+        self._news.append((from_, beyond))
         columns = self.map.shape[1]
         self._to_tell += [(low[0] + r) * columns + low[1] + c for r, c in changed.tolist() if solid[r, c]]
         return True

@@ -1,15 +1,15 @@
-"""How a robot drives its path among others. Two rules, one form: what the brain knows goes in, a ``Move`` comes out."""
+"""What passes between a robot's brain and its pilot: what the brain knows goes in, a ``Move`` comes out."""
 
 from collections.abc import Mapping, Sequence
 from math import degrees
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.navigator import Navigator
-from swarm.robot.supervisor import WheelSpeeds
+from swarm.robot.safety import WheelSpeeds
 from swarm.scenario.schema import RobotSettings
 from swarm.traffic.record import TrafficBroadcast
 
@@ -21,7 +21,6 @@ class Situation(NamedTuple):
     pose: Pose
     goal: Point  # the stop under way; when all are done, the last one
     done: bool  # nothing is left to do but to stand, and to make room
-    rank: int  # stops done
     target: int  # number of that stop
     navigator: Navigator  # the own path to the goal
     others: Mapping[str, Broadcast]  # the newest of each robot heard of late
@@ -34,8 +33,6 @@ class Move(NamedTuple):
     speeds: WheelSpeeds
     heading: float  # rad, what the fuzzy controller was asked to turn towards
     activity: Activity
-    around: Sequence[Point] = ()  # who stands in the way: plan around them
-    ahead: Sequence[Point] = ()  # m, of the path, for those who give way by it
     held: Sequence[int] = ()
     scale: float = 1.0  # the fuzzy controller was told the sensed distances divided by this
     unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
@@ -43,22 +40,6 @@ class Move(NamedTuple):
     members: Sequence[str] = ()
     notes: Sequence[tuple[str, str]] = ()
     traffic: TrafficBroadcast | None = None
-
-
-class Pilot(Protocol):
-    """One robot's way of driving among others."""
-
-    def drive(self, situation: Situation) -> Move:
-        """Decide for one tick."""
-        ...
-
-    def take_floor(self, floor: OccupancyMap) -> None:
-        """Take another floor."""
-        ...
-
-    def can_reach(self, here: Point, goal: Point) -> bool:
-        """Tell whether a path that the map has from ``here`` to ``goal`` [m] can be driven by this rule."""
-        ...
 
 
 def fuzzy_speeds(

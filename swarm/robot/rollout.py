@@ -12,7 +12,7 @@ from swarm.messages import Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_size
 from swarm.scenario.schema import Settings
-from swarm.traffic.driver import Body
+from swarm.robot.safety import Body
 
 AHEAD: Final = 2.5  # s
 THERE: Final = 0.1  # m off the aim it is reached

@@ -7,6 +7,7 @@ safe answer. A robot that gets nowhere for a while turns to the freer side until
 little way along it. None of this knows the target: a robot whose tables do not steer gets nowhere.
 """
 
+from collections.abc import Sequence
 from math import copysign, hypot, inf, pi, sqrt
 from typing import Final, NamedTuple
 
@@ -18,7 +19,7 @@ from swarm.messages import Sense
 from swarm.planning.grid import Grid
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.scenario.schema import Settings
-from swarm.traffic.sweep import first_clear
+from swarm.traffic.sweep import NO_COMMANDS, braking_points, first_clear
 
 SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not touch
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
@@ -34,12 +35,20 @@ STRAIGHT: Final = 0.3  # m/s, until driving straight on at that speed keeps clea
 ENOUGH: Final = 0.4  # m, and drive so far
 DIRECTIONS: Final = 12  # tried to either side
 
+TURN_UNTIL: Final = 0.07  # rad off the place to face
+TURN_RATE: Final = 2.5  # rad/s at most on the spot
+ABOUT: Final = 2.6  # rad off it: to turn either way is as good
+
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array((
     (1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.25, 0.25), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0),
 ))  # fmt: skip
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NOWHERE: Final = (inf, inf)
+
+
+NO_BODIES: Final = np.empty((0, 2))
+AT_REST: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 
 
 class WheelSpeeds(NamedTuple):
@@ -52,6 +61,14 @@ class WheelSpeeds(NamedTuple):
 STAND: Final = WheelSpeeds(0.0, 0.0)
 
 
+class Body(NamedTuple):
+    """Where a robot is and how its wheels turn now."""
+
+    pose: Pose
+    left: float  # m/s, rim speed
+    right: float
+
+
 class Constraints(NamedTuple):
     """What the wheels have to heed at one tick."""
 
@@ -60,7 +77,7 @@ class Constraints(NamedTuple):
     local: Pose  # the robot's, in the lattice's frame
     bodies: NDArray[np.float64]  # (n, 2): m, those near that are known
     stop_within: float = inf  # m, so far ahead it has to stand at the latest
-    exactly: bool = False  # and there it has to come to, not only not beyond
+    slowly: bool = False  # and more and more slowly, to stand in the very place
     may_drive: bool = True  # False: something unexplained is near; it may only turn
 
 
@@ -78,6 +95,7 @@ class SafetyFilter:
         self._since = 0.0  # s, and when
         self._leaving: tuple[float, float] | None = None  # m, where the escape began
         self._escape = 0.0  # rad/s, the turn on the spot that it begins with
+        self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
         """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear."""
@@ -89,7 +107,7 @@ class SafetyFilter:
             return away
         wanted = self._drive.twist(*tables)
         gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
-        if constraints.exactly:
+        if constraints.slowly:
             gently = min(gently, NEARING * constraints.stop_within)
         wanted = Twist(min(wanted.linear, gently), wanted.angular)
         number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
@@ -102,6 +120,29 @@ class SafetyFilter:
         """Stand, for there is nowhere to go."""
         self._got_on, self._leaving, self._escape = NOWHERE, None, 0.0
         return STAND
+
+    def face(self, body: Body, error: float) -> WheelSpeeds:
+        """Turn on the spot by ``error`` [rad]: brake first, then as fast as can be stopped in time, sqrt(2 a e)."""
+        if abs(body.left + body.right) > 2 * STANDS:
+            return STAND
+        if abs(error) > ABOUT and self._side * error < 0.0:
+            error = -error  # as good a way round, and the one it is on; what the wheels do now may be an old command's
+        self._side = copysign(1.0, error)
+        angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
+        rate = min(TURN_RATE, sqrt(angular_brake * max(0.0, abs(error) - TURN_UNTIL / 2)))
+        return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))))
+
+    def braking(self, body: Body, under_way: Sequence[tuple[float, float]] = ()) -> NDArray[np.float64]:
+        """Return the points ((n, 2), m) on which the body would come to rest, to keep the cells under them.
+
+        ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
+        """
+        if body.left == body.right == 0.0 and not any(map(any, under_way)):
+            return AT_REST
+        commands = np.array(under_way, np.float64) if under_way else NO_COMMANDS
+        return braking_points(
+            *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+        )
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         """Begin an escape where it has got nowhere for long."""

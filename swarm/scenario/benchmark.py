@@ -54,6 +54,6 @@ def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scena
         robot=ROBOT,
         sensors=SENSORS,
         radio=RadioSettings(range=8.0),
-        traffic=TrafficSettings(rule="holds", cell=CELL),
+        traffic=TrafficSettings(cell=CELL),
     )
     return Scenario(with_lattice(settings, floor), floor, load_profile("paper"))

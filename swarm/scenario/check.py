@@ -10,6 +10,7 @@ from swarm.planning.path import plan
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names, starts
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
+from swarm.traffic.settings import least_range
 
 
 def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
@@ -58,11 +59,18 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
 
 
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
-    """Refuse a stop that a robot that keeps to cells never comes near enough to: at a cell's edge, or cut off."""
+    """Refuse a stop that a robot that keeps to cells never comes near enough to: at a cell's edge, or cut off.
+
+    Before that, refuse a radio that does not reach those who could claim the same cell.
+    """
     settings = scenario.settings
-    if settings.traffic.rule == "give_way":
-        return
     cells = cells_of(scenario.map, settings)
+    if settings.radio.range < (least := least_range(cells.side)) - 1e-9:
+        raise ConfigError(
+            f"{settings.name}: radio.range: expected {least:g} m or more for cells of {cells.side:g} m, got "
+            f"{settings.radio.range:g} m: two that claim a cell must hear each other; raise it or set a smaller "
+            "`traffic.cell`"
+        )
     for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
         here = pose[:2]
         for stop, there in enumerate(scenario.stops(number, here), start=1):

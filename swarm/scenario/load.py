@@ -87,6 +87,11 @@ def checked(raw: object, where: str) -> Settings:
     Raises:
         ConfigError: a field is unknown, missing, of a wrong type or out of its bounds.
     """
+    if isinstance(raw, dict) and isinstance(traffic := raw.get("traffic"), dict) and "rule" in traffic:
+        raise ConfigError(
+            f"{where}: traffic.rule: expected no such field, got {_shown(traffic['rule'])}: robots hold cells on every "
+            "floor, known or not; leave it out"
+        )
     try:
         settings = msgspec.convert(raw, Settings)
     except msgspec.ValidationError as fault:
@@ -101,10 +106,10 @@ def checked(raw: object, where: str) -> Settings:
             raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
         if any(a == b for a, b in pairwise(mover.waypoints)):
             raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
-    if not settings.map.known and settings.traffic.rule == "holds":
+    if not settings.map.known and settings.radio.line_of_sight:
         raise ConfigError(
-            f"{where}: traffic.rule: expected `give_way` where `map.known` is false, got `holds`: cells can be held "
-            "only where all know the same floor; set one of them"
+            f"{where}: radio.line_of_sight: expected false where `map.known` is false, got true: who has not learned a "
+            "corner does not know that it is not heard behind it; set one of them"
         )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")

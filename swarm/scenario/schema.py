@@ -84,15 +84,8 @@ class RadioSettings(Section, frozen=True, kw_only=True):
 
 
 class TrafficSettings(Section, frozen=True, kw_only=True):
-    """Who goes first where robots meet."""
+    """The cells that robots hold: a cell is for who holds it."""
 
-    rule: Annotated[
-        Literal["auto", "holds", "give_way"],
-        Meta(
-            description="`holds`: a cell is for who holds it; `give_way`: nearer the end of its mission first; "
-            "`auto`: `holds` where all know the floor and cells lead to every stop"
-        ),
-    ] = "auto"
     cell: Annotated[
         float | None, Meta(description="m; side of the cells that are held; by default 6 radii, 4 at least")
     ] = None

@@ -6,14 +6,12 @@ from typing import Final
 import numpy as np
 
 from swarm.errors import ConfigError
-from swarm.geometry import Pose, distance, wrap
+from swarm.geometry import Pose, wrap
 from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, cells_within
 
 GAP: Final = 0.2  # m, left free between a drawn robot and a wall
-BESIDE: Final = 0.6  # m, between two: nearer to one that is back already, the tables steer round and round a home
-TRIES: Final = 2000  # for each robot
 
 
 def names(robots: int) -> tuple[str, ...]:
@@ -48,26 +46,7 @@ def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]
         middles = ((x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), turn) for turn in around)
         return [Pose(px, py, wrap(turn + pi)) for px, py, turn in middles]
     assert area is not None  # swarm.scenario.load: one of the three is given
-    if settings.traffic.rule != "give_way":
-        return _in_cells(scenario, robots, seed)
-    chance = np.random.default_rng([seed, 0])
-    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
-    gap = 2 * settings.robot.radius + BESIDE
-    poses: list[Pose] = []
-    for number in range(robots):
-        for _ in range(TRIES):
-            x, y, yaw = (float(value) for value in chance.uniform((x0, y0, -pi), (x1, y1, pi)))
-            cell = grid.cell_of(x, y)
-            roomy = grid.is_free(x, y) and grid.clearance[cell] >= settings.robot.radius + GAP
-            if roomy and all(distance(pose, (x, y)) >= gap for pose in poses):
-                poses.append(Pose(x, y, yaw))
-                break
-        else:
-            raise ConfigError(
-                f"{settings.name}: start.area: expected room for {robots} robots of radius {settings.robot.radius} m, "
-                f"found it for {number}; enlarge the area or run fewer robots"
-            )
-    return poses
+    return _in_cells(scenario, robots, seed)
 
 
 def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
@@ -80,7 +59,7 @@ def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
     if robots > len(room):
         raise ConfigError(
             f"{settings.name}: start.area: expected a cell of {cells.side:g} m for each of {robots} robots, found "
-            f"{len(room)}; enlarge the area, make traffic.cell smaller, run fewer robots, or set traffic.rule: give_way"
+            f"{len(room)}; enlarge the area, make traffic.cell smaller, or run fewer robots"
         )
     poses = []
     for number in chance.permutation(len(room))[:robots].tolist():

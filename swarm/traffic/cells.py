@@ -6,7 +6,8 @@ their centres. Both are exact for the boxes of the fine map.
 """
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from copy import copy
 from math import ceil, cos, floor, hypot, sin
 from typing import Final
 
@@ -14,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
-from swarm.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Point
-from swarm.traffic.footprint import cells_under, clear_of, line_is_clear
+from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
+from swarm.traffic.fitting import OPEN, STANDS, measure
+from swarm.traffic.footprint import cells_under, line_is_clear
 
 FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 KEPT: Final = 256  # distance tables
 SIGHT: Final = 0.1  # m; what passes a wall nearer than that is no sight to rely on
+ROUNDING: Final = 1e-9  # cells; a learned map counts its length in finer cells, and has to come to as many
 PHASES: Final = 4  # lattice offsets tried along each axis
 
 Flags = NDArray[np.bool_]
-Numbers = NDArray[np.float64]
 
 
 class CellMap:
@@ -49,17 +51,17 @@ class CellMap:
         self.side = side
         self.radius = radius
         self.offset = offset
-        self.rows = max(0, ceil((height - offset[1]) / side - 0.5))
-        self.columns = max(0, ceil((width - offset[0]) / side - 0.5))
-        self._solid = np.pad(occupancy.cells != FREE, 1, constant_values=True)
-        if unknown_is_free:
-            self._solid[1:-1, 1:-1] &= occupancy.cells != UNKNOWN
-        stands = self._clear(radius, 0.0, 0.0)
-        right = self._clear(radius, side, 0.0)[:, :-1] & stands[:, :-1] & stands[:, 1:]
-        up = self._clear(radius, 0.0, side)[:-1] & stands[:-1] & stands[1:]
-        self.stands: tuple[bool, ...] = tuple(stands.ravel().tolist())
-        self.neighbours: tuple[tuple[int, ...], ...] = _joined(stands, right, up)
-        self._open: tuple[bool, ...] = tuple(self._wholly_free().ravel().tolist())
+        self.rows = max(0, ceil((height - offset[1]) / side - 0.5 - ROUNDING))
+        self.columns = max(0, ceil((width - offset[0]) / side - 0.5 - ROUNDING))
+        self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
+        self._unknown_is_free = unknown_is_free
+        self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
+        self._measure(0, 0, self.rows, self.columns)
+        self.stands: tuple[bool, ...] = tuple(self._flags[STANDS].ravel().tolist())
+        self.neighbours: tuple[tuple[int, ...], ...] = tuple(
+            near for _, near in self._joined(range(self.rows), range(self.columns))
+        )
+        self._open: tuple[bool, ...] = tuple(self._flags[OPEN].ravel().tolist())
         x, y, yaw = occupancy.origin
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
         self._centres: dict[int, Point] = {}
@@ -111,7 +113,7 @@ class CellMap:
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def swept(self, points: Sequence[Point] | Numbers, radius: float) -> frozenset[int]:
+    def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
         """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         if len(points) == 1:
             touched = frozenset(self.touched(points[0][0], points[0][1], radius))
@@ -212,33 +214,84 @@ class CellMap:
             self._tables[key] = table
         return table
 
+    # ---- other floors, on the same lattice
+
+    def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
+        """Return the cells of an edited map, whose fine cells from ``low`` up to and without ``high`` may differ.
+
+        The same as making them anew, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
+        the very same object.
+        """
+        other = copy(self)
+        other.occupancy = occupancy
+        other._solid = self._solid.copy()
+        block = _solid(occupancy.cells[low[0] : high[0], low[1] : high[1]], self._unknown_is_free)
+        other._solid[low[0] + 1 : high[0] + 1, low[1] + 1 : high[1] + 1] = block
+        other._flags = self._flags.copy()
+        row, column = (self._near(low[axis], self.offset[1 - axis], -1) for axis in (0, 1))
+        beyond_row = min(self.rows, self._near(high[0], self.offset[1], 1))
+        beyond_column = min(self.columns, self._near(high[1], self.offset[0], 1))
+        other._measure(row, column, beyond_row, beyond_column)
+        other._blind = {}
+        if (other._flags == self._flags).all():
+            return other
+        other._open = tuple(other._flags[OPEN].ravel().tolist())
+        if (other._flags[:OPEN] == self._flags[:OPEN]).all():
+            return other
+        other.stands = tuple(other._flags[STANDS].ravel().tolist())
+        joined = list(self.neighbours)
+        rows, columns = range(row, min(self.rows, beyond_row + 1)), range(column, min(self.columns, beyond_column + 1))
+        for cell, near in other._joined(rows, columns):
+            joined[cell] = near
+        if tuple(joined) != self.neighbours:
+            other.neighbours, other._tables = tuple(joined), {}
+        return other
+
+    def without(self, shut: Iterable[tuple[int, int]]) -> "CellMap":
+        """Return the same cells with some pairs of neighbours joined no longer."""
+        pairs = set(shut)
+        if not pairs:
+            return self
+        other = copy(self)
+        other.neighbours = tuple(
+            tuple(near for near in row if (cell, near) not in pairs and (near, cell) not in pairs)
+            for cell, row in enumerate(self.neighbours)
+        )
+        other._blind, other._tables = {}, {}
+        return other
+
+    def _near(self, fine: int, offset: float, towards: int) -> int:
+        """Return the row or column of cells from which, or up to and without which, a fine cell can matter."""
+        at = (fine * self.occupancy.resolution - offset + towards * self.radius) / self.side
+        return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))
+
     # ---- building
 
     def _number(self, row: int, column: int) -> int:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
-    def _clear(self, radius: float, dx: float, dy: float) -> Flags:
-        """Check for each cell whether a disc stays clear from its centre to ``(dx, dy)`` [m]; dx or dy is zero."""
-        xs: Numbers = self.offset[0] + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.side
-        ys: Numbers = self.offset[1] + (np.arange(self.rows, dtype=np.float64) + 0.5) * self.side
-        clear: Flags = clear_of(self._solid, xs, ys, dx, dy, radius, self.occupancy.resolution)
-        return clear
+    def _measure(self, row: int, column: int, beyond_row: int, beyond_column: int) -> None:
+        """Work out the flags of a block of cells."""
+        measure(
+            self._solid, self.occupancy.resolution, *self.offset, self.side, self.radius,
+            row, column, beyond_row, beyond_column, self._flags,
+        )  # fmt: skip
 
-    def _wholly_free(self) -> Flags:
-        """Check for each cell whether no part of it is solid."""
-        resolution = self.occupancy.resolution
-        count = np.zeros((self._solid.shape[0] - 1, self._solid.shape[1] - 1), dtype=np.int64)
-        count[1:, 1:] = self._solid[1:-1, 1:-1].cumsum(axis=0).cumsum(axis=1)
-
-        def edges(start: float, number: int, limit: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-            low = np.floor((start + np.arange(number) * self.side) / resolution + 1e-6).astype(np.int64)
-            high = np.ceil((start + (np.arange(number) + 1) * self.side) / resolution - 1e-6).astype(np.int64)
-            return low.clip(0, limit), high.clip(0, limit)
-
-        r0, r1 = edges(self.offset[1], self.rows, self.occupancy.shape[0])
-        c0, c1 = edges(self.offset[0], self.columns, self.occupancy.shape[1])
-        box = count[np.ix_(r1, c1)] - count[np.ix_(r0, c1)] - count[np.ix_(r1, c0)] + count[np.ix_(r0, c0)]
-        return np.asarray(box == 0)
+    def _joined(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
+        """Give cells of a block, each with its joined neighbours: right, up, left, down."""
+        stands, right, up = self._flags[:OPEN].tolist()
+        for row in rows:
+            for column in columns:
+                cell, near = row * self.columns + column, []
+                if column + 1 < self.columns and right[row][column] and stands[row][column + 1]:
+                    near.append(cell + 1)
+                if row + 1 < self.rows and up[row][column] and stands[row + 1][column]:
+                    near.append(cell + self.columns)
+                if column > 0 and right[row][column - 1] and stands[row][column - 1]:
+                    near.append(cell - 1)
+                if row > 0 and up[row - 1][column] and stands[row - 1][column]:
+                    near.append(cell - self.columns)
+                yield cell, tuple(near) if stands[row][column] else ()
 
     def _disc_is_clear(self, x: float, y: float, radius: float) -> bool:
         resolution = self.occupancy.resolution
@@ -295,21 +348,6 @@ def breadth_first(
     return table
 
 
-def _joined(stands: Flags, right: Flags, up: Flags) -> tuple[tuple[int, ...], ...]:
-    """List each cell's joined neighbours: right, up, left, down."""
-    rows, columns = stands.shape
-    found: list[tuple[int, ...]] = []
-    for row in range(rows):
-        for column in range(columns):
-            cell = row * columns + column
-            near = []
-            if column + 1 < columns and right[row, column]:
-                near.append(cell + 1)
-            if row + 1 < rows and up[row, column]:
-                near.append(cell + columns)
-            if column > 0 and right[row, column - 1]:
-                near.append(cell - 1)
-            if row > 0 and up[row - 1, column]:
-                near.append(cell - columns)
-            found.append(tuple(near))
-    return tuple(found)
+def _solid(cells: NDArray[np.uint8], unknown_is_free: bool) -> Flags:
+    """Tell which fine cells a robot cannot be in."""
+    return np.asarray((cells != FREE) & (cells != UNKNOWN) if unknown_is_free else cells != FREE)

@@ -35,18 +35,23 @@ def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
     return _lattice(floor, side, radius + SPARE, settings.traffic.offset, _lean(settings))
 
 
-def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
-    """Settle the rule of traffic, and where the lattice lies, once for a run: edits of the floor must not shift it.
+def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
+    """Lay the same lattice over what one robot has learned of a floor; what nobody has seen counts as free."""
+    traffic, radius = settings.traffic, settings.robot.radius
+    side = traffic.cell or RADII[0] * radius
+    return CellMap(floor, side=side, radius=radius + SPARE, offset=traffic.offset or (0.0, 0.0), unknown_is_free=True)
 
-    Cells are as large as lets every stop be reached from the starts over cells, 6 radii at most and 4 at least. Where
-    none are, or nobody knows the floor, the rule is ``give_way``, unless the scenario insists on ``holds``.
+
+def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
+    """Settle where the lattice lies, once for a run: edits of the floor, and what robots learn, must not shift it.
+
+    Cells are as large as lets every stop be reached from the starts over cells, 6 radii at most and 4 at least; the
+    largest where none do, which the check of the scenario refuses.
     """
     traffic = settings.traffic
-    if traffic.rule == "give_way" or (traffic.rule == "auto" and not settings.map.known):
-        return _settled(settings, rule="give_way")
     largest = traffic.cell or RADII[0] * settings.robot.radius
     if traffic.offset is not None:
-        return _settled(settings, rule="holds", cell=largest)
+        return _settled(settings, largest, traffic.offset)
     sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
     fits = settings.robot.radius + SPARE
     first: Point | None = None
@@ -58,14 +63,13 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
         )
         first = offset if first is None else first
         if _serves(_lattice(floor, side, fits, offset, _lean(settings)), settings):
-            return _settled(settings, rule="holds", cell=side, offset=offset)
-    if traffic.rule == "auto":
-        return _settled(settings, rule="give_way")
-    return _settled(settings, rule="holds", cell=largest, offset=first)
+            return _settled(settings, side, offset)
+    return _settled(settings, largest, first)
 
 
-def _settled(settings: Settings, **fields: object) -> Settings:
-    return msgspec.structs.replace(settings, traffic=msgspec.structs.replace(settings.traffic, **fields))
+def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
+    traffic = msgspec.structs.replace(settings.traffic, cell=cell, offset=offset)
+    return msgspec.structs.replace(settings, traffic=traffic)
 
 
 def _stops(settings: Settings) -> list[Point]:
@@ -145,5 +149,6 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
         radio_range=settings.radio.range,
         speed=4.0 * robot.speed_scale,
         sensor_range=settings.sensors.range,
+        learns=not settings.map.known,
     )
     return replace(constants, **IN_SIGHT) if settings.radio.line_of_sight else constants

@@ -1,7 +1,7 @@
-"""What cells of a lattice a disc is in, and where on one it is clear of walls.
+"""What cells of a lattice a disc is in, and whether walls come near a line.
 
-Compiled: the one is asked of every point of a braking path, each tick, the other of all cells of dozens of lattices
-before one is chosen.
+Compiled: the one is asked of every point of a braking path, each tick, the other of all cells that robots could want
+without hearing each other.
 """
 
 from math import ceil, floor
@@ -41,40 +41,6 @@ def _cells_under(
     return found[:count].copy()
 
 
-@njit("b1[:, ::1](b1[:, ::1], f8[::1], f8[::1], f8, f8, f8, f8)", cache=True)
-def clear_of(
-    solid: NDArray[np.bool_],
-    xs: NDArray[np.float64],
-    ys: NDArray[np.float64],
-    dx: float,
-    dy: float,
-    radius: float,
-    resolution: float,
-) -> NDArray[np.bool_]:
-    """Check for each place (xs, ys) [m] whether a disc stays clear of solid cells on its way (dx, dy) [m] further.
-
-    dx or dy is zero. ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side. A line
-    along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
-    """
-    last_row, last_column = solid.shape[0] - 1, solid.shape[1] - 1
-    high, wide = ceil((dy + 2 * radius) / resolution) + 2, ceil((dx + 2 * radius) / resolution) + 2
-    clear = np.ones((ys.size, xs.size), np.bool_)
-    for i in range(ys.size):
-        low = floor((ys[i] - radius) / resolution)
-        for j in range(xs.size):
-            left = floor((xs[j] - radius) / resolution)
-            for row in range(low, low + high):
-                up = max(max(row * resolution - ys[i] - dy, ys[i] - (row + 1) * resolution), 0.0)
-                for column in range(left, left + wide):
-                    along = max(max(column * resolution - xs[j] - dx, xs[j] - (column + 1) * resolution), 0.0)
-                    if (
-                        up * up + along * along < radius * radius - 1e-12
-                        and solid[min(max(row + 1, 0), last_row), min(max(column + 1, 0), last_column)]
-                    ):
-                        clear[i, j] = False
-    return clear
-
-
 @njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
 def line_is_clear(
     solid: NDArray[np.bool_],
@@ -92,7 +58,8 @@ def line_is_clear(
 ) -> bool:
     """Return True if a disc is clear of what is solid at each of ``count - 1`` places between two points [m].
 
-    ``solid`` is the fine map as in ``clear_of``; ``x0``, ``y0`` [m] and the cosine and sine of its yaw are its pose.
+    ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side; ``x0``, ``y0`` [m] and the
+    cosine and sine of its yaw are its pose.
     """
     reach = radius / resolution
     for k in range(1, count):

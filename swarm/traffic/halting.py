@@ -1,6 +1,6 @@
 """Layer 0: stopping before a body that is not where the others, the silent ones too, said they are."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from math import hypot
 from typing import Final, NamedTuple
 
@@ -15,6 +15,25 @@ HALTED: Final = 10  # ticks stopped for something unknown, after which it is tak
 CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
 LINGERS: Final = 10  # ticks for which that is believed
 ABOUT: Final = 0.15  # m, how exactly a ray tells where something is
+MOVES: Final = 1.5  # s for which a robot that is not heard is taken to drive on,
+RESTS: Final = 0.6  # s, and as far as that in them where it has been silent for long: it came to rest
+
+
+def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: TrafficSettings) -> Callable[[Point], bool]:
+    """Return the test whether the body of a robot that was heard may be at a place [m] at a tick.
+
+    It is near where it was heard last, in cells that it holds or, if that is old news, was about to take. Who has been
+    silent for long has come to rest.
+    """
+    known = []
+    for record in others:
+        age = tick - record.stamp
+        drove = min(age * settings.tick, MOVES if age <= settings.surmise else RESTS)
+        kept = set(record.held)
+        if age > 2 * settings.every:
+            kept.update(record.ahead[: settings.horizon], (claim.cell for claim in record.claims))
+        known.append(Known((record.x, record.y), settings.radius + ABOUT + settings.speed * drove, kept))
+    return lambda place: any(body.may_be_at(place, cells) for body in known)
 
 
 class Halt(NamedTuple):

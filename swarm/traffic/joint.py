@@ -18,9 +18,10 @@ from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import CellMap
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
-from swarm.traffic.record import Collect, Entry, Epoch, JointPlan, Record
+from swarm.traffic.record import MOST_SHUT, Collect, Entry, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
+from swarm.traffic.walk import Join, shut_joins
 
 NEVER = -(10**9)
 SETTLE = 20  # ticks after which a member that shows no sign of the plan is taken to go without it
@@ -70,7 +71,7 @@ class JointPlanning:
         self.way: tuple[int, ...] | None = None  # just adopted; the caller takes it
         self.adopted = NEVER
         self.plans_made = 0
-        self._cells = cells
+        self.cells = cells
         self._settings = settings
         self._since = NEVER  # frozen
         self._lead_from = NEVER
@@ -84,6 +85,10 @@ class JointPlanning:
         self._entries: dict[int, Entry] = {}
         self._reported: set[tuple[str, ...]] = set()
         self._asked_before: set[tuple[object, ...]] = set()  # the questions put to the search for this plan
+        self._news: list[Event] = []  # to be told with the next step
+        self._refusal: Refusal | None = None  # mine
+        self._refused_at = NEVER
+        self._shut: dict[Join, int] = {}  # joins that members have refused, and until when that is believed
 
     # ---- what others may read
 
@@ -162,12 +167,15 @@ class JointPlanning:
         self.epoch = None
         self._entries = {}
 
-    def take_cells(self, cells: CellMap) -> None:
-        """Take another floor: a plan made or followed on the old one is void."""
-        self._cells = cells
+    def void(self) -> None:
+        """Drop a plan made, followed or waited for: it was for another floor."""
         self.leave()
         self.way = None
         self._thaw()
+
+    def refused(self, tick: int) -> Refusal | None:
+        """Return the refusal to tell, as long as its leader can still be told."""
+        return self._refusal if tick - self._refused_at <= self._settings.carry else None
 
     def reset(self, tick: int) -> None:
         """Stand for nobody's plan any more: the robot was away."""
@@ -189,7 +197,7 @@ class JointPlanning:
 
     def step(self, situation: Situation) -> list[Event]:
         """Follow calls, lead when named, plan a little, adopt what came."""
-        events = self._name_who_ignores(situation)
+        events, self._news = [*self._news, *self._name_who_ignores(situation)], []
         self._join_a_call(situation)
         if self.frozen is None and self._named(situation):
             self._begin_to_collect(situation)
@@ -218,9 +226,20 @@ class JointPlanning:
     def _named(self, situation: Situation) -> bool:
         if situation.tick < self._lead_from:
             return False
-        return self.need == self.me or self.me in [record.need for record in situation.fresh.values()]
+        if self.need == self.me or self.me in [record.need for record in situation.fresh.values()]:
+            return True
+        return bool(self._refusals(situation))
+
+    def _refusals(self, situation: Situation) -> list[Refusal]:
+        """List what members have said against the plan that I published last."""
+        mine = self.plan.epoch if self.plan is not None and self.plan.epoch.leader == self.me else None
+        refusals = (record.refusal for record in situation.fresh.values())
+        return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
 
     def _begin_to_collect(self, situation: Situation) -> None:
+        self._shut = {join: until for join, until in self._shut.items() if until > situation.tick}
+        for refusal in self._refusals(situation):
+            self._shut.update(dict.fromkeys(refusal.shut, situation.tick + self._settings.obstacle))
         epoch = Epoch(situation.tick, self.me)
         self.collect = Collect(epoch, tuple(sorted([self.me, *situation.fresh])))
         self._freeze(epoch, situation.tick)
@@ -273,11 +292,22 @@ class JointPlanning:
         way = plan.ways.get(self.me)
         if way is None or way[0] != situation.head:
             return
+        if shut_joins(way, self.cells):
+            self._refuse(plan, way, situation.tick)
+            return
         self.plan = plan
         self.epoch = plan.epoch
         self.adopted = situation.tick
         self.way = way
         self._entries = {entry.step: entry for entry in plan.after.get(self.me, ())}
+
+    def _refuse(self, plan: JointPlan, way: Sequence[int], tick: int) -> None:
+        """Tell the leader which joins of the plan are shut, those of the own way first."""
+        ways = (way, *plan.ways.values())
+        shut = tuple(dict.fromkeys(join for one in ways for join in shut_joins(one, self.cells)))
+        self._refusal, self._refused_at = Refusal(plan.epoch, shut[:MOST_SHUT]), tick
+        text = f"{self.me} refuses the plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
+        self._news.append(Event("plan_refused", (self.me,), text))
 
     # ---- leading
 
@@ -327,7 +357,8 @@ class JointPlanning:
         done |= {self.me} if situation.done else set()
         if attempt.aside is Aside.AWAY:
             idle |= done
-        goals = assign(self._cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
+        cells = self.cells.without(self._shut)
+        goals = assign(cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
         resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
         members = tuple(sorted(heads.keys() - resting))
         blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
@@ -339,10 +370,10 @@ class JointPlanning:
         settings = self._settings
         eager = self._eager(situation, members, ends, wishes, idle)
         self._search = JointSearch(
-            [[cell for cell in near if cell not in blocked] for near in self._cells.neighbours]
+            [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
             if blocked
-            else self._cells.neighbours,
-            [self._cells.distances(goal, blocked) for goal in ends],
+            else cells.neighbours,
+            [cells.distances(goal, blocked) for goal in ends],
             starts,
             ends,
             budget=Budget(
@@ -351,7 +382,7 @@ class JointPlanning:
             random=Random(f"{epoch.tick} {epoch.leader}"),
             eager=eager,
         )
-        exact = not blocked
+        exact = not blocked and not settings.learns
         at_rest = {robot: heads[robot] for robot in sorted(resting)}
         until = tuple(members[index] for index in eager) if number else ()
         self._task = Task(members, starts, ends, number, exact, at_rest, until)
@@ -404,7 +435,7 @@ class JointPlanning:
         Who was farther off has gone out of hearing, and on: it is nowhere that could be planned round.
         """
         near = self._settings.radio_range / 2
-        return any(distance(self._cells.centre(head), (record.x, record.y)) <= near for head in heads)
+        return any(distance(self.cells.centre(head), (record.x, record.y)) <= near for head in heads)
 
     def _finish(self, situation: Situation, task: Task, result: Result) -> list[Event]:
         """Publish the plan, or say that there is none and wait before trying again."""

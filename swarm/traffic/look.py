@@ -63,6 +63,12 @@ class Known(NamedTuple):
     cells: Collection[int] | None = None  # and only in these; None: anywhere
     nearest: float = 0.0  # m, from my edge: nearer than that, and ahead, it is none of what is known
 
+    def may_be_at(self, place: Point, cells: CellMap) -> bool:
+        """Tell whether what a ray shows at a place [m] can be this body."""
+        if distance(self.at, place) > self.within:
+            return False
+        return self.cells is None or any(cell in self.cells for cell in cells.touched(*place, EDGE))
+
 
 def unexplained(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
@@ -75,15 +81,9 @@ def unexplained(
     for reading in bodies:
         hit = _hit(pose, reading, settings)
         beside = abs(reading.bearing) > BESIDE
-        if not any(_is(body, hit, cells) for body in known if beside or reading.measured >= body.nearest):
+        if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
             return hit
     return None
-
-
-def _is(body: Known, hit: Point, cells: CellMap) -> bool:
-    if distance(body.at, hit) > body.within:
-        return False
-    return body.cells is None or any(cell in body.cells for cell in cells.touched(*hit, EDGE))
 
 
 class View(Enum):

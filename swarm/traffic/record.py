@@ -4,7 +4,7 @@ Everything rides in it: holds, claims, acknowledgements, election, plan, progres
 passing on the newest record of each robot needs no further code. Cells are numbers of the shared ``CellMap``.
 """
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 from msgspec import Meta, Struct
 
@@ -12,6 +12,7 @@ Id = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
 Tick = Annotated[int, Meta(ge=0, le=2**53)]
 Cell = Annotated[int, Meta(ge=-1, le=2**40)]
 Index = Annotated[int, Meta(ge=0, le=2**32)]
+MOST_SHUT: Final = 16  # joins told in one refusal
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 
 
@@ -62,6 +63,13 @@ class Sighting(NamedTuple):
     tick: Tick
 
 
+class Refusal(NamedTuple):
+    """A joint plan that a member's own map does not allow, and joins of its ways that are shut there."""
+
+    epoch: Epoch
+    shut: Annotated[tuple[tuple[Cell, Cell], ...], Meta(max_length=MOST_SHUT)]
+
+
 class Notice(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The part of a record that decides who may enter a cell."""
 
@@ -91,6 +99,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     need: Id | None = None  # asks this robot to make a joint plan
     collect: Collect | None = None
     plan: JointPlan | None = None
+    refusal: Refusal | None = None
     listens: bool = False  # it has just begun or woken, and claims nothing yet: who is near speaks up
     seen: tuple[Sighting, ...] = ()  # newest first
 

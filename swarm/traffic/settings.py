@@ -8,6 +8,11 @@ NEAR: Final = 0.04  # m, so near the last point of its way a robot stands
 SPARE: Final = 0.01  # m, for what it rolls on
 
 
+def least_range(side: float) -> float:
+    """Return how far a radio must reach [m] for cells of ``side`` [m]: see ``claim_radius``."""
+    return 2 * LEAST_CLAIM * side + 1.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrafficSettings:
     """What all robots of a fleet share. Times are in ticks of ``tick`` seconds: robots have no other clock."""
@@ -20,6 +25,7 @@ class TrafficSettings:
     radius: float = 0.2  # m, of the robot's footprint
     margin: float = 0.03  # m, kept between the footprint and the edge of the held cells
     radio_range: float = 8.0  # m
+    learns: bool = False  # nobody is given the floor: each robot plans on the cells that it has learned
     in_sight: bool = False  # walls stop the radio: round a corner nobody is heard
     speed: float = 0.9  # m/s, nobody is faster: what a record may have moved since the last one
     sensor_range: float = 1.6  # m, from the robot's edge

@@ -5,7 +5,7 @@ Three layers, each safe without the one above. 0: the body stays in the cells he
 or by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of its own.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from math import hypot
 from typing import Final
 
@@ -14,7 +14,7 @@ from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
-from swarm.traffic.halting import Halting
+from swarm.traffic.halting import Halting, robot_at
 from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
@@ -80,7 +80,8 @@ class Traffic:
     def take_cells(self, cells: CellMap) -> None:
         """Take another floor, on the same lattice, from the next step on.
 
-        What is held and what is known of others stays; claims, the way and a joint plan are void.
+        What is held and what is known of others stays; claims, the way and a joint plan are void. Where robots learn
+        the floor, only what the new cells break is.
         """
         self._new_cells = cells
 
@@ -93,7 +94,7 @@ class Traffic:
         touched = self._swept(inputs, footprint)
         walk = self._present(tick, body, touched, pose)
         if changed:
-            walk = walk.over(self.cells, touched, body)
+            walk = self._over_new_cells(walk, touched, body)
         events = self._hearsay.hear(tick, inputs.heard)
         fresh = self._hearsay.fresh(tick)
         self._sightings.hear(tick, fresh.values())
@@ -151,16 +152,28 @@ class Traffic:
         return (tick + self._slot) % (settings.often if listens else settings.every) == 0
 
     def _swap_cells(self) -> bool:
-        """Take the new floor, if there is one, in every part that knows the cells."""
+        """Take the new floor, if there is one, in every part that knows the cells; return True if joins differ."""
         cells, self._new_cells = self._new_cells, None
         if cells is None:
             return False
+        changed = cells.neighbours is not self.cells.neighbours
         self.cells = cells
-        self._hearsay.cells = self._halting.cells = self._claiming.cells = cells
-        self._joint.take_cells(cells)
+        self._hearsay.cells = self._halting.cells = self._claiming.cells = self._joint.cells = cells
+        return changed
+
+    def _over_new_cells(self, walk: Walk, touched: frozenset[int], body: int) -> Walk:
+        """Return the walk on new cells: what is ahead is void, where robots learn the floor only if it is broken."""
         self._route_for = None
+        self._wish = None  # the goal's cell is chosen again
+        if self.settings.learns:
+            if not walk.shut(self.cells, body):
+                return walk
+            self._joint.leave()
+            if not walk.shut(self.cells, body, route=False):
+                return walk.alone(())
+        self._joint.void()
         self._goal = OUTSIDE
-        return True
+        return walk.over(self.cells, touched, body)
 
     # ---- the body and its cells
 
@@ -266,10 +279,21 @@ class Traffic:
 
     # ---- layer 0: unexpected obstacles
 
+    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+        """Return the test whether another robot's body may be at a place [m] at a tick.
+
+        While it listens for who is near, it may be anywhere.
+        """
+        if self._walk is None or tick < self._listen_until:
+            return lambda place: True
+        return robot_at(self._hearsay.others.values(), tick, self.cells, self.settings)
+
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
     ) -> tuple[Walk, bool]:
         """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
+        if self.settings.learns and inputs.tick < self._listen_until:
+            return walk, False  # it has learned no walls yet, and stands
         mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
         stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
         if place is not None:
@@ -444,6 +468,7 @@ class Traffic:
             need=joint.need,
             collect=joint.collect,
             plan=joint.carried(tick),
+            refusal=joint.refused(tick),
             listens=tick < self._listen_until,
             seen=self._sightings.told(),
         )

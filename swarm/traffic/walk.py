@@ -1,6 +1,7 @@
 """Where one robot stands on its way: the cells it holds, those to come, and what it has left behind."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from swarm.traffic.cells import CellMap
@@ -9,6 +10,14 @@ from swarm.traffic.record import Claim
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
 BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
+
+
+Join = tuple[int, int]  # two cells between which a robot passes
+
+
+def shut_joins(way: Sequence[int], cells: CellMap) -> tuple[Join, ...]:
+    """List the joins of a way over cells that a floor does not have."""
+    return tuple((a, b) for a, b in pairwise(way) if a != b and b not in cells.neighbours[a])
 
 
 class Walk(NamedTuple):
@@ -109,6 +118,12 @@ class Walk(NamedTuple):
         order = [index for index in kept if index != end - 1] + [end - 1]
         steps = tuple(BESIDE if index >= end else min(self.steps[index], ALONE) for index in order)
         return Walk(Ledger(tuple(held[index] for index in order), (), self.ledger.number), steps)
+
+    def shut(self, cells: CellMap, body: int, *, route: bool = True) -> tuple[Join, ...]:
+        """List the joins ahead that a floor does not have; those beyond the held cells only if ``route``."""
+        held, place = self.ledger.held, self.place(body)
+        ahead = [cell for cell, step in zip(held[place:], self.steps[place:], strict=True) if step != BESIDE]
+        return shut_joins((*ahead, *(self.route if route else ())), cells)
 
     def awoken(self, touched: Collection[int]) -> "Walk":
         """Give up the claims and what is held ahead of the body, to be asked for again; the way stays the same."""

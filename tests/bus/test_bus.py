@@ -50,7 +50,7 @@ def plan(robot: str, tick: int = 0) -> Plan:
 def broadcast(robot: str, tick: int = 0) -> Broadcast:
     return Broadcast(
         robot=robot, run=0, tick=tick, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
-        reached=[False], ahead=[],
+        reached=[False],
     )  # fmt: skip
 
 

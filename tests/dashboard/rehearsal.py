@@ -211,7 +211,6 @@ class Rehearsal:
                         target=now.target,
                         distance=now.distance,
                         reached=now.reached,
-                        ahead=self._ahead(number, now),
                         traffic=TrafficBroadcast(
                             own=records[number],
                             others=tuple(Relayed(1, record) for record in records if record.robot != name),

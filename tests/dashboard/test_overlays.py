@@ -46,11 +46,6 @@ def floor_of(scenario: Scenario) -> Floor:
     return Floor(packed=packed, scenario=settings)
 
 
-def held_rule(scenario: Scenario) -> Scenario:
-    traffic = msgspec.structs.replace(scenario.settings.traffic, rule="holds")
-    return Scenario(msgspec.structs.replace(scenario.settings, traffic=traffic), scenario.map, scenario.profile)
-
-
 def test_the_selected_robots_rules_are_told(paper: Scenario) -> None:
     drawn = Drawn()
     truth = Truth(run=0, tick=1, time=0.05, bodies=[body("r1", left=1.6), body("r2")])
@@ -66,7 +61,7 @@ def test_without_a_choice_the_first_robots_rules_are_told(paper: Scenario) -> No
 
 
 def test_held_cells_lie_where_the_robots_hold_them(paper: Scenario) -> None:
-    scenario, drawn = held_rule(paper), Drawn()
+    scenario, drawn = paper, Drawn()
     cells = cells_of(scenario.map, scenario.settings)
     cell = cells.cell_of(3.0, 3.0)
     bodies = [body("r1", held=[cell], waits=["r2", "gone"]), body("r2", x=9.0)]
@@ -89,13 +84,13 @@ def said(robot: str, tick: int, run: int = 0, **traffic: Any) -> Broadcast:  # n
     own = Record(robot=robot, stamp=tick, x=0.0, y=0.0, goal=0, **traffic)
     return Broadcast(
         robot=robot, run=run, tick=tick, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
-        reached=[False], ahead=[], traffic=TrafficBroadcast(own=own),
+        reached=[False], traffic=TrafficBroadcast(own=own),
     )  # fmt: skip
 
 
 def planned(paper: Scenario) -> tuple[Overlays, list[tuple[float, float]], list[Body]]:
     """Two robots of one plan, r2 to go first along three cells in a row and r1 to come after it."""
-    scenario = held_rule(paper)
+    scenario = paper
     cells = cells_of(scenario.map, scenario.settings)
     first = cells.cell_of(3.0, 3.0)
     way = (first, first + 1, first + 2)

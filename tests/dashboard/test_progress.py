@@ -15,7 +15,7 @@ def clock(tick: int = 0, run: int = 1, phase: Phase = Phase.RUNNING, robots: tup
 def broadcast(tick: int, robot: str = "a", **changed: object) -> Broadcast:
     plain = Broadcast(
         robot=robot, run=1, tick=tick, x=1.0, y=2.0, yaw=0.5, activity=Activity.DRIVE, target=0, distance=5.0,
-        reached=[False] * 3, ahead=[],
+        reached=[False] * 3,
     )  # fmt: skip
     return replace(plain, **changed)
 

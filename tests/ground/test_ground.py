@@ -1,5 +1,6 @@
 """What one robot believes about an unknown floor: learned, told, heard, forgotten."""
 
+from collections.abc import Callable
 from itertools import chain, pairwise
 from math import pi
 
@@ -10,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
 
-from swarm.geometry import Pose
-from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
-from swarm.robot.ground import BODY, LISTEN, TELL, Ground
+from swarm.robot.ground import DEAF, TELL, Ground
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world.world import World
@@ -28,6 +29,7 @@ TEXT = """\
 ##########
 """
 START = Pose(2.5, 2.5, 0.0)
+NEAR = 0.35  # m, so far from a robot's middle a hit may be on it
 
 
 def unknown(**sensors: object) -> Scenario:
@@ -37,18 +39,16 @@ def unknown(**sensors: object) -> Scenario:
         map={"text": TEXT, "cell": 1.0, "known": False},
         start={"poses": [[*START]]},
         targets=[[7.5, 2.5]],
-        traffic={"rule": "give_way"},
     )
     return with_settings(scenario, sensors=sensors) if sensors else scenario
 
 
 def looks(scenario: Scenario, seed: int = 1, place: tuple[float, float] = START[:2], turns: int = 80) -> list[Sense]:
-    """What a robot senses that turns on the spot, its clock already running."""
-    senses = []
+    """What a robot senses that turns on the spot."""
+    senses: list[Sense] = []
     for turn in range(turns):
         world = World(scenario, [Pose(*place, 2 * pi * turn / turns - pi)], seed + turn)
-        (sense,) = world.senses(lockstep=True).values()
-        senses.append(Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | {"time": LISTEN + 1}))
+        senses += world.senses(lockstep=True).values()
     return senses
 
 
@@ -56,8 +56,18 @@ def learned(scenario: Scenario, place: tuple[float, float] = START[:2]) -> Groun
     ground = Ground(scenario)
     for _ in range(4):
         for sense in looks(scenario, place=place):
-            ground.look(sense, [])
+            ground.look(sense, nobody)
     return ground
+
+
+def nobody(place: Point) -> bool:
+    """Know of no robot anywhere."""
+    return False
+
+
+def near(body: Point) -> Callable[[Point], bool]:
+    """Know of one robot."""
+    return lambda place: distance(body, place) < NEAR
 
 
 def walls_of(floor: OccupancyMap) -> BaseGeometry:
@@ -93,7 +103,7 @@ def test_nothing_is_learned_before_one_has_heard_who_is_near() -> None:
     scenario = unknown()
     ground = Ground(scenario)
     (sense,) = World(scenario, [START], 1).senses(lockstep=True).values()
-    assert not ground.look(sense, [])
+    assert not ground.look(sense, nobody)
     assert (ground.map.cells == UNKNOWN).all()
 
 
@@ -105,9 +115,8 @@ def test_another_robot_in_sight_is_no_wall() -> None:
         for turn in range(60):
             world = World(scenario, [Pose(*here[:2], 2 * pi * turn / 60 - pi), there], 1)
             sense = world.senses(lockstep=True)["r1"]
-            late = Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | {"time": LISTEN + 1})
-            grounds["told of"].look(late, [there[:2]])
-            grounds["not told of"].look(late, [])
+            grounds["told of"].look(sense, near(there[:2]))
+            grounds["not told of"].look(sense, nobody)
     box = shapely.box(1.8, 2.8, 2.2, 3.2)
     assert not walls_of(grounds["told of"].map).intersects(box)
     assert walls_of(grounds["not told of"].map).intersects(box)
@@ -119,15 +128,15 @@ def test_another_robot_hides_no_wall_that_is_farther_off_than_its_body_may_be() 
     alone, told = Ground(scenario), Ground(scenario)
     for _ in range(4):
         for sense in looks(scenario):
-            alone.look(sense, [])
-            told.look(sense, [body])
+            alone.look(sense, nobody)
+            told.look(sense, near(body))
     rows, columns = np.nonzero((alone.map.cells == WALL) & (told.map.cells != WALL))
     away = [
         np.hypot((column + 0.5) * 0.1 - body[0], (row + 0.5) * 0.1 - body[1])
         for row, column in zip(rows, columns, strict=True)
     ]
     assert 0 < len(away) < (alone.map.cells == WALL).sum() / 2
-    assert max(away) < scenario.settings.robot.radius + BODY + 0.15
+    assert max(away) < NEAR + 0.5 * scenario.settings.robot.radius + 0.1
 
 
 def test_a_wall_that_goes_is_unlearned() -> None:
@@ -137,7 +146,7 @@ def test_a_wall_that_goes_is_unlearned() -> None:
     opened = Scenario(scenario.settings, scenario.map.with_block((2, 4), (4, 6), FREE), scenario.profile)
     for _ in range(12):
         for sense in looks(opened):
-            ground.look(sense, [])
+            ground.look(sense, nobody)
     assert ground.map.at(4.05, 2.5) != WALL
 
 
@@ -148,7 +157,7 @@ def test_what_one_tells_another_plans_around() -> None:
     assert straight is not None
     assert straight.length == pytest.approx(4.5), "the unknown is taken for free"
     for _ in range(30):
-        hearer.hear(teller.tell())
+        hearer.hear(teller.tell(), 0.0)
     told = np.flatnonzero(hearer.map.cells == WALL)
     assert set(told) <= set(np.flatnonzero(teller.map.cells == WALL))
     assert hearer.map.at(4.05, 2.5) == WALL
@@ -166,7 +175,7 @@ def test_news_fit_into_a_broadcast_and_come_round_to_late_comers() -> None:
     assert set(told[0]) <= set(chain.from_iterable(told[10:]))
     Broadcast(
         robot="r1", run=0, tick=0, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=0.0, reached=[],
-        ahead=[], walls=told[0],
+        walls=told[0],
     )  # fmt: skip
 
 
@@ -184,7 +193,7 @@ def test_a_robot_with_a_given_map_tells_learns_and_forgets_nothing_of_it() -> No
     ground = Ground(scenario)
     before = ground.map
     for sense in looks(scenario, turns=4):
-        assert not ground.look(sense, [])
+        assert not ground.look(sense, nobody)
     assert ground.tell() == []
     assert ground.map is before
 
@@ -193,14 +202,14 @@ def test_what_the_own_eyes_saw_free_is_not_believed_from_others() -> None:
     ground = learned(unknown())
     columns = ground.map.shape[1]
     row, column = ground.map.cell_of(*START[:2])
-    assert not ground.hear([row * columns + column])
+    assert not ground.hear([row * columns + column], 0.0)
     assert ground.map.at(*START[:2]) == FREE
 
 
 @given(st.lists(st.integers(-(2**60), 2**60) | st.integers(-5000, 20_000), max_size=20))
 def test_cell_numbers_off_the_floor_are_ignored(cells: list[int]) -> None:
     ground = Ground(unknown())
-    ground.hear(cells)
+    ground.hear(cells, 0.0)
     rows, columns = ground.map.shape
     known = {cell for cell in cells if 0 <= cell < rows * columns}
     assert set(np.flatnonzero(ground.map.cells == WALL).tolist()) == known
@@ -208,19 +217,20 @@ def test_cell_numbers_off_the_floor_are_ignored(cells: list[int]) -> None:
 
 def test_hearing_the_same_again_is_no_news() -> None:
     ground = Ground(unknown())
-    assert ground.hear([500, 501])
-    assert not ground.hear([500, 501])
+    assert ground.hear([500, 501], 0.0)
+    assert not ground.hear([500, 501], 0.0)
 
 
 def test_forgetting_leaves_an_empty_floor_that_can_be_learned_anew() -> None:
     scenario = unknown()
     ground = learned(scenario)
-    ground.forget()
+    ground.forget(7.0)
     assert not (ground.map.cells == WALL).any()
+    assert not ground.hear([500], 7.0 + DEAF - 0.1), "what others tell may be what was wrong"
     assert bool(ground.grid.free[5:-5, 5:-5].all())
     for _ in range(12):
         for sense in looks(scenario):
-            ground.look(sense, [])
+            ground.look(sense, nobody)
     assert ground.map.at(4.05, 2.5) == WALL
 
 
@@ -230,8 +240,8 @@ def test_the_grid_is_always_the_one_grown_from_the_map() -> None:
     scenario = unknown(noise=0.03)
     ground = Ground(scenario)
     for number, sense in enumerate(looks(scenario)):
-        ground.look(sense, [])
-        ground.hear([number * 37])
+        ground.look(sense, nobody)
+        ground.hear([number * 37], 0.0)
     grown = planning_grid(scenario, ground.map)
     assert (ground.grid.solid == grown.solid).all()
     assert (ground.grid.free == grown.free).all()

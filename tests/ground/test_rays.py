@@ -20,7 +20,7 @@ EDGE = 1e-6  # cells: a ray that only grazes a corner may count as a hit or not
 angles = st.floats(-pi, pi)
 places = st.tuples(st.floats(1.01, SIDE - 1.01), st.floats(1.01, SIDE - 1.01))
 solids = st.sets(st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1)), max_size=25)
-GAIN, LOSS, MOST = 2, 1, 10
+GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4
 
 
 def with_border(solid: set[tuple[int, int]], but: tuple[int, int]) -> set[tuple[int, int]]:
@@ -72,7 +72,7 @@ def test_outside_the_grid_everything_is_solid() -> None:
 
 def noted(place: tuple[float, float], heading: float, length: float, hit: bool) -> NDArray[np.int8]:
     odds = np.zeros((SIDE, SIDE), np.int8)
-    note(odds, *place, heading, length, hit, GAIN, LOSS, MOST)
+    note(odds, *place, heading, length, 0.0, 0.0, hit, GAIN, LOSS, MOST, SOLID)
     return odds
 
 
@@ -111,13 +111,36 @@ def test_a_long_ray_frees_all_it_crossed(place: tuple[float, float], heading: fl
 def test_counts_stay_within_their_bounds() -> None:
     odds = np.zeros((SIDE, SIDE), np.int8)
     for _ in range(200):
-        note(odds, 2.5, 2.5, 0.0, 4.0, True, GAIN, LOSS, MOST)
+        note(odds, 2.5, 2.5, 0.0, 4.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID)
     assert odds.min() == -MOST
     assert odds.max() == MOST
     assert odds[2, 6] == MOST
 
 
+# fmt: off
+HITS = {  # cells known to be solid before, length [cells] of a ray along +x from 2.5, nearer, farther: the cell it hit
+    "nothing known":              ((),     4.0, 0.8, 0.6, 6),
+    "the end is solid":           ((6, 5), 4.0, 0.8, 0.6, 6),
+    "a wall a little before it":  ((5,),   4.0, 0.8, 0.0, 5),
+    "a wall too far before it":   ((5,),   4.4, 0.8, 0.9, 6),
+    "a wall a little behind it":  ((7,),   4.0, 0.0, 0.6, 7),
+    "a wall too far behind it":   ((7,),   3.8, 0.9, 0.6, 6),
+    "no doubt":                   ((5, 7), 4.0, 0.0, 0.0, 6),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", HITS)
+def test_a_hit_counts_for_the_wall_that_it_may_be_on(name: str) -> None:
+    known, length, nearer, farther, hit = HITS[name]
+    odds = np.zeros((SIDE, SIDE), np.int8)
+    odds[2, list(known)] = SOLID
+    before = odds.copy()
+    note(odds, 2.5, 2.5, 0.0, length, nearer, farther, True, GAIN, LOSS, MOST, SOLID)
+    assert np.argwhere(odds > before).tolist() == [[2, hit]]
+
+
 def test_rays_that_lead_off_the_floor_leave_it_whole() -> None:
     for heading in np.linspace(-pi, pi, 33):
-        note(np.zeros((SIDE, SIDE), np.int8), 0.5, 0.5, float(heading), 40.0, True, GAIN, LOSS, MOST)
+        note(np.zeros((SIDE, SIDE), np.int8), 0.5, 0.5, float(heading), 40.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID)
         assert hypot(cos(heading), sin(heading)) == pytest.approx(1.0)

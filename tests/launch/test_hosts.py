@@ -136,7 +136,7 @@ def test_a_port_in_use_is_a_sentence(
 # fmt: off
 VALID_ELSEWHERE = encode(Broadcast(
     robot="stranger", run=0, tick=1, x=2.5, y=2.0, yaw=0.0, activity="drive", target=0, distance=0.0,  # type: ignore[arg-type]
-    reached=[False], ahead=[(2.5, 2.0)],
+    reached=[False],
 ))
 RUBBISH = {
     "noise":             b"\xff\x00\xc1rubbish",

@@ -12,12 +12,12 @@ AT = Pose(2.5, 3.5, 0.0)
 STOPS = [[7.5, 3.5], [7.5, 2.5], [4.5, 2.5]]
 
 
-def scenario(rule: str = "give_way") -> Scenario:
-    return scenario_of(targets=STOPS, traffic={"rule": rule})
+def scenario() -> Scenario:
+    return scenario_of(targets=STOPS)
 
 
-def robot(rule: str = "give_way") -> Robot:
-    return Robot("r2", 1, scenario(rule), AT)
+def robot() -> Robot:
+    return Robot("r2", 1, scenario(), AT)
 
 
 def step(one: Robot, tick: int, *heard: Broadcast, pose: Pose = AT, run: int = 0, **sensed: object) -> Outputs:

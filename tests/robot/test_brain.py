@@ -10,15 +10,22 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, Activity, Broadcast, State
 from swarm.robot.brain import RETRY, STUCK, Robot
+from swarm.traffic.cells_of import cells_of
+from swarm.traffic.record import Record, TrafficBroadcast
 from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 
-def ahead(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
-    """A robot that comes the other way, and goes first: it has a stop behind it."""
+def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
+    """What another robot says that drives near."""
     return Broadcast(
         robot=robot, run=run, tick=tick, x=3.6, y=3.5, yaw=0.0, activity=Activity.DRIVE, target=2, distance=3.0,
-        reached=[], ahead=[(3.4, 3.5), (3.2, 3.5)],
+        reached=[],
     )  # fmt: skip
+
+
+def knows(one: Robot) -> list[tuple[str, int]]:
+    """List whom a robot counts as near it, and when each spoke."""
+    return [(name, broadcast.tick) for name, broadcast in one._others.items()]
 
 
 # --- how long it believes what it heard ---
@@ -27,23 +34,27 @@ LASTS = round(RADIO.timeout / 0.05)  # ticks
 
 
 def test_what_was_heard_counts_until_the_radios_timeout_and_no_longer() -> None:
-    one = robot()
-    said = [step(one, 0, ahead(0)).command.activity]
-    said += [step(one, tick).command.activity for tick in range(1, LASTS + 3)]
-    assert said == [Activity.GIVE_WAY] * (LASTS + 1) + [Activity.DRIVE] * 2
+    one, known = robot(), []
+    for tick in range(LASTS + 3):
+        step(one, tick, *[said(0)] * (tick == 0))
+        known.append(knows(one))
+    assert known == [[("r1", 0)]] * (LASTS + 1) + [[]] * 2
 
 
 def test_the_newest_of_each_robot_counts_in_whatever_order_it_comes() -> None:
     one = robot()
-    step(one, 10, ahead(10))
-    step(one, 15, ahead(3))  # older than what is known
-    assert step(one, 10 + LASTS).command.activity is Activity.GIVE_WAY
-    assert step(one, 11 + LASTS).command.activity is Activity.DRIVE
+    step(one, 10, said(10))
+    step(one, 15, said(3))  # older than what is known
+    assert knows(one) == [("r1", 10)]
+    step(one, 16, said(16))
+    assert knows(one) == [("r1", 16)]
 
 
-@pytest.mark.parametrize("heard", [ahead(0, robot="r2"), ahead(0, run=1)], ids=["itself", "another run"])
+@pytest.mark.parametrize("heard", [said(0, robot="r2"), said(0, run=1)], ids=["itself", "another run"])
 def test_itself_and_other_runs_are_not_heard(heard: Broadcast) -> None:
-    assert step(robot(), 0, heard).command.activity is Activity.DRIVE
+    one = robot()
+    step(one, 0, heard)
+    assert knows(one) == []
 
 
 # --- a process that takes another's place ---
@@ -60,11 +71,10 @@ LEFT = {  # reached, given up: where it goes on
 # fmt: on
 
 
-@pytest.mark.parametrize("rule", ["give_way", "holds"])
 @pytest.mark.parametrize("name", LEFT)
-def test_a_mission_goes_on_with_all_that_was_reached_and_given_up(name: str, rule: str) -> None:
+def test_a_mission_goes_on_with_all_that_was_reached_and_given_up(name: str) -> None:
     reached, given_up, target = LEFT[name]
-    one = robot(rule)
+    one = robot()
     one.resume(
         State(robot="r2", run=3, tick=70, activity=Activity.DRIVE, target=target, reached=reached,
               unreachable=given_up, distance=1.0, replans=2)
@@ -84,7 +94,7 @@ def test_who_was_not_told_to_go_begins_at_the_beginning() -> None:
 
 def test_a_new_run_forgets_the_last_one() -> None:
     one = robot()
-    step(one, 0, ahead(0))
+    step(one, 0, said(0))
     command = step(one, 0, pose=Pose(7.5, 3.5, 0.0)).command
     assert command.reached == [True, False, False, False]
     command = step(one, 0, run=1).command
@@ -95,10 +105,12 @@ def test_a_new_run_forgets_the_last_one() -> None:
 
 
 def test_a_robot_speaks_in_its_own_slot_and_says_that_it_did() -> None:
-    every = scenario().settings.radio.every
+    every, listens = scenario().settings.radio.every, 30  # ticks; it speaks twice as often while it listens
     for number in range(every):
         one = Robot("r2", number, scenario(), AT)
-        for tick in range(2 * every):
+        for tick in range(listens):
+            step(one, tick)
+        for tick in range(listens, listens + 2 * every):
             outputs = step(one, tick)
             assert (outputs.broadcast is not None) is outputs.command.sent is ((tick + number) % every == 0)
 
@@ -107,7 +119,7 @@ def test_its_state_is_told_on_change_and_once_a_second() -> None:
     one = robot()
     told = [tick for tick in range(50) if step(one, tick).state is not None]
     assert told == [0, 20, 40]
-    assert step(one, 50, ahead(50)).state is not None, "it gives way now"
+    assert step(one, 50, pose=Pose(7.5, 3.5, 0.0)).state is not None, "it has reached a stop"
 
 
 def test_a_stop_is_reached_within_reach_and_each_in_its_turn() -> None:
@@ -125,9 +137,12 @@ def test_a_stop_is_reached_within_reach_and_each_in_its_turn() -> None:
 STUCK_TICKS, RETRY_TICKS = round(STUCK / 0.05) + 1, round(RETRY / 0.05) + 1  # the first tick that is later
 
 
-def standing(tick: int) -> Broadcast:
-    """A robot on the way that has nothing left to do."""
-    return msgspec.structs.replace(ahead(tick), activity=Activity.DONE, ahead=[])
+def keeping(tick: int) -> Broadcast:
+    """A robot on the way that holds the cell it stands in."""
+    cells = cells_of(scenario().map, scenario().settings)
+    held = tuple(sorted(cells.touched(3.6, 3.5, 0.2)))
+    record = Record(robot="r1", stamp=tick, x=3.6, y=3.5, goal=held[0], held=held)
+    return msgspec.structs.replace(said(tick), traffic=TrafficBroadcast(own=record))
 
 
 def plans_anew(poses: Callable[[int], Pose], heard: Callable[[int], list[Broadcast]], ticks: int = 180) -> list[int]:
@@ -141,20 +156,20 @@ def at(x: float, y: float = 3.5) -> Pose:
     return Pose(x, y, 0.0)
 
 
+MIDDLE = at(2.7, 3.0)  # of a cell
 CREEPS = 0.21  # m in 4 s: just more than its radius
 
 
 def creeping(tick: int) -> Pose:
     """Get on by just more than a robot's radius in the time in which it counts as stuck."""
-    return at(2.5 + 0.21 * tick / STUCK_TICKS)
+    return at(2.5 + CREEPS * tick / STUCK_TICKS)
 
 
 # fmt: off
 PLANS_ANEW: dict[str, tuple[Callable[[int], Pose], Callable[[int], list[Broadcast]], list[int]]] = {
     "it gets nowhere":            (lambda tick: AT,       lambda tick: [],               [STUCK_TICKS, 2 * STUCK_TICKS]),
     "it creeps on":               (creeping,              lambda tick: [],               []),
-    "it lets somebody pass":      (lambda tick: AT,       lambda tick: [ahead(tick)],    []),
-    "somebody stands on its way": (creeping,              lambda tick: [standing(tick)], [RETRY_TICKS]),
+    "it lets somebody pass":      (lambda tick: MIDDLE,   lambda tick: [keeping(tick)],  []),
     "it strays from its path":    (lambda tick: AT if tick < 3 else at(3.5, 1.6),
                                                           lambda tick: [],               [RETRY_TICKS, RETRY_TICKS + STUCK_TICKS]),
 }
@@ -176,8 +191,8 @@ def dense(points: Sequence[Point]) -> list[Point]:
 
 def test_a_new_plan_leads_round_who_stands_on_the_way() -> None:
     one, plans = robot(), []
-    for tick in range(RETRY_TICKS + 1):
-        plan = step(one, tick, standing(tick)).plan
+    for tick in range(STUCK_TICKS + 1):
+        plan = step(one, tick, said(tick)).plan
         plans += [plan] if plan is not None else []
     first, anew = (min(distance(point, (3.6, 3.5)) for point in dense(plan.points)) for plan in plans)
     assert first < 0.2

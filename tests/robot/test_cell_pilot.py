@@ -24,9 +24,7 @@ PUSHED = Pose(5.5, 3.5, 0.0)  # away from its last stop
 def test_a_robot_goes_back_to_its_last_stop_unless_another_wants_to_be_there(
     other_wants: list[list[float]], stays: bool
 ) -> None:
-    scenario = scenario_of(
-        own_targets=[[HERE], other_wants], targets=[], return_home=False, robots=2, traffic={"rule": "holds"}
-    )
+    scenario = scenario_of(own_targets=[[HERE], other_wants], targets=[], return_home=False, robots=2)
     one = Robot("r1", 0, scenario, AT)
     assert step(one, 0, bearings=[None]).command.activity is Activity.DONE
     said = [step(one, tick, pose=PUSHED, bearings=[None]) for tick in range(1, 20)]
@@ -42,7 +40,7 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
     hall = scenario_of(
         "#" * 21 + "\n" + ("#" + "." * 19 + "#\n") * 6 + "#" * 21 + "\n",
         start={"poses": [[*AT]]}, targets=[[18.5, 5.5], [2.5, 5.5]], return_home=False,
-        traffic={"rule": "holds"}, robot={"wheel_acceleration": 0.5},
+        robot={"wheel_acceleration": 0.5},
     )  # fmt: skip
     simulation, cells, robot = Simulation.of(hall, 1, 1), cells_of(hall.map, hall.settings), hall.settings.robot
     drive, dt = DifferentialDrive(robot.track_width, robot.wheel_radius), 1.0 / hall.settings.rate
@@ -62,7 +60,7 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
 
 @pytest.mark.parametrize(("front", "drives"), [(1.6, True), (0.3, False)])
 def test_something_unexplained_ahead_lets_it_turn_and_not_drive_on(front: float, drives: bool) -> None:
-    one = robot("holds")
+    one = robot()
     for tick in range(LISTENED):
         step(one, tick)
     commands = [step(one, LISTENED + tick, front=front).command for tick in range(10)][3:]
@@ -77,7 +75,6 @@ def test_between_walls_a_robot_that_faces_away_turns_on_the_spot_though_it_is_al
     start = Pose(4.2, 5.4, 3.0)
     scenario = scenario_of(
         text, map={"text": text, "cell": 1.2}, start={"poses": [[*start]]}, targets=[[12.0, 5.4]],
-        traffic={"rule": "holds"},
     )  # fmt: skip
     one = Robot("r1", 0, scenario, start)
     said = [step(one, tick, pose=start, bearings=[None] * 2, left=side, right=side).command for tick in range(60)]
@@ -89,7 +86,7 @@ def test_between_walls_a_robot_that_faces_away_turns_on_the_spot_though_it_is_al
 @pytest.mark.parametrize("nearer_at", [None, 100])
 def test_a_robot_alone_that_comes_no_nearer_for_long_is_turned_to_its_aim(nearer_at: int | None) -> None:
     """Its pose is held, facing away from its stop: the tables drive on and on. A cell nearer, and the time runs anew."""
-    one, commands = robot("holds"), []
+    one, commands = robot(), []
     for tick in range(400):
         x = AT.x if nearer_at is None or tick < nearer_at else AT.x + 1.0
         commands.append(step(one, tick, pose=Pose(x, AT.y, 3.0)).command)

@@ -1,22 +1,16 @@
-"""A robot's own path: how it is followed, what it is steered by, and when it is given up."""
-
-from math import atan2, pi
+"""A robot's own path: how it is followed, and when it is given up."""
 
 import pytest
 
 from swarm.geometry import Pose, distance
-from swarm.maps.text import from_text
 from swarm.planning.grid import Grid
 from swarm.robot.ground import planning_grid
-from swarm.robot.navigator import AHEAD, BODY_GAP, JUMP, STRAYED, Navigator
+from swarm.robot.navigator import BODY_GAP, JUMP, STRAYED, Navigator
 from tests.shared import scenario_of
 
 RADIUS = 0.2  # m
 OPEN = "#" * 16 + "\n" + ("#" + "." * 14 + "#\n") * 8 + "#" * 16 + "\n"
 GRID = planning_grid(scenario_of(OPEN))
-CORNER = Grid.grown(
-    from_text("#########\n#.......#\n#.#####.#\n#.#####.#\n#.......#\n#########\n", 1.0), RADIUS, 0.0, 0.1
-)
 START, GOAL = (2.0, 5.0), (12.0, 5.0)
 
 
@@ -29,7 +23,6 @@ def under_way(grid: Grid = GRID, start: tuple[float, float] = START, goal: tuple
 def test_what_is_left_is_counted_from_where_the_robot_is() -> None:
     navigator = Navigator(GRID, RADIUS)
     assert navigator.remaining == 0.0
-    assert navigator.ahead(3.0, 0.25) == []
     navigator = under_way()
     for x in (2.0, 2.5, 4.0):
         assert navigator.advance(Pose(x, 5.1, 0.0))
@@ -37,16 +30,6 @@ def test_what_is_left_is_counted_from_where_the_robot_is() -> None:
     navigator.clear()
     assert navigator.path is None
     assert navigator.remaining == 0.0
-
-
-def test_points_ahead_are_evenly_spaced_and_end_with_the_path() -> None:
-    navigator = under_way()
-    navigator.advance(Pose(3.0, 5.0, 0.0))
-    assert navigator.ahead(1.0, 0.25) == [pytest.approx((3.0 + 0.25 * k, 5.0)) for k in range(5)]
-    navigator.advance(Pose(4.5, 5.0, 0.0))
-    for x in (6.0, 7.5, 9.0, 10.5, 11.6):
-        navigator.advance(Pose(x, 5.0, 0.0))
-    assert navigator.ahead(1.0, 0.25) == [pytest.approx((11.6, 5.0)), pytest.approx((11.85, 5.0))]
 
 
 @pytest.mark.parametrize(("off", "on_path"), [(STRAYED - 0.01, True), (STRAYED + 0.01, False)])
@@ -97,22 +80,3 @@ def test_a_wall_in_the_way_makes_a_path_be_forgotten_and_one_behind_does_not() -
     before = planning_grid(scenario_of("\n".join([*rows[:4], rows[4][:9] + "#" + rows[4][10:], *rows[5:]]) + "\n"))
     navigator.take_ground(before)
     assert navigator.path is None
-
-
-# --- what it steers by ---
-
-
-def test_it_steers_by_a_place_ahead_on_the_path() -> None:
-    navigator = under_way()
-    for y, yaw in ((5.0, 0.0), (5.3, 0.0), (4.6, 0.5), (5.0, -pi / 2)):
-        navigator.advance(Pose(3.0, y, yaw))
-        expected = atan2(5.0 - y, AHEAD) - yaw
-        assert navigator.heading_error(Pose(3.0, y, yaw), None, GOAL) == pytest.approx(expected, abs=1e-6)
-
-
-def test_it_steers_by_the_target_itself_where_the_straight_way_is_wide_enough() -> None:
-    navigator = under_way()
-    assert navigator.heading_error(Pose(3.0, 5.0, 0.0), 0.123, GOAL) == 0.123
-    round_it = under_way(CORNER, (1.5, 1.5), (7.5, 4.5))
-    round_it.advance(Pose(1.5, 1.5, 0.0))
-    assert round_it.heading_error(Pose(1.5, 1.5, 0.0), 0.123, (7.5, 4.5)) != 0.123

@@ -45,7 +45,6 @@ def room_in_two(raw: dict[str, Any]) -> None:
     raw["start"]["poses"] = [[2.5, 2.0, 0.0], [4.5, 2.0, 0.0]]
 
 
-GIVE_WAY = put("traffic", "rule", value="give_way")
 INSIDE_A_WALL = "expected free floor, got a wall or obstacle; move it"
 OFF_THE_MAP = "expected a place on the map, which spans about (0.5, 0.5) to (11.5, 7.5); move it"
 
@@ -81,7 +80,9 @@ FIELDS: dict[str, tuple[Edit, str]] = {
     "both kinds of targets":       (put("own_targets", value=[[[9.5, 2.0]]]), "expected either `targets` (for all) or `own_targets`"),
     "both kinds of start":         (put("start", "area", value=[1, 1, 2, 2]), "start: expected either `area` or `poses` or `circle`; give one of them"),
     "no kind of start":            (put("start", value={}), "start: expected either `area` or `poses` or `circle`; give one of them"),
-    "holds on an unknown floor":   (together(put("map", "known", value=False), put("traffic", value={"rule": "holds"})), "traffic.rule: expected `give_way` where `map.known` is false, got `holds`: cells can be held only where all know the same floor; set one of them"),
+    "a rule of traffic":           (put("traffic", value={"rule": "give_way"}), "traffic.rule: expected no such field, got 'give_way': robots hold cells on every floor, known or not; leave it out"),
+    "a rule that is the only one": (put("traffic", value={"rule": "holds"}), "traffic.rule: expected no such field, got 'holds'"),
+    "walls that nobody knows stop the radio": (together(put("map", "known", value=False), put("radio", "line_of_sight", value=True)), "radio.line_of_sight: expected false where `map.known` is false, got true"),
     "both text and file":          (put("map", "file", value="floor.map"), "map: expected either `text` or `file`; draw the map in the file or name one"),
     "neither text nor file":       (put("map", value={"cell": 1.0}), "map: expected either `text` or `file`"),
     "an odd character":            (put("map", "text", value="###\n#x#\n###\n"), "line 2, column 2: expected '#' (wall), 'o' (obstacle), '.' or ' ' (free), got 'x'"),
@@ -104,10 +105,8 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "starts that overlap":         (put("start", "poses", 1, value=[2.7, 2.1, 0]), "start: expected r1 and r2 at least 0.4 m apart, got 0.22 m; move one of them"),
     "more robots than starts":     (put("start", "poses", value=[[2.5, 2.0, 0]]), "start.poses: expected at least 2 poses, got 1; list more of them or run fewer robots"),
     "a target no path reaches":    (room_in_two, "target 2 of r1 at (9.5, 6): expected a way from (9.50, 2.00) wide enough for a radius of 0.2 m, found none; open the map or move the target"),
-    "an area without room":        (together(put("start", value={"area": [1.5, 1.5, 1.6, 1.6]}), GIVE_WAY), "start.area: expected room for 2 robots of radius 0.2 m, found it for 1; enlarge the area or run fewer robots"),
-    "an area in a wall":           (together(put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), GIVE_WAY), "found it for 0; enlarge the area or run fewer robots"),
-    "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1.2 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, run fewer robots, or set traffic.rule: give_way"),
-    "an area without a cell":      (together(put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), put("traffic", value={"rule": "holds"})), "start.area: expected a cell of 1.2 m for each of 2 robots, found 0; enlarge the area"),
+    "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1.2 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, or run fewer robots"),
+    "an area without a cell":      (put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), "start.area: expected a cell of 1.2 m for each of 2 robots, found 0; enlarge the area"),
     "a target at a cell's corner": (together(put("targets", value=[[9.5, 2.0], [4.0, 2.0]]), put("traffic", value={"cell": 1.0, "offset": [0.0, 0.0]}), put("reach", value=0.35)), "target 2 of r1 at (4, 2): expected a place that is reached within 0.35 m from inside its cell of 1 m, the nearest is 0.44 m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"),
     "a robot wider than its ways": (put("robot", "radius", value=1.2), "from any wall, for the robot's radius; move it"),
 }

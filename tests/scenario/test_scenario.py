@@ -55,10 +55,9 @@ def test_the_shortest_way_of_the_paper_scenario_is_well_longer_than_the_straight
     assert legs[-1][1] == start[:2], "home"
 
 
-@pytest.mark.parametrize("rule", ["holds", "give_way"])
 @given(seed=st.integers(0, 2**53), robots=st.integers(1, 6))
-def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(rule: str, seed: int, robots: int) -> None:
-    scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]}, traffic={"rule": rule})
+def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(seed: int, robots: int) -> None:
+    scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]})
     grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
     poses = starts(scenario, grid, robots, seed)
     assert poses == starts(scenario, grid, robots, seed)
@@ -67,7 +66,7 @@ def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(rul
         assert 1.1 <= pose.y <= 4.9
         assert min(pose.x - 1, pose.y - 1, 5 - pose.y) >= 0.2 + 0.2 - 0.1, "walls are a radius and a gap away"
     for one, other in combinations(poses, 2):
-        assert distance(one, other) >= (0.6 if rule == "holds" else 1.0)
+        assert distance(one, other) >= 0.6
 
 
 @given(st.integers(0, 2**53))
@@ -79,11 +78,9 @@ def test_starts_drawn_under_holds_have_a_cell_each(paper: Scenario, paper_grid: 
     assert len(set(touched)) == 12
 
 
-def test_an_unknown_floor_is_driven_on_by_giving_way() -> None:
-    scenario = scenario_of(map={"text": ROOM, "cell": 1.0, "known": False}, traffic={"rule": "give_way"})
-    assert not scenario.settings.map.known
-    with pytest.raises(ConfigError, match=r"traffic\.rule: expected `give_way` where `map.known` is false"):
-        with_settings(scenario, traffic={"rule": "holds"})
+def test_a_floor_that_nobody_is_given_has_the_same_lattice() -> None:
+    known, unknown = (scenario_of(map={"text": ROOM, "cell": 1.0, "known": given}) for given in (True, False))
+    assert known.settings.traffic == unknown.settings.traffic
 
 
 def corner_target(reach: float, **traffic: object) -> Scenario:
@@ -97,7 +94,6 @@ CORNERS: dict[str, tuple[float, dict[str, Any], bool]] = {  # reach [m], traffic
     "a longer reach":         (0.5, {}, False),
     "another lattice":        (0.3, {"offset": [-0.25, -0.25]}, False),
     "the best lattice":       (0.3, {"cell": 1.2, "offset": None}, False),
-    "another rule":           (0.3, {"rule": "give_way"}, False),
 }
 # fmt: on
 
@@ -119,7 +115,6 @@ LATTICES = {  # traffic, whether it is refused; the floor has a door from 3 m to
     "no row of cells in the door": ({"cell": 1.0, "offset": [0.0, -0.5]}, True),
     "one in the middle of it":     ({"cell": 1.0, "offset": [0.0, 0.0]}, False),
     "the best lattice":            ({}, False),
-    "another rule":                ({"rule": "give_way"}, False),
 }
 # fmt: on
 
@@ -179,19 +174,16 @@ LONG_AND_NARROW = """\
 
 
 @pytest.mark.parametrize(
-    ("cell", "fields", "rule", "side"),
+    ("cell", "fields", "side", "refused"),
     [
-        (1.2, {}, "holds", 1.2),
-        (0.6, {}, "holds", 1.2),  # cells may reach into walls
-        (0.45, {}, "give_way", None),  # no room to stray in
-        (1.2, {"radio": {"range": 3.0}}, "holds", 0.8),  # two that claim a cell must hear each other
-        (1.2, {"radio": {"range": 2.5}}, "give_way", None),
-        (1.2, {"traffic": {"rule": "give_way"}}, "give_way", None),
+        (1.2, {}, 1.2, ""),
+        (0.6, {}, 1.2, ""),  # cells may reach into walls
+        (0.45, {}, 1.2, "expected a place that is reached within"),  # no room to stray in
+        (1.2, {"radio": {"range": 3.0}}, 0.8, ""),  # two that claim a cell must hear each other
+        (1.2, {"radio": {"range": 2.5}}, 1.2, "radio.range: expected 3.88 m or more for cells of 1.2 m, got 2.5 m"),
     ],
 )
-def test_the_rule_is_holds_with_the_largest_cells_that_serve(
-    cell: float, fields: dict[str, Any], rule: str, side: float | None
-) -> None:
+def test_cells_are_the_largest_that_serve(cell: float, fields: dict[str, Any], side: float, refused: str) -> None:
     middle = 1.5 * cell
     scenario = scenario_of(
         LONG_AND_NARROW,
@@ -201,6 +193,10 @@ def test_the_rule_is_holds_with_the_largest_cells_that_serve(
         return_home=False,
         **fields,
     )
-    traffic = scenario.settings.traffic
-    assert traffic.rule == rule
-    assert traffic.cell == (None if side is None else pytest.approx(side))
+    assert scenario.settings.traffic.cell == pytest.approx(side)
+    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
+    if refused:
+        with pytest.raises(ConfigError, match=refused):
+            check(scenario, grid, 1, 1)
+    else:
+        assert check(scenario, grid, 1, 1)

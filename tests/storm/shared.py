@@ -38,7 +38,7 @@ def plan_of(**fields: object) -> StormPlan:
         "return_home": False,
         "start": {"poses": [[1.8, 1.8, 0.0], [6.6, 3.0, 3.0]]},
         "own_targets": [[[6.6, 1.8]], [[1.8, 3.0]]],
-        "traffic": {"rule": "holds", "cell": 1.2, "offset": [0.0, 0.0]},
+        "traffic": {"cell": 1.2, "offset": [0.0, 0.0]},
     }
     faults: dict[str, object] = {
         name: fields.pop(name) for name in ("faults", "late", "kill_leader_at") if name in fields

@@ -116,6 +116,17 @@ def early_claim(history: History) -> History:
     return saying(history, "r1", 0, lambda own: {"claims": (claim,)} if own.stamp < 10 else {})
 
 
+def claimed_twice(history: History) -> History:
+    """Let r1 claim each cell once more, for a way that comes to it twice."""
+    again = 10**6  # beyond the numbers it used
+
+    def more(own: Record) -> dict[str, object]:
+        later = [Claim(claim.cell, claim.number + again, claim.stamp) for claim in own.claims]
+        return {"claims": (*own.claims, *later)}
+
+    return saying(history, "r1", 0, more)
+
+
 def standing(history: History) -> History:
     """Let r1 stand for a plan whenever it claims something."""
     return saying(history, "r1", TICK, lambda own: {"frozen": Epoch(1, "r1")} if own.claims else {})
@@ -262,6 +273,7 @@ def test_every_law_has_a_planted_violation() -> None:
 EXCUSED: list[tuple[str, Callable[[History], History]]] = [
     ("who was struck is not to blame", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)])),
     ("who drives unconstrained claims nothing", lambda h: holding(h, "r1", far_cell(h), unconstrained=True)),
+    ("a cell may be claimed for two steps of a way", claimed_twice),
     ("who was pushed may be anywhere",
      lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)], moments=h.moments[: TICK + 50],
                                report={}))),

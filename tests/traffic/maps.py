@@ -69,7 +69,7 @@ class Drawn:
             robot=ROBOT,
             sensors=SENSORS,
             radio=RadioSettings(range=reach, loss=loss),
-            traffic=TrafficSettings(rule="holds", cell=self.side, offset=(0.0, 0.0)),
+            traffic=TrafficSettings(cell=self.side, offset=(0.0, 0.0)),
         )
         return Scenario(settings, self.occupancy, load_profile("paper"))
 

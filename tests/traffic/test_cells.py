@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
+from swarm.traffic.route import own_way
 from tests.traffic.maps import BAY, SIDE, Drawn
 
 
@@ -153,3 +154,22 @@ def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outsid
     assert cells.swept([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
     assert cells.swept([(x + SIDE / 2, y)], 0.3) == {0, 1}
     assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}
+
+
+def test_a_disc_that_reaches_beyond_the_map_does_not_fit_though_its_cell_does() -> None:
+    """Cells may reach beyond the map by half their side."""
+    cells = CellMap(
+        OccupancyMap(np.zeros((12, 12), np.uint8), 0.1, Pose(0.0, 0.0, 0.0)), side=0.8, radius=0.2, offset=(0.0, -0.4)
+    )
+    assert cells.fits((0,), 0.4, 0.2, 0.2)
+    assert not cells.fits((0,), 0.4, 0.15, 0.2)
+
+
+def test_joins_can_be_left_out() -> None:
+    a, b = BAY.at("ab")
+    first = own_way(BAY.cells, a, b)[0]
+    shut = BAY.cells.without([(first, a)])
+    assert first not in shut.neighbours[a]
+    assert a not in shut.neighbours[first]
+    assert first in BAY.cells.neighbours[a], "the others stay as they are"
+    assert BAY.cells.without([]) is BAY.cells

@@ -141,6 +141,30 @@ def test_an_unknown_square_is_solid_unless_it_is_taken_for_free(
         assert one.fits(held, x, y, 0.2) is other.fits(held, x, y, 0.2)
 
 
+blocks = st.tuples(
+    st.integers(0, ROWS), st.integers(0, ROWS), st.integers(0, COLUMNS), st.integers(0, COLUMNS), st.integers(0, 3)
+)
+
+
+@given(floors, offsets, st.lists(blocks, max_size=4), st.booleans())
+def test_cells_after_edits_are_those_made_anew(
+    floor: OccupancyMap, offset: Point, edits: list[tuple[int, int, int, int, int]], free: bool
+) -> None:
+    def made(of: OccupancyMap) -> CellMap:
+        return CellMap(of, side=SIDE, radius=0.2, offset=offset, unknown_is_free=free)
+
+    cells = made(floor)
+    for a, b, c, d, kind in edits:
+        low, high = (min(a, b), min(c, d)), (max(a, b), max(c, d))
+        floor, before = floor.with_block(low, high, kind), cells
+        cells, anew = cells.changed(floor, low, high), made(floor)
+        assert (cells.stands, cells.neighbours) == (anew.stands, anew.neighbours)
+        assert (cells.neighbours is before.neighbours) is (anew.neighbours == before.neighbours)
+        for cell in range(len(cells)):
+            x, y = cells.centre(cell)
+            assert cells.fits((cell,), x, y, 0.2) is anew.fits((cell,), x, y, 0.2)
+
+
 @given(floors, offsets, st.data())
 def test_steps_are_those_of_a_shortest_way_that_enters_nothing_shut(
     floor: OccupancyMap, offset: Point, data: st.DataObject

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import pytest
 from msgspec.structs import replace
 
+from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import SETTLE, JointPlanning
-from swarm.traffic.record import Collect, Epoch, JointPlan, Record
+from swarm.traffic.record import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -223,3 +224,68 @@ def test_somebody_elses_plan_is_not_taken_up() -> None:
     joint.step(situation(NOW + 1, {"r1": replace(called(NOW + 1), plan=other)}))
     assert joint.epoch is None
     assert joint.frozen == CALL
+
+
+# --- maps that differ ---
+
+ROOM = Drawn("abcd", "efgh")
+WALL = Drawn("a#cd", "efgh")  # as a member knows it
+
+
+def planned(tick: int, way: str) -> JointPlan:
+    return JointPlan(epoch=Epoch(tick, "r1"), ways={"r2": ROOM.at(way)}, after={})
+
+
+def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
+    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    head, goal = ROOM.at("ad")
+    call = called(at=NOW)
+    joint.step(situation(NOW, {"r1": call}, head, goal))
+    events = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
+    assert (joint.way, joint.epoch, joint.frozen) == (None, None, None)
+    a, b, c = ROOM.at("abc")
+    assert joint.refused(NOW + 1) == Refusal(Epoch(NOW, "r1"), ((a, b), (b, c)))
+    assert joint.refused(NOW + 2 + SETTINGS.carry) is None, "its leader has heard it, or never will"
+    assert events + joint.step(situation(NOW + 2, {}, head, goal)) == [
+        Event("plan_refused", ("r2",), f"r2 refuses the plan of r1: no way from cell {a} to {b}")
+    ]
+
+
+def test_a_member_takes_a_way_that_its_own_map_has() -> None:
+    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    head, goal = ROOM.at("ad")
+    call = called(at=NOW)
+    joint.step(situation(NOW, {"r1": call}, head, goal))
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
+    assert joint.way == ROOM.at("aefghd")
+    assert joint.refused(NOW + 1) is None
+
+
+def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
+    joint = JointPlanning("r1", ROOM.cells, SETTINGS)
+    joint.need = "r1"
+    a, b, c, d = ROOM.at("abcd")
+    plans: list[JointPlan] = []
+    for tick in range(NOW, NOW + 60):
+        if joint.plan is not None and joint.plan not in plans:
+            plans.append(joint.plan)
+        refusal = Refusal(plans[0].epoch, ((a, b), (b, c))) if plans else None
+        other = record("r2", a, tick, frozen=joint.frozen, goal=d, refusal=refusal)
+        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh")))
+    assert [plan.ways["r2"] for plan in plans] == [ROOM.at("abcd"), ROOM.at("aefgcd")][: len(plans)]
+    assert len(plans) == 2, "once for each refusal"
+
+
+def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> None:
+    joint = JointPlanning("r2", ROOM.cells, SETTINGS)
+    a, b = ROOM.at("ab")
+    claims = (Claim(a, 1, NOW),)
+    call = called(at=NOW)
+    heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
+    assert not joint.is_waited_for([a], situation(NOW, heard)), "it follows no plan"
+    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
+    plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad")))
+    assert joint.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.is_waited_for([a], situation(NOW, {"r3": heard["r3"]})), "r3 has no part in the plan"

@@ -1,13 +1,14 @@
 """What the rays say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
 
 from math import cos, pi, sin
+from typing import Any
 
 import pytest
 
-from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting
+from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting, robot_at
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
-from swarm.traffic.record import Record
+from swarm.traffic.record import Claim, Record
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import SIDE, Drawn
 
@@ -214,3 +215,37 @@ def test_a_robot_is_known_where_it_was_heard_and_farther_off_the_older_that_is()
     assert stops(near + 0.06 + 0.3 + drives, 10)
     assert stops(0.0, 0, mine=frozenset(held)), "in a cell that is mine alone nobody else is"
     assert stops(0.0, 0, held=(B,)), "nor where it holds nothing"
+
+
+# fmt: off
+BODIES = {  # age of its record [ticks], how far off the place heard of a hit is [m], in which cell: may be the robot
+    "where it was heard":                   (0,     0.3,  "held",    True),
+    "too far for now":                      (0,     0.4,  "held",    False),
+    "as far as it may have driven":         (20,    1.1,  "held",    True),
+    "farther than that":                    (20,    1.4,  "held",    False),
+    "in a cell that it had not yet":        (2,     0.3,  "claimed", False),
+    "in one that it may have taken since":  (20,    0.3,  "claimed", True),
+    "in one that it came to later":         (20,    0.3,  "ahead",   True),
+    "in none of its cells":                 (20,    0.3,  "none",    False),
+    "silent for long, it came to rest":     (1000,  0.8,  "held",    True),
+    "and no farther":                       (1000,  1.0,  "held",    False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_hit_may_be_on_a_robot_that_was_heard(name: str) -> None:
+    age, off, kept, is_robot = BODIES[name]
+    x, y = HERE.x, HERE.y + off
+    cells = tuple(range(len(FLOOR.cells)))
+    fields: dict[str, Any] = {"held": ()}
+    match kept:
+        case "held":
+            fields = {"held": cells}
+        case "claimed":
+            fields = {"claims": tuple(Claim(cell, 1, 0) for cell in cells)}
+        case "ahead":
+            fields = {"ahead": FLOOR.cells.touched(x, y, 0.01)}
+    one = Record(robot="r2", stamp=0, x=HERE.x, y=HERE.y, goal=A, **fields)
+    assert robot_at([one], age, FLOOR.cells, SETTINGS)((x, y)) is is_robot
+    assert not robot_at([], age, FLOOR.cells, SETTINGS)((x, y))

@@ -113,6 +113,26 @@ def test_on_another_floor_what_no_longer_connects_is_given_up() -> None:
     assert (touching.ledger.held, touching.steps) == ((A, B, D, C), (ALONE, ALONE, BESIDE, ALONE))
 
 
+# fmt: off
+BROKEN = {  # held, route, body: what is shut ahead, and of that between held cells
+    "all before the wall":      ((A, B),       (C,),         A, (),               ()),
+    "the route":                ((A, B),       (C, D, E),    A, ((C, D), (D, E)), ()),
+    "a cell held":              ((A, B, C, D), (),           A, ((C, D),),        ((C, D),)),
+    "what lies behind":         ((C, D, E),    (F,),         E, (),               ()),
+    "nothing":                  ((A,),         (),           A, (),               ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_another_floor_breaks_is_listed(name: str) -> None:
+    held, route, body, shut, of_held = BROKEN[name]
+    before = walk(held, (ALONE,) * len(held), *route)
+    assert before.shut(SHUT.cells, body) == shut
+    assert before.shut(SHUT.cells, body, route=False) == of_held
+    assert before.shut(LINE.cells, body) == ()
+
+
 cells = st.integers(0, 6)
 
 

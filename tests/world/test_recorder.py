@@ -13,7 +13,7 @@ from swarm.maps.text import from_text
 from swarm.messages import Activity, Command
 from tests.shared import scenario_of
 from world.physics import Contact
-from world.recorder import DEADLOCK, MOVES, PARTED, Recorder
+from world.recorder import MOVES, PARTED, Recorder
 from world.world import REST
 
 SCENARIO = scenario_of()
@@ -133,54 +133,23 @@ GO, WAIT, SHUT, DONE, READY = (
 )  # fmt: skip
 
 # fmt: off
-WAITS: dict[str, tuple[list[Activity], int, int, int]] = {  # conflicts, ticks waited, of those in a row
-    "nobody":                         ([GO, READY, DONE],              0, 0, 0),
-    "once":                           ([GO, WAIT, WAIT, GO],           1, 2, 2),
-    "twice":                          ([WAIT, WAIT, WAIT, GO, WAIT],   2, 4, 3),
-    "the longer comes last":          ([WAIT, GO, WAIT, WAIT],         2, 3, 2),
-    "shut in is no conflict":         ([SHUT, SHUT, SHUT],             0, 3, 3),
-    "gives way and is shut in":       ([WAIT, SHUT, WAIT],             1, 3, 3),
-    "shut in, then gives way":        ([SHUT, WAIT],                   0, 2, 2),
+WAITS: dict[str, tuple[list[Activity], int]] = {  # ticks waited
+    "nobody":                         ([GO, READY, DONE],              0),
+    "once":                           ([GO, WAIT, WAIT, GO],           2),
+    "twice":                          ([WAIT, WAIT, WAIT, GO, WAIT],   4),
+    "shut in":                        ([SHUT, SHUT, SHUT],             3),
+    "gives way and is shut in":       ([WAIT, SHUT, WAIT],             3),
 }
 # fmt: on
 
 
 @pytest.mark.parametrize("name", WAITS)
-def test_waits_under_the_simple_rule(name: str) -> None:
-    activities, conflicts, ticks, longest = WAITS[name]
+def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
+    activities, ticks = WAITS[name]
     record = recorder(A, B)
     for activity in activities:
-        record.moving([doing(activity), doing()], [STANDS, STANDS])
-    assert record.conflicts == conflicts
+        record.doing([doing(activity), doing()])
     assert record.waiting == [ticks * DT, 0.0]
-    assert record.longest_wait == longest * DT
-
-
-FULL = round(DEADLOCK / DT)  # ticks
-STILL, MOVING = [STANDS, STANDS], [(0.0, MOVES * 1.1), STANDS]
-
-# fmt: off
-STANDSTILLS: dict[str, tuple[list[tuple[str, list[tuple[float, float]]]], int]] = {  # what r1 does, and the wheels
-    "not long enough":                 ([("go", STILL)] * (FULL - 1),                                       0),
-    "just long enough":                ([("go", STILL)] * FULL,                                             1),
-    "for ever, once":                  ([("go", STILL)] * (5 * FULL),                                       1),
-    "one moves in between":            ([("go", STILL)] * (FULL - 1) + [("go", MOVING)] + [("go", STILL)] * (FULL - 1), 0),
-    "again after somebody moved":      ([("go", STILL)] * FULL + [("go", MOVING)] + [("go", STILL)] * FULL, 2),
-    "creeping counts as standing":     ([("go", [(MOVES, MOVES), STANDS])] * FULL,                          1),
-    "all done":                        ([("done", STILL)] * (5 * FULL),                                     0),
-    "the other is done and moves":     ([("other done", [STANDS, (0.5, 0.5)])] * FULL,                      1),
-}
-# fmt: on
-
-
-@pytest.mark.parametrize("name", STANDSTILLS)
-def test_a_standstill_of_all_that_are_unfinished_counts_once(name: str) -> None:
-    ticks, deadlocks = STANDSTILLS[name]
-    record = recorder(A, B)
-    for what, wheels in ticks:
-        one = doing(DONE if what == "done" else GO)
-        record.moving([one, doing(GO if what == "go" else DONE)], wheels)
-    assert record.deadlocks == deadlocks
 
 
 # --- stops ---
@@ -199,8 +168,8 @@ def test_a_run_is_complete_when_every_robot_was_at_every_stop() -> None:
 
 def test_what_robots_say_of_plans_and_stops_given_up_is_their_last_word() -> None:
     record = recorder(A, B)
-    record.moving([doing(replans=1), doing(replans=0, unreachable=[0])], STILL)
-    record.moving([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])], STILL)
+    record.doing([doing(replans=1), doing(replans=0, unreachable=[0])])
+    record.doing([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])])
     assert record.replans == [4, 0]
     assert record.unreachable == [[1, 0], [0]]
 

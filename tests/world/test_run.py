@@ -250,7 +250,7 @@ def test_a_fault_that_is_drawn_lasts_its_time() -> None:
 
 def test_a_process_born_again_goes_on_with_the_mission_and_the_floor_of_now() -> None:
     spell = Spell("r1", Health.AWAY, 120, 40)
-    scenario = scenario_of(targets=[[4.5, 2.5], [7.5, 3.5]], return_home=False, traffic={"rule": "give_way"})
+    scenario = scenario_of(targets=[[4.5, 2.5], [7.5, 3.5]], return_home=False)
     simulation = Simulation.of(scenario, 1, 1, Faults(spells=(spell,)))
     first = simulation.robots[0]
     reached = []
@@ -269,9 +269,9 @@ def test_a_process_born_again_goes_on_with_the_mission_and_the_floor_of_now() ->
 
 def test_held_up_a_robot_thinks_and_speaks_and_stands() -> None:
     spell = Spell("r1", Health.HELD_UP, 0, 40)
-    simulation = Simulation.of(scenario_of(traffic={"rule": "give_way"}), 1, 1, Faults(spells=(spell,)))
+    simulation = Simulation.of(scenario_of(), 1, 1, Faults(spells=(spell,)))
     before = simulation.world.poses()
     said = [simulation.step() for _ in range(40)]
     assert simulation.world.poses() == before
-    assert sum(bool(one.spoken) for one in said) == 10
+    assert sum(bool(one.spoken) for one in said) == 30 / 2 + 2, "while it listens twice as often"
     assert all((one.commands["r1"].left, one.commands["r1"].right) == (0.0, 0.0) for one in said)

@@ -9,7 +9,7 @@ from tests.shared import ROOM, scenario_of
 from world.traffic_watch import TrafficWatch
 from world.world import REST, World
 
-SCENARIO = scenario_of(traffic={"rule": "holds", "cell": 1.0, "offset": [0.0, 0.0]})
+SCENARIO = scenario_of(traffic={"cell": 1.0, "offset": [0.0, 0.0]})
 COLUMNS = 10
 HERE, BESIDE, THERE = 3 * COLUMNS + 2, 3 * COLUMNS + 3, 3 * COLUMNS + 6  # cells of the room, 1 m wide
 AT = {HERE: Pose(2.5, 3.5, 0.0), BESIDE: Pose(3.5, 3.5, 0.0), THERE: Pose(6.5, 3.5, 0.0)}
@@ -85,7 +85,7 @@ def test_a_fault_is_an_event_of_the_run() -> None:
 
 def test_after_an_edit_bodies_are_judged_on_the_new_floor() -> None:
     watching = watch()
-    wider = scenario_of("#" * 10 + "\n" + ROOM, traffic={"rule": "holds", "cell": 2.0, "offset": [0.0, 0.0]})
+    wider = scenario_of("#" * 10 + "\n" + ROOM, traffic={"cell": 2.0, "offset": [0.0, 0.0]})
     watching.set_floor(wider.map, wider.settings)
     place = Pose(3.0, 3.0, 0.0)  # in the middle of the second cell of the second row, 5 cells a row
     assert watching.look(0, [place, AT[THERE]], {}, [say(1 * 5 + 1), REST]) == []

@@ -12,7 +12,6 @@ from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from world.clearance import ClearanceJudge
 from world.ether import Ether
-from world.recorder import DEADLOCK
 from world.world import REST, World, merged
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -164,29 +163,12 @@ def test_the_recorder_measures_the_way_and_the_waiting() -> None:
     for _ in range(60):
         world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
     assert world.recorder.waiting[0] == pytest.approx(3.0)
-    assert world.recorder.longest_wait == pytest.approx(3.0)
-    assert world.recorder.conflicts == 1
-    world.step({"r1": drive(world, 0.0, 0.0)})
-    world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
-    assert world.recorder.conflicts == 2
-    assert world.recorder.longest_wait == pytest.approx(3.0)
-
-
-def test_a_deadlock_is_everybody_standing_unfinished_for_long_and_counts_once() -> None:
-    world = world_of()
-    for _ in range(round(DEADLOCK / world.dt) - 1):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.BLOCKED)})
-    assert world.recorder.deadlocks == 0
-    for _ in range(400):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.BLOCKED)})
-    assert world.recorder.deadlocks == 1
 
 
 def test_a_robot_that_is_done_may_stand_for_ever() -> None:
     world = world_of()
     for _ in range(400):
         world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE)})
-    assert world.recorder.deadlocks == 0
     assert world.finished
 
 

@@ -15,8 +15,8 @@ from swarm.traffic.cells_of import cells_of, comes_near, short_of
 from world.storm.plan import FaultKind, PlannedFault, StormPlan
 from world.storm.profiles import PROFILES, Profile
 
-FINE: Final = 0.4  # m, a character of the drawn map: a third of a cell
-SIDE: Final = 3  # characters, a cell
+SIDE: Final = 1.2  # m, of a cell
+THIRD: Final = 3  # thin walls are a third of a cell wide
 RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; the first edit comes no sooner
 MOVER_ROOM: Final = 0.45  # m, of a moving obstacle and of what robots keep clear of it
@@ -43,12 +43,12 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
     """Draw once; None where it came out as a world that nobody could drive in."""
     columns, rows = (round(chance.uniform(*span)) for span in (profile.columns, profile.rows))
     text = _floor(profile, columns, rows, chance)
-    robots = min(round(chance.uniform(*profile.robots)), int(profile.per_cell * text.count(".") / SIDE**2))
+    robots = min(round(chance.uniform(*profile.robots)), int(profile.per_cell * text.count(".") / profile.raster**2))
     if robots < profile.robots[0]:
         return None
     raw: dict[str, Any] = {
         "name": f"storm.{name}.{seed}",
-        "map": {"text": text, "cell": FINE, "known": profile.known},
+        "map": {"text": text, "cell": round(SIDE / profile.raster, 6), "known": profile.known},
         "robots": robots,
         "seed": seed,
         "limit": 3600.0,
@@ -58,7 +58,6 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             "loss": chance.choice(profile.loss),
             "line_of_sight": chance.random() < profile.sight,
         },
-        "traffic": {"rule": "holds" if profile.known else "auto"},
     }
     if chance.random() < profile.noise:
         raw["sensors"] = {"noise": 0.02, "bearing_noise_deg": 2.0}
@@ -69,9 +68,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
     stops = round(chance.uniform(*profile.stops))
     if len(piece) < robots + 1:
         return None
-    raw["traffic"] |= (
-        {"cell": round(cells.side, 6), "offset": [round(x, 6) for x in cells.offset]} if profile.known else {}
-    )
+    raw["traffic"] = {"cell": round(cells.side, 6), "offset": [round(x, 6) for x in cells.offset]}
     raw["start"] = {"poses": [_pose(cells, cell, chance) for cell in chance.sample(piece, robots)]}
     if chance.random() < profile.shared:
         raw["targets"] = [_point(cells, cell, chance) for cell in chance.sample(piece, min(stops, len(piece)))]
@@ -103,29 +100,29 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
 
 def _floor(profile: Profile, columns: int, rows: int, chance: Random) -> str:
     """Draw a walled floor: blocks on the lattice, or blocks and thin walls anywhere."""
-    width, height = columns * SIDE, rows * SIDE
+    side, third = profile.raster, profile.raster // THIRD  # characters
+    width, height = columns * side, rows * side
     grid = [["." for _ in range(width)] for _ in range(height)]
     anywhere = chance.random() < profile.off_lattice
     blocks = round(chance.uniform(*profile.walls) * columns * rows)
     for _ in range(blocks):
         if anywhere:
-            w, h = chance.choice(((1, 3), (3, 1), (1, 6), (6, 1), (2, 2), (3, 3)))
+            w, h = (third * n for n in chance.choice(((1, 3), (3, 1), (1, 6), (6, 1), (2, 2), (3, 3))))
             x, y = chance.randrange(width), chance.randrange(height)
         else:
-            w, h = SIDE, SIDE
-            x, y = SIDE * chance.randrange(columns), SIDE * chance.randrange(rows)
+            w, h = side, side
+            x, y = side * chance.randrange(columns), side * chance.randrange(rows)
         kind = chance.choice("##o")
         for row in range(y, min(height, y + h)):
             for column in range(x, min(width, x + w)):
                 grid[row][column] = kind
-    side, edge = "#" * SIDE, ["#" * (width + 2 * SIDE)] * SIDE
-    return "\n".join([*edge, *(side + "".join(line) + side for line in grid), *edge]) + "\n"
+    beside, edge = "#" * side, ["#" * (width + 2 * side)] * side
+    return "\n".join([*edge, *(beside + "".join(line) + beside for line in grid), *edge]) + "\n"
 
 
 def _cells_for(raw: dict[str, Any]) -> CellMap | None:
     """Settle the lattice for a floor on which starts and stops are not drawn yet."""
     blank = raw | {"start": {"area": [0.0, 0.0, 1e3, 1e3]}, "targets": [[1.0, 1.0]], "robots": 1, "return_home": False}
-    blank["traffic"] = {"rule": "holds"}
     blank["map"] = blank["map"] | {"known": True}
     plan = StormPlan(profile="draw", seed=0, scenario=checked(blank, "storm"))
     scenario = plan.to_scenario()
@@ -173,8 +170,8 @@ def _edits(columns: int, rows: int, chance: Random) -> list[dict[str, Any]]:
     for _ in range(chance.randint(1, 4)):
         time += chance.uniform(1.0, 20.0)
         w, h = chance.choice(((0.3, 0.3), (1.0, 0.3), (0.3, 1.0), (1.1, 1.1)))
-        x = SIDE * FINE + chance.uniform(0.0, columns * SIDE * FINE - w)
-        y = SIDE * FINE + chance.uniform(0.0, rows * SIDE * FINE - h)
+        x = SIDE + chance.uniform(0.0, columns * SIDE - w)
+        y = SIDE + chance.uniform(0.0, rows * SIDE - h)
         low, high = [round(x, 2), round(y, 2)], [round(x + w, 2), round(y + h, 2)]
         kind = chance.choice(("wall", "obstacle", "free"))
         edits.append({"at": round(time, 2), "kind": kind, "low": low, "high": high})

@@ -88,7 +88,7 @@ def record(plan: StormPlan) -> History:
     except Exception:
         history.crash = format_exc()
     history.contacts = world.recorder.begun
-    history.faults = world.traffic.watch.faults if world.traffic is not None else []
+    history.faults = world.traffic.watch.faults
     history.wall_time = perf_counter() - began
     return history
 

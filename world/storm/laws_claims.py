@@ -11,7 +11,7 @@ from swarm.traffic.record import Claim, Record, Sighting
 from world.faults import SILENT
 from world.storm.growth import AWAY, growth, has_new_process
 from world.storm.history import History, Moment
-from world.storm.seen import Found, holds
+from world.storm.seen import Found, claims_of
 from world.storm.told import Told
 
 LISTENS: Final = 1.0  # s after it begins or wakes, in which a robot claims nothing
@@ -22,8 +22,6 @@ Said = dict[tuple[str, int], Claim]  # (robot, number): what it claimed under it
 
 def claims_numbered_once(history: History) -> Found:
     """Check that a robot claims one cell at one time under a number, and never anything else under it again."""
-    if not holds(history):
-        return
     said: Said = {}
     for moment in history.moments:
         for name, own in _records(moment):
@@ -36,13 +34,11 @@ def claims_numbered_once(history: History) -> Found:
 
 def no_false_agreement(history: History) -> Found:
     """Check that nobody agrees to a claim for a cell that it holds itself, or claims with the older right."""
-    if not holds(history):
-        return
     said: Said = {}
     for moment in history.moments:
         for name, own in _records(moment):
             said.update({(name, claim.number): claim for claim in own.claims})
-            older = {claim.cell: (claim.stamp, name) for claim in own.claims}
+            older = {cell: (claim.stamp, name) for cell, claim in claims_of(own).items()}
             for other, number in own.acks:
                 claim = said.get((other, number))
                 if claim is None:
@@ -56,8 +52,6 @@ def no_false_agreement(history: History) -> Found:
 
 def listens_first(history: History) -> Found:
     """Check that a robot which begins or wakes claims nothing before it has listened."""
-    if not holds(history):
-        return
     last: dict[str, int] = {}
     began: dict[str, int] = {}
     for moment in history.moments:
@@ -73,8 +67,6 @@ def listens_first(history: History) -> Found:
 
 def stands_without_claims(history: History) -> Found:
     """Check that who stands for a joint plan claims nothing: the leader plans with what is held."""
-    if not holds(history):
-        return
     for moment in history.moments:
         for name, own in _records(moment):
             if own.frozen is not None and own.claims:
@@ -86,8 +78,6 @@ def takes_only_what_is_free(history: History) -> Found:
 
     Excepted is a cell of a silent robot that a look has found empty since.
     """
-    if not holds(history):
-        return
     seen = {sighting for moment in history.moments for _, own in _records(moment) for sighting in own.seen}
     told = Told(history)
     claims: dict[str, dict[int, Claim]] = {}  # of the newest record
@@ -102,7 +92,7 @@ def takes_only_what_is_free(history: History) -> Found:
                 for other, record in told.of(name).items():
                     if _keeps(record, cell, name, claim) and not _found_empty(seen, cell, record.stamp, moment.tick):
                         yield moment.tick, (name, other), f"{name} took cell {cell}, which {other} had told it keeps"
-        claims |= {name: {claim.cell: claim for claim in own.claims} for name, own in _records(moment)}
+        claims |= {name: claims_of(own) for name, own in _records(moment)}
 
 
 def _keeps(record: Record, cell: int, taker: str, claim: Claim | None) -> bool:
@@ -119,8 +109,6 @@ def _found_empty(seen: Collection[Sighting], cell: int, since: int, until: int) 
 
 def no_wait_for_the_silent(history: History) -> Found:
     """Check that nobody waits for the answer of a robot long silent, but only for cells that it was told it keeps."""
-    if not holds(history):
-        return
     told = Told(history)
     silent_since: dict[str, int] = {}
     for moment in history.moments:

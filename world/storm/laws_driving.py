@@ -9,15 +9,13 @@ from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.scenario.schema import RobotSettings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from world.storm.history import History
-from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
+from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
 
 CREEPS: Final = 0.3  # m/s; who is slower comes to rest within 2.5 cm, which the margin of its cells covers
 
 
 def no_body_outside(history: History) -> Found:
     """Check that each body is inside the cells that its robot holds."""
-    if not holds(history):
-        return
     pushed = pushes(history)
     radius = history.settings.robot.radius
     held: dict[str, Sequence[int]] = {}
@@ -44,8 +42,6 @@ def room_to_brake(history: History) -> Found:
 
     With late answers its newest commands are carried out first.
     """
-    if not holds(history):
-        return
     pushed = pushes(history)
     robot, moments = history.settings.robot, history.moments
     for index, moment in enumerate(moments[:-1]):

@@ -10,7 +10,7 @@ from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
 from world.storm.growth import growth
 from world.storm.history import History, Moment
-from world.storm.seen import EXACT, Found, cells_at, holds, pushes, was_pushed
+from world.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
 from world.storm.told import Told
 
 NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
@@ -56,8 +56,6 @@ def no_overlap(history: History) -> Found:
     excused that somebody takes a silent robot's cell in which no body is, or of which nobody ever told it; and what a
     moving obstacle pushes a body into.
     """
-    if not holds(history):
-        return
     pushed = pushes(history)
     excused: set[tuple[str, str]] = set()
     blamed: set[tuple[str, str]] = set()
@@ -103,8 +101,6 @@ def no_hold_without_claim(history: History) -> Found:
     Whatever the event: an edit, a new map, a stop, a new goal. Excepted is a robot that just began or was away, one
     that drives unconstrained because nobody is in range, and one that was pushed.
     """
-    if not holds(history):
-        return
     claims: dict[str, dict[int, int]] = {}  # of the newest record: cell -> number
     acks: dict[str, set[tuple[str, int]]] = {}
     heard: dict[str, dict[str, int]] = {}
@@ -124,7 +120,7 @@ def no_hold_without_claim(history: History) -> Found:
         for name, broadcast in moment.spoken.items():
             if broadcast.traffic is not None:
                 own = broadcast.traffic.own
-                claims[name] = {claim.cell: claim.number for claim in own.claims}
+                claims[name] = {cell: claim.number for cell, claim in claims_of(own).items()}
                 acks.setdefault(name, set()).update(own.acks)
 
 

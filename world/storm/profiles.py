@@ -16,7 +16,8 @@ class Profile:
     robots: Span = (2, 8)
     per_cell: float = 0.3  # robots for each free cell, at most
     walls: Span = (0.0, 0.25)  # share of the floor that is tried to be filled
-    off_lattice: float = 0.4  # chance that walls lie anywhere, not cell by cell
+    off_lattice: float = 0.4  # chance that walls lie anywhere on the raster, not cell by cell
+    raster: int = 3  # characters of the drawn map along a cell
     stops: Span = (1, 2)  # for each robot
     shared: float = 0.3  # chance that all visit the same targets
     home: float = 0.5  # chance that they return
@@ -75,7 +76,7 @@ PROFILES: Final[Mapping[str, Profile]] = {
     "edits": Profile(edits=1.0, dead=0.3, held_up=0.2),
     "movers": Profile(movers=1.0, held_up=0.2),
     "away": Profile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
-    "unknown": Profile(known=False, off_lattice=0.6, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
+    "unknown": Profile(known=False, off_lattice=0.6, raster=12, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
     "shared": replace(ALL, shared=1.0),
     "crowd": Profile(per_cell=0.6, robots=(4, 12), columns=(3, 6), rows=(3, 5), walls=(0.0, 0.05), held_up=0.2),
     "patrol": Profile(stops=(8, 16), robots=(2, 6), home=1.0, held_up=0.2, late=0.1),

@@ -7,6 +7,7 @@ from typing import Final
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
+from swarm.traffic.record import Claim, Record
 from world.faults import Health
 from world.storm.history import History
 
@@ -17,11 +18,6 @@ Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happene
 Law = Callable[[History], Found]
 
 
-def holds(history: History) -> bool:
-    """Return True if the robots share the floor by holding cells."""
-    return history.settings.traffic.rule == "holds"
-
-
 def floor_at(history: History, tick: int) -> OccupancyMap:
     """Return the floor as it is at a tick."""
     return next(known for since, known in reversed(history.floors) if since <= tick)
@@ -30,6 +26,12 @@ def floor_at(history: History, tick: int) -> OccupancyMap:
 def cells_at(history: History, tick: int) -> CellMap:
     """Return the cells of the floor as it is at a tick."""
     return cells_of(floor_at(history, tick), history.settings)
+
+
+def claims_of(record: Record) -> dict[int, Claim]:
+    """Return a robot's oldest claim for each cell, by which it takes the cell: its way may come to one twice."""
+    newest_first = sorted(record.claims, key=lambda claim: (claim.stamp, claim.number), reverse=True)
+    return {claim.cell: claim for claim in newest_first}
 
 
 def dead_of(history: History) -> set[str]:

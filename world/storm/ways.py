@@ -3,16 +3,11 @@
 from itertools import combinations
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.planning.grid import Grid
-from swarm.planning.path import plan
-from swarm.robot.ground import EASE, RESOLUTION
-from swarm.scenario.schema import Settings
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near
 from world.storm.brute import can_all_arrive
 from world.storm.history import History, Moment
-from world.storm.seen import cells_at, dead_of, holds
+from world.storm.seen import cells_at, dead_of
 
 
 class Ways:
@@ -31,15 +26,10 @@ class Ways:
         return bool(goals & self._reach(cells, self._last.poses[number], self._bodies(cells, number)))
 
     def always_there(self, number: int, stop: int) -> bool:
-        """Return True if a way from the robot's place to a stop was there on each floor of the run, bodies left out.
-
-        On an unknown floor the map alone counts, not the lattice.
-        """
+        """Return True if cells led from the robot's place to a stop on each floor of the run, bodies left out."""
         history = self._history
         here = self._last.poses[number]
         point = history.stops[number][stop]
-        if not holds(history):
-            return all(_path_leads(known, history.settings, here, point) for _, known in history.floors)
         for _, known in history.floors:
             cells = cells_of(known, history.settings)
             if not comes_near(cells, (here.x, here.y), point, history.settings):
@@ -108,9 +98,3 @@ class Ways:
         point = self._history.stops[number][stop]
         cell = cells.cell_of(*point)
         return frozenset({cell} if cell != OUTSIDE and cells.stands[cell] else ())
-
-
-def _path_leads(known: OccupancyMap, settings: Settings, here: Pose, there: Point) -> bool:
-    """Return True if a path on a floor, known whole, leads a robot's footprint from one place to another."""
-    grid = Grid.grown(known, settings.robot.radius, EASE * settings.robot.distance_scale, RESOLUTION)
-    return plan(grid, (here.x, here.y), there) is not None

@@ -1,0 +1,69 @@
+"""Which cells of a lattice a disc fits in, and between which it passes: compiled, for learned floors keep changing."""
+
+from math import ceil, floor
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+STANDS, RIGHT, UP, OPEN = range(4)  # of the flags of a cell: see ``measure``
+
+
+@njit("b1(b1[:, ::1], f8, f8, f8, f8, f8, f8)", cache=True)
+def _is_clear(
+    solid: NDArray[np.bool_], x: float, y: float, dx: float, dy: float, radius: float, resolution: float
+) -> bool:
+    """Tell whether a disc stays clear from (x, y) to ``(dx, dy)`` away [m], dx or dy being zero.
+
+    A line along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+    """
+    rows, columns = solid.shape[0] - 2, solid.shape[1] - 2
+    low, left = floor((y - radius) / resolution), floor((x - radius) / resolution)
+    limit = radius * radius - 1e-12
+    for row in range(low, low + ceil((dy + 2 * radius) / resolution) + 2):
+        up = max(row * resolution - y - dy, y - (row + 1) * resolution, 0.0)
+        for column in range(left, left + ceil((dx + 2 * radius) / resolution) + 2):
+            across = max(column * resolution - x - dx, x - (column + 1) * resolution, 0.0)
+            near = up * up + across * across < limit
+            if near and solid[min(max(row, -1), rows) + 1, min(max(column, -1), columns) + 1]:
+                return False
+    return True
+
+
+@njit("b1(b1[:, ::1], f8, f8, f8, f8)", cache=True)
+def _is_open(solid: NDArray[np.bool_], x: float, y: float, side: float, resolution: float) -> bool:
+    """Return True if nothing solid lies in the square whose low corner is (x, y) [m], and all of it on the map."""
+    rows, columns = solid.shape
+    for row in range(floor(y / resolution + 1e-6) + 1, ceil((y + side) / resolution - 1e-6) + 1):
+        for column in range(floor(x / resolution + 1e-6) + 1, ceil((x + side) / resolution - 1e-6) + 1):
+            if solid[min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)]:
+                return False
+    return True
+
+
+@njit("void(b1[:, ::1], f8, f8, f8, f8, f8, i8, i8, i8, i8, b1[:, :, ::1])", cache=True)
+def measure(
+    solid: NDArray[np.bool_],  # fine cells, with a solid rim about them
+    resolution: float,  # m, side of a fine cell
+    along: float,  # m, the lattice's corner
+    up: float,
+    side: float,  # m, of a cell
+    radius: float,  # m, of the disc
+    first_row: int,
+    first_column: int,
+    beyond_row: int,
+    beyond_column: int,
+    flags: NDArray[np.bool_],  # (4, rows, columns), written
+) -> None:
+    """Note of each cell of a block whether the disc stands in its middle, passes on to the right, and up.
+
+    OPEN says that no part of the cell is solid.
+    """
+    for row in range(first_row, beyond_row):
+        y = up + (row + 0.5) * side
+        for column in range(first_column, beyond_column):
+            x = along + (column + 0.5) * side
+            flags[STANDS, row, column] = _is_clear(solid, x, y, 0.0, 0.0, radius, resolution)
+            flags[RIGHT, row, column] = _is_clear(solid, x, y, side, 0.0, radius, resolution)
+            flags[UP, row, column] = _is_clear(solid, x, y, 0.0, side, radius, resolution)
+            flags[OPEN, row, column] = _is_open(solid, along + column * side, up + row * side, side, resolution)
