@@ -10,7 +10,8 @@ KERNELS: Final = (
     "swarm.planning.rays",
     "swarm.robot.fuzzy",
     "swarm.robot.lookahead",
-    "swarm.traffic.driver",
+    "swarm.robot.rollout",
+    "swarm.traffic.sweep",
     "world.rays",
 )
 

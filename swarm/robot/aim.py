@@ -24,7 +24,7 @@ SHARES: Final = (0.75, 0.5, 0.25)  # of the way from the middle of the cell it i
 
 
 class Aiming:
-    """Chooses aims for one robot; ``radius`` [m] is its footprint's. It keeps the last answer: who stands asks again."""
+    """Chooses aims for one robot; ``radius`` [m] is its footprint's. Who stands gets the last answer."""
 
     def __init__(self, cells: CellMap, radius: float) -> None:
         self._cells = cells

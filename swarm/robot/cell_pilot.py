@@ -9,13 +9,13 @@ from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
 from swarm.planning.rays import each_on_map
+from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
 from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
-from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.safety import NO_BODIES, Body, Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
 from swarm.scenario.schema import Settings

@@ -11,8 +11,8 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_size
-from swarm.scenario.schema import Settings
 from swarm.robot.safety import Body
+from swarm.scenario.schema import Settings
 
 AHEAD: Final = 2.5  # s
 THERE: Final = 0.1  # m off the aim it is reached

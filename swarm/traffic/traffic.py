@@ -32,8 +32,6 @@ __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
 FACING: Final = 0.1  # rad, off the cell looked at
-LARGE = 5
-AHEAD = 6
 VIEW: Final = 2  # cells about the body that are thought of when nobody is near
 LEANS: Final = 0.1  # m, off the place where it leans
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
@@ -249,7 +247,7 @@ class Traffic:
         needed = {
             cell
             for record in fresh.values()
-            for cell in (*record.ahead[:AHEAD], *[claim.cell for claim in record.claims], *record.held)
+            for cell in (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
         }
         way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
         across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
@@ -500,14 +498,14 @@ class Traffic:
             broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         way = (*held[place:], *walk.route)
         alone = self._hearsay.alone_in(held, inputs.tick)
-        ahead = way[: LARGE + 1] if floor else held[place:]
+        ahead = way[: 2 * VIEW + 1] if floor else held[place:]
         stops = self._stops_in(inputs, ahead)
         if stops:
             ahead = ahead[: ahead.index(self._goal) + 1]
         waypoints = [self.cells.centre(cell) for cell in ahead]
         if held[place] not in alone:  # not to the middle of a cell in which somebody else is too
             waypoints = waypoints[1:] or [(pose.x, pose.y)]
-        if stops:
+        if stops and self._wish is not None:
             waypoints[-1] = self._place_to_stand(self._wish)
         elif walk.route and (
             walk.route[0] == self._leans_to
