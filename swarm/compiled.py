@@ -9,7 +9,6 @@ KERNELS: Final = (
     "swarm.planning.path",
     "swarm.planning.rays",
     "swarm.robot.fuzzy",
-    "swarm.robot.lookahead",
     "swarm.robot.rollout",
     "swarm.traffic.sweep",
     "world.rays",
