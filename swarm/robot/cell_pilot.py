@@ -1,6 +1,7 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
 from collections.abc import Callable, Iterable
+from math import pi
 from typing import Final
 
 import numpy as np
@@ -34,6 +35,7 @@ CIRCLES: Final = 5.0  # s in which its way has become no shorter
 LONGER: Final = 6  # cells by which a way is longer than before because it is another one
 LEAST_SCALE: Final = 0.15  # then
 TIGHT_SCALE: Final = 0.4  # where the floor that is granted ends close by,
+TURNED: Final = 0.7  # share by which all is told farther still if the aim is behind: then the tables turn at once
 ROOMY: Final = 0.8  # m off its end nothing is scaled
 ROLLED_EVERY: Final = 4  # ticks
 WELL_WITHIN: Final = 0.9  # share of the reach
@@ -151,7 +153,7 @@ class CellPilot:
         heading = bearing(pose, aim) if seen is None else seen
         self._drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1:IN_VIEW], aim)
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
-        self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y))
+        self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
             return self._filter.rest(), heading
@@ -168,7 +170,7 @@ class CellPilot:
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
 
-    def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float) -> float:
+    def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float, heading: float) -> float:
         """Return what the tables take near and far relative to: the ``room`` [m] that is granted.
 
         Where it has got nowhere for long, the least: in some corners the tables turn to and fro for ever, and told that
@@ -177,7 +179,9 @@ class CellPilot:
         self._circles = self._gets_nowhere(situation, granted)
         if self._circles or (granted.exactly and len(granted.held) == 1):
             return LEAST_SCALE
-        return 1.0 if granted.at_large else min(1.0, max(TIGHT_SCALE, room / ROOMY))
+        if granted.at_large:
+            return 1.0
+        return min(1.0, max(TIGHT_SCALE, room / ROOMY)) * (1.0 - TURNED * abs(heading) / pi)
 
     def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
         """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place."""

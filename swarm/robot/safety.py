@@ -40,9 +40,7 @@ TURN_RATE: Final = 2.5  # rad/s at most on the spot
 ABOUT: Final = 2.6  # rad off it: to turn either way is as good
 
 # share of the forward speed, share of the yaw rate
-REMEDIES: Final = np.array((
-    (1.0, 1.0), (0.7, 0.7), (0.45, 0.45), (0.25, 0.25), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0),
-))  # fmt: skip
+REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NOWHERE: Final = (inf, inf)
 
