@@ -244,6 +244,8 @@ class Traffic:
         """List the cells to drive in beside the way, as far as nobody else needs them."""
         if floor or self._joint.frozen is not None or not inputs.sweeps or inputs.tick < self._listen_until:
             return ()
+        if walk.place(self.cells.cell_of(*inputs.pose[:2])) == len(walk.ledger.held) - 1:
+            return ()
         needed = {
             cell
             for record in fresh.values()
