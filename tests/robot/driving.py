@@ -65,18 +65,17 @@ def constraints(
     pose: Pose,
     shut: NDArray[np.float64] = NO_BOXES,
     bodies: NDArray[np.float64] = NO_BODIES,
-    **more: float,
 ) -> Constraints:
     """Make the constraints of a robot whose lattice lies as the map does."""
-    return Constraints(grid, shut, pose, bodies)._replace(**more)
+    return Constraints(grid, shut, pose, bodies)
 
 
 def solid(floor: OccupancyMap) -> shapely.Geometry:
     """Join everything solid into one shape, made from the drawing alone; the map lies at the origin."""
-    rows, columns = floor.shape
+    side, (rows, columns) = floor.resolution, floor.shape
     return shapely.union_all(
         [
-            shapely.box(*(side * floor.resolution for side in (column, row, column + 1, row + 1)))
+            shapely.box(side * column, side * row, side * (column + 1), side * (row + 1))
             for row in range(rows)
             for column in range(columns)
             if floor.cells[row, column] in {WALL, OBSTACLE}
