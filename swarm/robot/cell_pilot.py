@@ -35,6 +35,7 @@ CIRCLES: Final = 5.0  # s in which its way has become no shorter
 LONGER: Final = 6  # cells by which a way is longer than before because it is another one
 LEAST_SCALE: Final = 0.15  # then
 TIGHT_SCALE: Final = 0.4  # where the floor that is granted ends close by,
+PASSAGE: Final = 2  # ways out of a cell
 TURNED: Final = 0.7  # share by which all is told farther still if the aim is behind: then the tables turn at once
 ROOMY: Final = 0.8  # m off its end nothing is scaled
 ROLLED_EVERY: Final = 4  # ticks
@@ -156,10 +157,17 @@ class CellPilot:
         self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
-            return self._filter.rest(), heading
+            if not self._turns_meanwhile(granted):
+                return self._filter.rest(), heading
+            within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), LEAST_SCALE
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
         return self._filter.check(sense, tables, constraints), heading
+
+    def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
+        """Return True if it turns to its way while it waits: a passage a cell wide leaves no room to do so later."""
+        passage = len(self._cells.neighbours[granted.way[0]]) <= PASSAGE
+        return passage and len(granted.way) > 1 and len(granted.held) == 1
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
         """List the cells that the tables would drive the robot over in the next seconds, had they the floor."""
