@@ -96,7 +96,7 @@ class SafetyFilter:
         self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
-        """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear; stand if they are none."""
+        """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear; stand if they are NaN."""
         wanted = self._drive.twist(*tables)
         if not (isfinite(wanted.linear) and isfinite(wanted.angular)):
             return STAND  # the kernel's comparisons would call it clear

@@ -235,7 +235,7 @@ def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
 @pytest.mark.parametrize("speed", [0.3, -0.3])
 def test_what_comes_or_goes_is_not_taken_to_stay_where_it_was(speed: float) -> None:
     """A moving obstacle: what was found in one place would explain it where it drives against the robot."""
-    assert STILL < abs(speed) * SETTINGS.tick * HALTED, "slower than that it is as good as still"
+    assert abs(speed) * SETTINGS.tick * HALTED > STILL, "slower than that it is as good as still"
     began = 0.5 if speed > 0 else 0.2
     said = halts(*[began - speed * SETTINGS.tick * tick for tick in range(2 * HALTED)])
     assert said == [Halt(stopped=True)] * (2 * HALTED)
