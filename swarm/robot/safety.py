@@ -8,7 +8,7 @@ little way along it. None of this knows the target: a robot whose tables do not 
 """
 
 from collections.abc import Sequence
-from math import copysign, hypot, inf, pi, sqrt
+from math import copysign, hypot, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -96,14 +96,16 @@ class SafetyFilter:
         self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
-        """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear."""
+        """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear; stand if they are NaN."""
+        wanted = self._drive.twist(*tables)
+        if not (isfinite(wanted.linear) and isfinite(wanted.angular)):
+            return STAND  # the kernel's comparisons would call it clear
         if not constraints.may_drive and abs(sense.linear) > STANDS:
             return STAND  # to turn at once would take longer to come to a stand
         fastest = self._fastest(sense.front, constraints)
         away = self._away(sense, constraints, fastest)
         if away is not None:
             return away
-        wanted = self._drive.twist(*tables)
         gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
         if constraints.slowly:
             gently = min(gently, NEARING * constraints.stop_within)

@@ -193,10 +193,10 @@ class CellMap:
         self._blind.clear()
         self._tables.clear()
 
-    def in_sight(self, a: Point, b: Point) -> bool:
-        """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
+    def in_sight(self, a: Point, b: Point, room: float = SIGHT) -> bool:
+        """Return True if no wall comes nearer than ``room`` [m] to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count))
+        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, room, count))
 
     # ---- distances
 

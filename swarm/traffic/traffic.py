@@ -63,6 +63,7 @@ class Traffic:
         self._on_way = 0
         self._goal = OUTSIDE
         self._wants = 0  # tick since which it has had this goal
+        self._way_out: tuple[int, ...] = ()  # of a cell that is none to stand in
         self._wish: Point | None = None
         self._stand_for: tuple[CellMap, int, Point] | None = None  # where in its goal's cell it wants to be,
         self._stand: Point = (0.0, 0.0)  # and where it can stand
@@ -266,9 +267,10 @@ class Traffic:
         if goal is None:
             if self._wish is not None or self._goal == OUTSIDE:
                 self._goal = walk.head
-        elif goal != self._wish or self._goal == OUTSIDE:
-            cell = self.cells.cell_of(*goal)
-            table = self.cells.distances(walk.head)
+        elif goal != self._wish or self._goal == OUTSIDE or self._way_out or not self.cells.stands[self._goal]:
+            self._way_out = self._find_way_out(walk, pose)
+            cell = self._way_out[0] if self._way_out else self.cells.cell_of(*goal)
+            table = self.cells.distances(cell if self._way_out else walk.head)
             if cell == OUTSIDE or table[cell] >= FAR:
                 reachable = [other for other, steps in enumerate(table) if steps < FAR]
                 cell = min(reachable, key=lambda other: (distance(self.cells.centre(other), goal), other))
@@ -276,6 +278,19 @@ class Traffic:
                 self._goal, self._wants = cell, self._last_tick
                 self._joint.leave()
         self._wish = goal
+
+    def _find_way_out(self, walk: Walk, pose: Pose) -> tuple[int, ...]:
+        """Return the cell to drive to, as a way, where an edit has left the body in a cell that is none to stand in.
+
+        No way of the map leads from there. () where it stands in a cell of the map, or every cell beside is shut off.
+        """
+        cells, head = self.cells, walk.head
+        if cells.stands[head] or any(step != BESIDE for step in walk.steps[:-1]):
+            return ()
+        middles = {cell: cells.centre(cell) for cell in cells.around(head, 1) if cells.stands[cell]}
+        near = sorted(middles, key=lambda cell: (distance(middles[cell], pose), cell))
+        here = (pose.x, pose.y)
+        return next(((cell,) for cell in near if cells.in_sight(here, middles[cell], self.settings.radius)), ())
 
     # ---- layer 0: unexpected obstacles
 
@@ -338,7 +353,7 @@ class Traffic:
             return walk
         self._retry_at = tick + RETRY
         self._route_for = wanted
-        route = own_way(self.cells, walk.head, self._goal, wanted[1] - {walk.head}, path)
+        route = self._way_out or own_way(self.cells, walk.head, self._goal, wanted[1] - {walk.head}, path)
         return self._without_stale_claims(walk.alone(route))
 
     @staticmethod
