@@ -9,8 +9,8 @@ KERNELS: Final = (
     "swarm.planning.path",
     "swarm.planning.rays",
     "swarm.robot.fuzzy",
+    "swarm.motion.sweep",
     "swarm.robot.rollout",
-    "swarm.traffic.sweep",
     "world.rays",
 )
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
+from swarm.motion.sweep import lines_are_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.sweep import lines_are_clear
 
 NO_AIM: Final = 0.05  # m; what is nearer is no aim
 SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim,

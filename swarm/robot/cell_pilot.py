@@ -9,11 +9,12 @@ import numpy as np
 from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
+from swarm.motion.drive import DifferentialDrive
+from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
-from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
@@ -24,7 +25,6 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import gap
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})

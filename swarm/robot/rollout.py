@@ -1,6 +1,6 @@
 """Where the tables would drive a robot in the next seconds, had they all the floor they want: tables and kinematics."""
 
-from math import atan2, cos, hypot, pi, sin
+from math import atan2, hypot, pi
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
+from swarm.motion.sweep import advance
 from swarm.robot.fuzzy import Controller
 from swarm.robot.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_size
 from swarm.robot.safety import Body
@@ -41,13 +42,9 @@ def _roll(
         want_left, want_right, _ = infer_into(
             left, front, right, -error * 180.0 / pi, universes, terms, rules, yields, pieces, areas, slowing, scratch
         )
-        left_now = min(left_now + most, max(left_now - most, speed * want_left))
-        right_now = min(right_now + most, max(right_now - most, speed * want_right))
-        half = (right_now - left_now) / width * dt / 2
-        reach = (left_now + right_now) / 2 * dt
-        x += reach * cos(yaw + half)
-        y += reach * sin(yaw + half)
-        yaw += 2 * half
+        x, y, yaw, left_now, right_now = advance(
+            x, y, yaw, left_now, right_now, speed * want_left, speed * want_right, width, most, dt
+        )
         points[count] = x, y
         count += 1
     circles = count == ticks and before < ROUND and hypot(aim_x - x, aim_y - y) > NEARER * before

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist
 from swarm.messages import Sense
+from swarm.motion.drive import DifferentialDrive
+from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
-from swarm.robot.kinematics import DifferentialDrive
 from swarm.scenario.schema import Settings
-from swarm.traffic.sweep import NO_COMMANDS, braking_points, first_clear
 
 SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not touch
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
@@ -140,9 +140,11 @@ class SafetyFilter:
         if body.left == body.right == 0.0 and not any(map(any, under_way)):
             return AT_REST
         commands = np.array(under_way, np.float64) if under_way else NO_COMMANDS
-        return braking_points(
-            *body.pose, body.left, body.right, self._drive.track_width, self._acceleration, self._dt, commands
+        most = self._acceleration * self._dt
+        points: NDArray[np.float64] = braking_points(
+            *body.pose, body.left, body.right, self._drive.track_width, most, self._dt, commands
         )
+        return points
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         """Begin an escape where it has got nowhere for long."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, integrate
 from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
 from swarm.messages import Sense
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.planning.grid import Grid
-from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.robot.safety import NO_BODIES, Body, Constraints
 from swarm.scenario.schema import Settings
 from swarm.traffic.cells import CellMap

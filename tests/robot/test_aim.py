@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, distance, from_frame
 from swarm.maps.occupancy import Point
+from swarm.motion.sweep import gap, line_room, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.aim import NO_AIM, SPARE, TIGHT, Aiming, distance_along
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR, TrafficSettings
-from swarm.traffic.sweep import gap, line_room, path_room
 from tests.robot.driving import DRIVE, MOST, RADIUS, cells_as_shape, room, solid
 from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
 

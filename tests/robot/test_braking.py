@@ -8,10 +8,10 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose
+from swarm.motion.sweep import LONGEST, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.safety import LOOK, REMEDIES, SPARE, Body, SafetyFilter
-from swarm.traffic.sweep import LONGEST, path_room
 from tests.robot.driving import (
     DRIVE,
     DT,

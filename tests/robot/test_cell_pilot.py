@@ -4,9 +4,9 @@ import pytest
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Activity
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.brain import Robot
 from swarm.robot.cell_pilot import CIRCLES, LEAST_SCALE
-from swarm.robot.kinematics import DifferentialDrive, ramp
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.halting import HALTED
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, distance, from_frame
+from swarm.motion.sweep import GRAZE, TIGHT, clearance_along, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.safety import (
@@ -36,7 +37,6 @@ from swarm.robot.safety import (
     SafetyFilter,
 )
 from swarm.traffic.settings import NEAR
-from swarm.traffic.sweep import GRAZE, TIGHT, clearance_along, first_clear
 from tests.robot.driving import (
     ACCELERATION,
     DRIVE,
