@@ -1,6 +1,6 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from math import pi
 from typing import Final
 
@@ -228,8 +228,8 @@ class CellPilot:
         grid, pose = situation.navigator.grid, situation.pose
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
 
-        def expected() -> list[float]:
-            found: list[float] = (each_on_map(grid, pose, self._bearings, radius + reach) - radius).tolist()
+        def expected(bearings: Sequence[float]) -> list[float]:
+            found: list[float] = (each_on_map(grid, pose, bearings, radius + reach) - radius).tolist()
             return found
 
         return Scan(self._bearings, situation.sense.rays, expected)

@@ -29,6 +29,7 @@ def _roll(
     yields: Integers,
     pieces: Integers,
     areas: Floats,
+    slowing: Floats,
 ) -> NDArray[np.float64]:
     x, y, yaw, left_now, right_now, left, front, right, aim_x, aim_y, speed, width, most, dt, ticks = given
     scratch = np.empty(scratch_size(terms, pieces))
@@ -38,7 +39,7 @@ def _roll(
     while count < ticks and hypot(aim_x - x, aim_y - y) > THERE:
         error = (atan2(aim_y - y, aim_x - x) - yaw + pi) % (2 * pi) - pi
         want_left, want_right, _ = infer_into(
-            left, front, right, -error * 180.0 / pi, universes, terms, rules, yields, pieces, areas, scratch
+            left, front, right, -error * 180.0 / pi, universes, terms, rules, yields, pieces, areas, slowing, scratch
         )
         left_now = min(left_now + most, max(left_now - most, speed * want_left))
         right_now = min(right_now + most, max(right_now - most, speed * want_right))

@@ -130,7 +130,7 @@ def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> N
         raise AssertionError("nobody needs that")
 
     assert Scan((0.0,), (STOP,), never).bodies(SETTINGS) == []
-    assert Scan((0.0, 1.0), (0.3, 0.4), lambda: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
+    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
     assert Scan().readings == ()
 
 
@@ -172,7 +172,7 @@ def halts(
     halting = halting or Halting(FLOOR.cells, SETTINGS)
     return [
         halting.look(
-            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda: (expected,))), others, mine
+            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))), others, mine
         )
         for tick, one in enumerate(measured)
     ]

@@ -99,7 +99,7 @@ def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
     pose = Pose(x + 0.5, y + 0.6, 0.0)  # over the wall above, and over two cells of the floor
     for tick in range(200):
         measured = 0.4 if 100 <= tick < 150 else 1.6
-        granted = traffic.step(TrafficInputs(tick, pose, goal, scan=Scan((0.0,), (measured,), lambda: (1.6,))))
+        granted = traffic.step(TrafficInputs(tick, pose, goal, scan=Scan((0.0,), (measured,), lambda _: (1.6,))))
         assert drawn.cells.stands[granted.held[-1]]
         assert granted.activity is not TrafficActivity.CUT_OFF
 
