@@ -1,5 +1,6 @@
 """What the rays say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
 
+from collections.abc import Sequence
 from math import cos, pi, sin
 from typing import Any
 
@@ -126,7 +127,7 @@ def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
 
 
 def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> None:
-    def never() -> list[float]:
+    def never(bearings: Sequence[float]) -> list[float]:
         raise AssertionError("nobody needs that")
 
     assert Scan((0.0,), (STOP,), never).bodies(SETTINGS) == []
