@@ -6,8 +6,8 @@ from typing import Final
 
 from swarm.geometry import Pose, distance
 from swarm.traffic.cells import CellMap
+from swarm.traffic.following import Following
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
-from swarm.traffic.joint import JointPlanning
 from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
@@ -24,19 +24,23 @@ UNANSWERED: Final = 40  # ticks after which one waits for those who have not ack
 class Claiming:
     """Applies the rules of ``holds`` to the cells a robot wants next, in the order of its way and of its plan."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, joint: JointPlanning) -> None:
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
         self.cells = cells
         self.settings = settings
         self.took_at = 0  # tick at which the last claim became a hold
-        self._joint = joint
 
-    def advance(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
-        """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose, body)
+    def advance(
+        self, walk: Walk, plan: Following | None, situation: Situation, pose: Pose, body: int
+    ) -> tuple[Walk, tuple[str, ...]]:
+        """Claim the next cells in the order of the plan, take those that all have acknowledged.
+
+        Return the robots that the next one waits for, too.
+        """
+        walk, waits = self._ask(walk, plan, situation, pose, body)
         while walk.route:
             cell = walk.route[0]
-            step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
+            step_free = plan is None or plan.waits_for(walk.next_step, situation) is None
             mine = cell in walk.ledger.held and not any(cell in record.held for record in situation.fresh.values())
             if mine and not walk.ledger.claims and step_free:
                 walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
@@ -74,14 +78,16 @@ class Claiming:
                 walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
         return walk
 
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
+    def _ask(
+        self, walk: Walk, plan: Following | None, situation: Situation, pose: Pose, body: int
+    ) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
         place = walk.place(body)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead
-            first = self._joint.waits_for(step, situation) if walk.following else None
-            if first is not None and not (ahead == 0 and self._joint.next_after(step, situation)):
+            first = plan.waits_for(step, situation) if plan is not None else None
+            if plan is not None and first is not None and not (ahead == 0 and plan.next_after(step, situation)):
                 return walk, (first,) if ahead == 0 else ()
             if ahead < len(walk.ledger.claims):
                 continue

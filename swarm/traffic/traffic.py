@@ -9,6 +9,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from math import hypot
 from typing import Final
 
+from msgspec.structs import replace
+
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
@@ -20,7 +22,6 @@ from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.look import View, has_gone, is_out_of_range, view
-from swarm.traffic.need import Needs
 from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import own_way
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
@@ -54,8 +55,7 @@ class Traffic:
         self._hearsay = Hearsay(me, cells, settings)
         self._halting = Halting(cells, settings)
         self._joint = JointPlanning(me, cells, settings)
-        self._claiming = Claiming(me, cells, settings, self._joint)
-        self._needs = Needs(me, settings)
+        self._claiming = Claiming(me, cells, settings)
         self._walk: Walk | None = None
         self._last_tick = -1
         self._listen_until = 0
@@ -122,26 +122,26 @@ class Traffic:
             self._wants,
             self._remembered(tick),
         )
-        events += self._joint.step(situation)
-        walk = self._find_way(walk, situation, inputs.path)
+        decision = self._joint.step(situation)
+        events += decision.events
+        walk = self._find_way(walk, situation, decision.way, inputs.path)
         waits: tuple[str, ...] = ()
         face = None
         if self._joint.frozen is not None:
             walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.all_claims))
         elif tick >= self._listen_until:
-            walk, waits = self._claiming.advance(walk, situation, pose, body)
+            walk, waits = self._claiming.advance(walk, self._joint.following, situation, pose, body)
             self._moved = max(self._moved, self._claiming.took_at)
             if not self.settings.in_sight:
                 walk = self._claiming.make_room(walk, situation, pose, room)
             face = self._look(walk, situation, waits, inputs)
         self._walk = walk
-        sends = self._speaks(tick)
-        if sends:
-            self._joint.need = None
-            may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
-            if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
-                self._joint.ask(situation)
-        return self._outputs(inputs, walk, walk.place(body), waits, face, stopped, events, sends, floor)
+        broadcast = None
+        if self._speaks(tick):
+            own = self._own_record(inputs, waits)
+            own = replace(own, need=self._joint.ask(own, situation))
+            broadcast = TrafficBroadcast(own=own, others=self._hearsay.passed_on(tick, pose.x, pose.y))
+        return self._outputs(inputs, walk, walk.place(body), waits, face, stopped, events, broadcast, floor)
 
     def _speaks(self, tick: int) -> bool:
         """Return True if it is this robot's turn to broadcast; more often where somebody has just begun to listen."""
@@ -156,7 +156,8 @@ class Traffic:
             return False
         changed = cells.neighbours is not self.cells.neighbours
         self.cells = cells
-        self._hearsay.cells = self._halting.cells = self._claiming.cells = self._joint.cells = cells
+        self._hearsay.cells = self._halting.cells = self._claiming.cells = cells
+        self._joint.take_cells(cells)
         return changed
 
     def _over_new_cells(self, walk: Walk, touched: frozenset[int], body: int) -> Walk:
@@ -314,24 +315,17 @@ class Traffic:
 
     # ---- layer 2: which way
 
-    def _find_way(self, walk: Walk, situation: Situation, path: Sequence[Point]) -> Walk:
+    def _find_way(self, walk: Walk, situation: Situation, way: tuple[int, ...] | None, path: Sequence[Point]) -> Walk:
         """Adopt a joint plan's way, or keep to it, or find one's own."""
-        joint, tick = self._joint, situation.tick
-        if joint.way is not None:
-            way, joint.way = joint.way, None
+        tick, plan = situation.tick, self._joint.following
+        if way is not None:
             if situation.idle:
                 self._goal = way[-1]
             self._moved = tick
             return self._without_stale_claims(walk.onto(way))
-        if joint.epoch is not None and (walk.route or walk.head == self._goal):
+        if plan is not None and plan.keeps(walk, situation):
             return walk
-        if joint.makes_room(situation, under_way=len(walk.ledger.held) > 1):
-            return walk
-        if joint.epoch is not None and joint.first_at(self._goal, situation.fresh) is not None:
-            return walk
-        if joint.is_waited_for(walk.ledger.held[:-1], situation):
-            return walk  # it was sent aside: to turn back before it has left would make room for nobody
-        joint.leave()
+        self._joint.leave()
         wanted = (self._goal, situation.blocked)
         complete = walk.route[-1] == self._goal if walk.route else walk.head == self._goal
         if self._route_for == wanted and not walk.following and (complete or tick < self._retry_at):
@@ -465,7 +459,6 @@ class Traffic:
             left=walk.left if joint.epoch is not None else 0,
             entered=max(0, walk.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
-            need=joint.need,
             collect=joint.collect,
             plan=joint.carried(tick),
             refusal=joint.refused(tick),
@@ -490,14 +483,10 @@ class Traffic:
         face: Point | None,
         stopped: bool,
         events: list[Event],
-        sends: bool,
+        broadcast: TrafficBroadcast | None,
         floor: tuple[int, ...],
     ) -> TrafficOutputs:
         pose, held = inputs.pose, walk.ledger.held
-        broadcast = None
-        if sends:
-            others = self._hearsay.passed_on(inputs.tick, pose.x, pose.y)
-            broadcast = TrafficBroadcast(own=self._own_record(inputs, waits), others=others)
         way = (*held[place:], *walk.route)
         alone = self._hearsay.alone_in(held, inputs.tick)
         ahead = way[: 2 * VIEW + 1] if floor else held[place:]
@@ -531,7 +520,7 @@ class Traffic:
             activity=self._activity(walk, waits, face, stopped, inputs.tick),
             events=tuple(events),
             way=way,
-            members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
+            members=self._joint.following.members if self._joint.following is not None else (),
         )
 
     def _stops_in(self, inputs: TrafficInputs, ahead: Sequence[int]) -> bool:
