@@ -53,8 +53,8 @@ MUTANTS: Final = (
     Mutant("no listening", "suspend", TRAFFIC + "settings.py", "listen: int = 30", "listen: int = 0"),
     Mutant("edit ignored", "edits", ROBOT + "brain.py",
            "self._pilot.take_floor(ground.map)\n        changed |=", "pass\n        changed |="),
-    Mutant("never looks", "dead", TRAFFIC + "traffic.py",
-           "wants = bool(waits) or self._leans_to == cell", "wants = False"),
+    Mutant("never looks", "dead", TRAFFIC + "lookout.py",
+           "wants = bool(waits) or self.leans_to == cell", "wants = False"),
     Mutant("GRANT without I hold it", "contest", TRAFFIC + "holds.py",
            '"I hold the cell":                      _i_do_not_hold,', ""),
     Mutant("GRANT without older claim", "contest", TRAFFIC + "holds.py",
@@ -89,7 +89,7 @@ MUTANTS: Final = (
            "stop_distance: float = 0.6", "stop_distance: float = 0.0"),
     Mutant("halting never", "movers", TRAFFIC + "halting.py", "if place is None:", "if True:"),
     Mutant("claims kept while frozen", "crowd,claims", TRAFFIC + "traffic.py",
-           "walk = walk._replace(ledger=walk.ledger.withdraw(walk.ledger.claims))", "pass"),
+           "walk = walk.without_claims()", "pass"),
     Mutant("ripe at once", "contest", TRAFFIC + "settings.py", "ripe: int = 8", "ripe: int = 0"),
     Mutant("asks half as far", "contest,calm", TRAFFIC + "claiming.py",
            "reach = 2 * farthest + 1.5", "reach = farthest"),
@@ -100,8 +100,8 @@ MUTANTS: Final = (
     Mutant("an edit makes forget the others", "edits", TRAFFIC + "traffic.py",
            "self._hearsay.cells = self._halting.cells",
            "self._hearsay = Hearsay(self.me, cells, self.settings)\n        self._halting.cells"),
-    Mutant("a new process counts claims from 1", "away", TRAFFIC + "traffic.py",
-           "return self._begun(tick * 64 + 1, touched, pose)", "return self._begun(1, touched, pose)"),
+    Mutant("a new process counts claims from 1", "away", TRAFFIC + "presence.py",
+           "return begun(body.tick * 64 + 1, body", "return begun(1, body"),
 )
 # fmt: on
 

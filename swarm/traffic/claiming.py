@@ -2,23 +2,30 @@
 
 from collections.abc import Collection
 from math import hypot
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
+from swarm.traffic.presence import Body
 from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
-LEANS: Final = (
-    0.1  # m, off the place where a robot leans round a corner, or off its cell's middle: see CellMap.is_blind
-)
+LEANS: Final = 0.1  # m, off the place where a robot leans, or off its cell's middle: see CellMap.is_blind
 BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
+
+
+class Claimed(NamedTuple):
+    """What a robot has got, and whom it waits for."""
+
+    walk: Walk
+    waits: tuple[str, ...]
+    took: bool  # it got a cell of its way
 
 
 class Claiming:
@@ -28,16 +35,20 @@ class Claiming:
         self.me = me
         self.cells = cells
         self.settings = settings
-        self.took_at = 0  # tick at which the last claim became a hold
 
-    def advance(
-        self, walk: Walk, plan: Following | None, situation: Situation, pose: Pose, body: int
-    ) -> tuple[Walk, tuple[str, ...]]:
-        """Claim the next cells in the order of the plan, take those that all have acknowledged.
+    def step(
+        self, walk: Walk, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
+    ) -> Claimed:
+        """Claim the next cells of the way, and cells to drive in beside it (``room``); take those that are granted."""
+        claimed = self._advance(walk, plan, situation, body)
+        if self.settings.in_sight:
+            return claimed
+        return claimed._replace(walk=self._make_room(claimed.walk, situation, body.pose, room))
 
-        Return the robots that the next one waits for, too.
-        """
-        walk, waits = self._ask(walk, plan, situation, pose, body)
+    def _advance(self, walk: Walk, plan: Following | None, situation: Situation, body: Body) -> Claimed:
+        """Claim the next cells in the order of the plan, take those that all have acknowledged."""
+        pose, took = body.pose, False
+        walk, waits = self._ask(walk, plan, situation, body)
         while walk.route:
             cell = walk.route[0]
             step_free = plan is None or plan.waits_for(walk.next_step, situation) is None
@@ -55,11 +66,10 @@ class Claiming:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)
                 break
             walk = walk.grown(walk.ledger.take(claim))
-            self.took_at = situation.tick
-            waits = ()
-        return walk, waits
+            took, waits = True, ()
+        return Claimed(walk, waits, took)
 
-    def make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
+    def _make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
         given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
         walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
@@ -79,10 +89,10 @@ class Claiming:
         return walk
 
     def _ask(
-        self, walk: Walk, plan: Following | None, situation: Situation, pose: Pose, body: int
+        self, walk: Walk, plan: Following | None, situation: Situation, body: Body
     ) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(body)
+        pose, place = body.pose, walk.place(body.cell)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead
