@@ -41,6 +41,7 @@ class Transition(NamedTuple):
 
 # fmt: off
 TRANSITIONS: Final = (  # tried in each tick from top to bottom, each from the state that those above have led to
+    #          in          what happens            to
     Transition(Free,       standing.called,        Frozen),
     Transition(Frozen,     standing.called,        Frozen),
     Transition(Collecting, standing.called,        Frozen),

@@ -72,6 +72,7 @@ class Traffic:
 
     def step(self, inputs: TrafficInputs) -> TrafficOutputs:
         """Take one tick's inputs; call it each tick, before the motors run."""
+        # where it is, and what the others say
         tick, cells_changed = inputs.tick, self._swap_cells()
         body = body_of(inputs, self.settings.radius + self.settings.margin, self.cells)
         walk = self._present(body)
@@ -111,6 +112,7 @@ class Traffic:
             face = self._look(walk, situation, waits, inputs)
         self._walk = walk
 
+        # what it tells, and where it may drive
         leans_to, moved = self._lookout.leans_to, self._moved
         doing = Doing(
             inputs, situation, walk, self._goal, self._joint, waits, listens, stopped, face, leans_to, floor, moved
