@@ -46,8 +46,7 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
     "processes":     PROCESSES,
 }
 DRIVER: Final = (
-    "tests/traffic/test_driver.py", "tests/traffic/test_driver_brake.py",
-    "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
+    "tests/traffic/test_look.py", "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
 )
 TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
     "swarm/robot/fuzzy":      ("tests/fuzzy", "tests/cli"),

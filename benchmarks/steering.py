@@ -1,9 +1,10 @@
 """Steering: how much the fuzzy tables steer, and what wrong tables still reach.
 
-The first table is the paper's mission, the second other floors. How many runs were complete; time, the mean; contacts
-and overlapping holds in all; of all the angle turned, the share that the tables steered, and the same with turns at
-their rate that lead forward less; of the robots' time, the share in which the tables were told scaled distances, and
-the mean scale then. All of it is worked out by the world (``world/steering.py``).
+The first table is the paper's mission, once with the profile `careful` too, the second other floors. How many runs were
+complete; time, the mean; contacts and overlapping holds in all; of all the angle turned, the share that the tables
+steered, and the same with turns at their rate that lead forward less; of the robots' time, the share in which the
+tables were told scaled distances, and the mean scale then. All of it is worked out by the world
+(``world/steering.py``).
 
 The third table is the control: tables that say nothing of use, in three times the paper's mean time. What they reach
 was steered by something else.
@@ -23,7 +24,7 @@ from typing import Any, Final, NamedTuple
 
 from benchmarks.measure import machine, table
 from benchmarks.traffic import DATA, HARD, rows_for, scenario_of
-from swarm.robot.fuzzy import Profile
+from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, with_consequents
 from world.simulate import Simulation
@@ -77,10 +78,10 @@ WRONG: Final[dict[str, Callable[[Profile], Profile]]] = {
 }
 
 
-def run(floor: str, robots: int, seed: int, limit: float = LIMIT, wrong: str = "") -> dict[str, Any]:
-    """Run a floor, perhaps with wrong tables, and give its report."""
+def run(floor: str, robots: int, seed: int, limit: float = LIMIT, rules: str = "") -> dict[str, Any]:
+    """Run a floor, perhaps with wrong tables or a built-in profile, and give its report."""
     scenario = rows_for(scenario_of(floor), seed)
-    profile = WRONG[wrong](scenario.profile) if wrong else scenario.profile
+    profile = WRONG[rules](scenario.profile) if rules in WRONG else load_profile(rules) if rules else scenario.profile
     return Simulation.of(Scenario(scenario.settings, scenario.map, profile), robots, seed).run(limit)
 
 
@@ -158,7 +159,9 @@ def show(title: str, head: tuple[str, ...], rows: dict[str, tuple[str, ...]]) ->
 def measure(pool: ProcessPoolExecutor, amount: Amount) -> None:
     """Run everything and print the three tables."""
     seeds, floor_seeds = range(1, 1 + amount.seeds), range(1, 1 + amount.floor_seeds)
-    paper = done({f"paper {n}": [pool.submit(run, "paper", n, seed) for seed in seeds] for n in amount.robots})
+    first = {f"paper {n}": [pool.submit(run, "paper", n, seed) for seed in seeds] for n in amount.robots}
+    first["paper 4, careful"] = [pool.submit(run, "paper", 4, seed, LIMIT, "careful") for seed in seeds]
+    paper = done(first)
     show(f"The paper's mission, seeds 1 to {amount.seeds}:", HEAD, {name: row(one) for name, one in paper.items()})
     other = done({f"{floor.split()[0]} {n}": [pool.submit(run, floor, n, seed) for seed in floor_seeds]
                   for floor, n in floors()})  # fmt: skip

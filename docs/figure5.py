@@ -1,12 +1,10 @@
-"""Draws the paper's figure 5, the flow of a robot's mission, from the table that drives it: run this file."""
+"""Draws the paper's figure 5, the flow of a robot's mission, from the table that drives it."""
 
 from html import escape
-from pathlib import Path
 from typing import Final
 
 from swarm.robot.mission import TRANSITIONS, Occasion, Stage
 
-PICTURE: Final = Path(__file__).with_name("mission.svg")
 WIDE, HIGH, GAP, LEFT, TOP = 150, 56, 120, 210, 30  # px: a stage's box, the room between two, where the first one is
 SAYS: Final = {
     Stage.READY: "told to go?",
@@ -87,7 +85,3 @@ def _words(words: str, x: float, y: float) -> str:
     wide = 6.2 * len(words) + 6
     ground = f'<rect x="{x - wide / 2:g}" y="{y - 8:g}" width="{wide:g}" height="17" style="fill:#fff;stroke:none"/>'
     return ground + f'<text class="why" x="{x:g}" y="{y + 4:g}">{words}</text>'
-
-
-if __name__ == "__main__":
-    PICTURE.write_text(svg(), encoding="utf-8")

@@ -1,7 +1,8 @@
 """Writes the parts of the documentation that are made from the code: ``python -m docs.generate``.
 
 A page says where with ``<!-- generated: NAME -->`` and ``<!-- end -->``; NAME is a key of ``PARTS``. With ``--check``
-nothing is written, and exit status 1 says that a page is out of date.
+nothing is written, and exit status 1 says that a page is out of date. Pictures that are drawn from the code are
+written and checked with the pages: ``PICTURES``.
 """
 
 import argparse
@@ -17,6 +18,7 @@ from typing import Any, Final
 
 import msgspec
 
+from docs import figure5, speeds
 from swarm import messages
 from swarm.launch import table as processes
 from swarm.messages import REPLIES, TOPICS, Message
@@ -25,7 +27,7 @@ from world.storm.laws import LAWS
 from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = ("architecture.md", "scenarios.md", "storm.md", "wire.md")
+PAGES: Final = ("architecture.md", "fuzzy.md", "scenarios.md", "storm.md", "wire.md")
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 FIELD: Final = re.compile(r"^    (\w+): (.+?)(?: = (.+?))?(?:  # (.*))?$")
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"(?:  # (.*))?$')
@@ -262,7 +264,9 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "rooms": rooms,
     "laws": laws,
     "profiles": profiles,
+    "speeds": speeds.numbers,
 }
+PICTURES: Final[dict[str, Callable[[], str]]] = {"mission.svg": figure5.svg, "speeds.svg": speeds.svg}
 
 
 def renewed(text: str) -> str:
@@ -270,18 +274,23 @@ def renewed(text: str) -> str:
     return MARKED.sub(lambda match: f"{match[1]}\n{PARTS[match[2]]()}\n\n{match[3]}", text)
 
 
+def made(name: str, before: str) -> str:
+    """Return a page or a picture as it should be; ``before`` is its text as it is."""
+    return PICTURES[name]() if name in PICTURES else renewed(before)
+
+
 def main() -> int:
-    """Write, or check, every page."""
+    """Write, or check, every page and picture."""
     parser = argparse.ArgumentParser(description="Make the generated parts of the documentation.")
-    parser.add_argument("--check", action="store_true", help="write nothing; 1 when a page is out of date")
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 when something is out of date")
     check, stale = parser.parse_args().check, 0
-    for page in PAGES:
-        path = ROOT / "docs" / page
-        before = path.read_text(encoding="utf-8")
-        after = renewed(before)
+    for name in (*PAGES, *PICTURES):
+        path = ROOT / "docs" / name
+        before = path.read_text(encoding="utf-8") if path.exists() else ""
+        after = made(name, before)
         if before != after:
             stale = 1
-            print(f"{page} {'is out of date: python -m docs.generate' if check else 'written'}")
+            print(f"{name} {'is out of date: python -m docs.generate' if check else 'written'}")
             if not check:
                 path.write_text(after, encoding="utf-8")
     return stale if check else 0

@@ -9,8 +9,8 @@ KERNELS: Final = (
     "swarm.planning.path",
     "swarm.planning.rays",
     "swarm.robot.fuzzy",
-    "swarm.robot.lookahead",
-    "swarm.traffic.driver",
+    "swarm.motion.sweep",
+    "swarm.robot.rollout",
     "world.rays",
 )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generate import MARKED, PAGES, PARTS, renewed
+from docs.generate import MARKED, PAGES, PARTS, PICTURES, renewed
 from swarm.bus import Bus, Endpoint
 from swarm.messages import RADIO, Activity, Broadcast
 
@@ -19,6 +19,12 @@ LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
 def test_generated_parts_are_what_the_code_says(page: str) -> None:
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     assert renewed(text) == text, "out of date: python -m docs.generate"
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_generated_pictures_are_what_the_code_draws(picture: str) -> None:
+    drawn = (ROOT / "docs" / picture).read_text(encoding="utf-8")
+    assert drawn == PICTURES[picture](), "out of date: python -m docs.generate"
 
 
 def test_every_generated_part_is_on_a_page() -> None:

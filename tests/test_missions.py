@@ -1,5 +1,6 @@
 """Whole missions, World and Robot stepped in one process: what the project promises of a run."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -129,6 +130,17 @@ def test_rules_rewritten_unchanged_drive_the_very_same_run(paper: Scenario) -> N
     same = with_consequents(load_profile("paper"), lambda behaviour, terms: terms)
     scenario = Scenario(paper.settings, paper.map, same)
     assert run(scenario, 1, 1, limit=20.0)["digest"] == run(paper, 1, 1, limit=20.0)["digest"]
+
+
+@pytest.mark.parametrize("robots", [1, 4])
+def test_careful_finishes_the_paper_without_a_contact_and_slower(paper: Scenario, robots: int) -> None:
+    careful = replace(paper, profile=load_profile("careful"))
+    report, fast = run(careful, robots, 1), run(paper, robots, 1)
+    assert report["complete"], report["reason"]
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+    assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
+    assert fast["sim_time"] < report["sim_time"] < 2.0 * fast["sim_time"]
+    assert report["steering"]["angle"]["tables"] >= 0.5, "the world asks the same tables"
 
 
 Number = (int, float)

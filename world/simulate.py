@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace as changed
 
-from swarm.geometry import Pose
 from swarm.messages import Broadcast, Command, Event, Sense, State
 from swarm.robot.brain import Inputs, Robot
 from swarm.robot.fuzzy import Controller
@@ -128,10 +127,3 @@ class Simulation:
             wall_time=wall_time, late_commands=0,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip
-
-
-def poses_along(simulation: Simulation) -> list[list[Pose]]:
-    """Run a simulation and keep every pose: ``poses[tick][robot]``."""
-    kept = [simulation.world.poses()]
-    simulation.run(watch=lambda world: kept.append(world.poses()))
-    return kept

@@ -15,9 +15,9 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Truth
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.ground import KINDS
-from swarm.robot.kinematics import DifferentialDrive, ramp
-from swarm.robot.supervisor import SPARE
+from swarm.robot.safety import SPARE
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.ether import Ether

@@ -30,6 +30,5 @@ ROBOT: Final     = Role("robot",     "swarm.robot.process:run",       EarlyEnd.R
 DASHBOARD: Final = Role("dashboard", "dashboard.process:run",         EarlyEnd.LEAVE,    EarlyEnd.REPORT)
 # fmt: on
 
-START_ORDER: Final = (ROUTER, WORLD, DASHBOARD, ROBOT)
 STOP_ORDER: Final = (WORLD, DASHBOARD, ROBOT, ROUTER)  # the world first: it writes the report
 RESTARTS: Final = 3  # times that one process is started again

@@ -111,8 +111,3 @@ def each_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -
     yaw = pose.yaw - grid.origin.yaw
     found: NDArray[np.float64] = _each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
     return found * grid.resolution
-
-
-def nearest_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> float:
-    """Measure the shortest of them [m]."""
-    return float(each_on_map(grid, pose, angles, reach).min())

@@ -1,1 +1,1 @@
-"""One robot: its brain, the fuzzy controller, kinematics, supervisor, mission, and the process that carries them."""
+"""One robot: its brain, the fuzzy controller, kinematics, safety filter, mission, and the process that carries them."""

@@ -136,7 +136,8 @@ class Robot:
         if changed:
             self._navigator.clear()  # a wall that went may have opened a shorter way
             self._pilot.take_floor(ground.map)
-        changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
+        if not self._settings.map.known:
+            changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:
             for broadcast in inputs.heard:
                 changed |= ground.hear(broadcast.walls, sense.time)

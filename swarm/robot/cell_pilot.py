@@ -1,33 +1,45 @@
 """Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
 
-from collections.abc import Callable, Iterable
-from math import inf
+from collections.abc import Callable, Iterable, Sequence
+from math import pi
+from typing import Final
 
 import numpy as np
 
-from swarm.geometry import Pose, Twist, bearing, distance
+from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
+from swarm.motion.drive import DifferentialDrive
+from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
+from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
-from swarm.robot.kinematics import DifferentialDrive
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
-from swarm.robot.sectors import half_width, sectors
-from swarm.robot.supervisor import Supervisor, WheelSpeeds
-from swarm.robot.surprise import Surprise
+from swarm.robot.rollout import Rollout
+from swarm.robot.safety import NO_BODIES, Body, Constraints, SafetyFilter, WheelSpeeds
+from swarm.robot.sectors import sectors
 from swarm.scenario.schema import Settings
-from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
-from swarm.traffic.driver import NO_BODIES, Body, Driver, Wheels, distance_along
 from swarm.traffic.look import Scan
+from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
-CIRCLES = 8.0  # s in which a robot that drives unconstrained has come no nearer to its goal
+IN_VIEW: Final = 5  # cells of the way that may be aimed at in thought
+CIRCLES: Final = 5.0  # s in which its way has become no shorter
+LONGER: Final = 6  # cells by which a way is longer than before because it is another one
+LEAST_SCALE: Final = 0.15  # then
+TIGHT_SCALE: Final = 0.4  # where the floor that is granted ends close by,
+PASSAGE: Final = 2  # ways out of a cell
+TURNED: Final = 0.7  # share by which all is told farther still if the aim is behind: then the tables turn at once
+ROOMY: Final = 0.8  # m off its end nothing is scaled
+ROLLED_EVERY: Final = 4  # ticks
+WELL_WITHIN: Final = 0.9  # share of the reach
 AT_REST = 0.1  # m, from where it wants to stand when nothing is left to do
 
 
@@ -46,27 +58,26 @@ class CellPilot:
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
-        self._front = half_width(fans.front)
         self._constants = traffic_settings(settings)
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._traffic = Traffic(name, cells, self._constants, slot=number)
-        self._supervisor = Supervisor(settings)
-        self._surprise = Surprise(settings)
+        self._filter = SafetyFilter(settings)
+        self._rollout = Rollout(controller, settings)
+        self._scale = 1.0  # of the distances that the tables are told
+        self._drawn_to: Point | None = None  # where it would aim, had it all the floor
+        self._swept: tuple[int, ...] = ()  # cells that the tables would drive over
+        self._circles = False  # it has got nowhere for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last,
         self._rolls = 0  # and for how many ticks they would be carried out if it fell asleep now
         self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
-        self._driver = Driver(
-            cells, self._drive, radius=robot.radius, margin=self._constants.margin,
-            acceleration=robot.wheel_acceleration, dt=1.0 / settings.rate, fastest=1.5 * robot.speed_scale,
-        )  # fmt: skip
+        self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, situation: Situation) -> Move:
         """Decide for one tick."""
         sense, pose = situation.sense, situation.pose
         idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
         path = situation.navigator.path
-        self._driver.grid = situation.navigator.grid
         scan = self._scan(situation)
         body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
@@ -74,16 +85,15 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else situation.goal,
-                braking=self._driver.braking(body, self._under_way(sense, body)),
+                sweeps=self._sweeps(situation, body),
+                braking=self._filter.braking(body, self._under_way(sense, body)),
                 scan=scan,
                 done=situation.done,
                 path=() if path is None or situation.done else path.points,
                 heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
             )
         )
-        others = [(other.x, other.y) for other in situation.others.values()]
-        halt = self._surprise.watch(sense, situation.navigator.grid, others) or not granted.may_drive
-        speeds, heading = self._wheels(situation, granted, body, scan, halt)
+        speeds, heading = self._wheels(situation, granted, body)
         self._lateness.command((speeds.left, speeds.right))
         self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.at_large else 0
         self._last = speeds.left, speeds.right
@@ -93,6 +103,7 @@ class CellPilot:
             self._activity(situation, granted, idle=idle),
             held=granted.held,
             unconstrained=granted.at_large,
+            scale=self._scale,
             waits=granted.waits,
             members=granted.members,
             notes=[(event.kind, event.text) for event in granted.events],
@@ -112,7 +123,7 @@ class CellPilot:
         """Take another floor; what the robot holds and knows of others stays."""
         self._cells = cells_of(floor, self._settings)
         self._traffic.take_cells(self._cells)
-        self._driver.take_cells(self._cells)
+        self._aiming.take_cells(self._cells)
 
     def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
         """Take in blocks of a learned map that have changed; return True where cells or joins did."""
@@ -120,7 +131,7 @@ class CellPilot:
         for low, high in blocks:
             self._cells = self._cells.changed(floor, low, high)
         self._traffic.take_cells(self._cells)
-        self._driver.take_cells(self._cells)
+        self._aiming.take_cells(self._cells)
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
@@ -131,58 +142,79 @@ class CellPilot:
         """Tell whether cells lead from ``here`` to ``goal`` [m] too."""
         return comes_near(self._cells, here, goal, self._settings)
 
-    def _wheels(
-        self, situation: Situation, granted: TrafficOutputs, body: Body, scan: Scan, halt: bool
-    ) -> tuple[WheelSpeeds, float]:
-        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend.
-
-        ``halt``: something unexplained is near. It counts only where the robot is at large: there what traffic found
-        once is no explanation, for it may move.
-        """
-        sense, pose, driver = situation.sense, situation.pose, self._driver
-        driver.bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
+    def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
+        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
+        sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
+        bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None:
-            return _by(driver.face(body, granted.face)), bearing(pose, granted.face)
-        aim = driver.aim(pose, granted.drivable, granted.waypoints)
+            error = bearing(pose, granted.face)
+            return self._filter.face(body, error), error
+        aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
-        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading)
-        circles = self._gets_nowhere(situation, granted, halt)
-        if not granted.at_large or circles or (self._hemmed_in(pose) and driver.faces_away(heading)):
-            ahead = [one.measured for one in scan.bodies(self._constants) if abs(one.bearing) <= self._front]
-            free = min(ahead, default=inf)
-            stop_at = distance_along(pose, granted.waypoints)
-            may_drive = granted.may_drive
-            return _by(
-                driver.wheels(
-                    body, granted.drivable, aim, stop_at=stop_at, tables=tables, free=free, may_drive=may_drive
-                )
-            ), heading
-        if situation.done and distance(pose, aim) <= AT_REST:
-            return self._supervisor.stop(), heading
-        room = driver.room_in(pose, granted.drivable)
-        return self._supervisor.check(
-            sense, situation.navigator.grid, self._surprise.obstacles, halt, *tables, room
-        ), heading
+        self._drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1:IN_VIEW], aim)
+        shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
+        self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
+        within = distance_along(pose, granted.waypoints)
+        if within <= NEAR or self._rests(situation, granted):
+            if not self._turns_meanwhile(granted):
+                return self._filter.rest(), heading
+            within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), LEAST_SCALE
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
+        constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
+        return self._filter.check(sense, tables, constraints), heading
 
-    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs, halt: bool) -> bool:
-        """Return True if the robot drives unconstrained and its way has not become shorter for long.
+    def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
+        """Return True if it turns to its way while it waits: a passage a cell wide leaves no room to do so later."""
+        passage = len(self._cells.neighbours[granted.way[0]]) <= PASSAGE
+        return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-        Standing before something unexplained does not count. In some corners the tables turn to and fro for ever; the
-        driver then leads it out.
+    def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
+        """List the cells that the tables would drive the robot over in the next seconds, had they the floor."""
+        if self._drawn_to is None or self._circles:
+            return ()
+        if situation.sense.tick % ROLLED_EVERY == 0:
+            points = self._rollout(situation.sense, body, self._drawn_to, self._scale)
+            self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
+        return self._swept
+
+    def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float, heading: float) -> float:
+        """Return what the tables take near and far relative to: the ``room`` [m] that is granted.
+
+        Where it has got nowhere for long, the least: in some corners the tables turn to and fro for ever, and told that
+        all is far they turn to the aim.
+        """
+        self._circles = self._gets_nowhere(situation, granted)
+        if self._circles or (granted.exactly and len(granted.held) == 1):
+            return LEAST_SCALE
+        if granted.at_large:
+            return 1.0
+        return min(1.0, max(TIGHT_SCALE, room / ROOMY)) * (1.0 - TURNED * abs(heading) / pi)
+
+    def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
+        """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place."""
+        if len(granted.held) > 1 or granted.at_large or granted.exactly:
+            return False
+        away = distance(situation.pose, situation.goal)
+        if situation.done and not granted.waits and away > WELL_WITHIN * self._settings.reach:
+            return False
+        (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
+        return self._cells.fits(granted.held, x, y, room)
+
+    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
+        """Return True if the robot has cells to drive over and its way has not become shorter for long.
+
+        Standing before something unexplained does not count, nor a new way that is much longer.
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
-        if halt or not granted.at_large or left[0] != target or left[1] < fewest:
+        anew = left[0] != target or left[1] < fewest or left[1] > fewest + LONGER
+        if len(granted.held) <= 1 or anew:
             self._progress = (*left, situation.sense.tick)
             return False
+        if not granted.may_drive:
+            self._progress = target, fewest, since + 1
         return (situation.sense.tick - since) / self._settings.rate > CIRCLES
-
-    def _hemmed_in(self, pose: Pose) -> bool:
-        """Tell whether it is in a passage one cell wide: there the paper's tables find no room to turn round."""
-        cell = self._cells.cell_of(pose.x, pose.y)
-        joined = set() if cell == OUTSIDE else {abs(other - cell) for other in self._cells.neighbours[cell]}
-        return joined != {1, self._cells.columns}
 
     def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (situation.done and distance(situation.pose, situation.goal) <= self._settings.reach):
@@ -196,8 +228,8 @@ class CellPilot:
         grid, pose = situation.navigator.grid, situation.pose
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
 
-        def expected() -> list[float]:
-            found: list[float] = (each_on_map(grid, pose, self._bearings, radius + reach) - radius).tolist()
+        def expected(bearings: Sequence[float]) -> list[float]:
+            found: list[float] = (each_on_map(grid, pose, bearings, radius + reach) - radius).tolist()
             return found
 
         return Scan(self._bearings, situation.sense.rays, expected)
@@ -208,7 +240,3 @@ def _targets_of_others(settings: Settings, number: int) -> list[Point]:
     if not settings.own_targets:
         return settings.targets
     return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]
-
-
-def _by(wheels: Wheels) -> WheelSpeeds:
-    return WheelSpeeds(wheels.left, wheels.right)

@@ -84,8 +84,6 @@ class Ground:
         ``is_robot`` tells of a place [m] whether another robot's body may be there: a hit on it makes no wall. A hit is
         taken to lie DEEPER, so that noise puts few of them before the wall that they show.
         """
-        if self._known:
-            return False
         pose = Pose(sense.x, sense.y, sense.yaw)
         x, y = self.grid.to_cells(pose.x, pose.y)
         side, yaw = self.map.resolution, pose.yaw - self.map.origin.yaw

@@ -3,7 +3,7 @@
 from collections import deque
 from typing import Final
 
-from swarm.robot.kinematics import ramp
+from swarm.motion.drive import ramp
 
 LATEST: Final = 0.2  # s; an answer later than that is as good as none (decision 0010)
 BELIEVED: Final = 20.0  # s for which commands are taken to come late once one did

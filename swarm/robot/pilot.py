@@ -9,7 +9,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.robot.fuzzy import Controller
 from swarm.robot.navigator import Navigator
-from swarm.robot.supervisor import WheelSpeeds
+from swarm.robot.safety import WheelSpeeds
 from swarm.scenario.schema import RobotSettings
 from swarm.traffic.record import TrafficBroadcast
 

@@ -1,6 +1,5 @@
 """The three proximity sectors: the body angles of their rays, for whoever casts them and whoever reads them."""
 
-from functools import lru_cache
 from math import radians
 from typing import NamedTuple
 
@@ -37,9 +36,3 @@ def fan(middle: float, half_width: float, rays: int) -> Angles:
     if rays == 1:
         return (middle,)
     return tuple(wrap(middle - half_width + 2 * half_width * k / (rays - 1)) for k in range(rays))
-
-
-@lru_cache
-def half_width(angles: Angles) -> float:
-    """Compute half the width of a sector [rad]."""
-    return (max(angles) - min(angles)) / 2

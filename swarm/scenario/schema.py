@@ -130,9 +130,9 @@ class Settings(Section, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**53, description="draws starts, noise and radio loss")] = 1
     limit: Annotated[float, Meta(gt=0, le=1e6, description="s; simulated time after which the run is given up")] = 600.0
     rate: Annotated[float, Meta(ge=1, le=1000, description="Hz; control steps a second")] = 20.0
-    controller: Annotated[str, Meta(description="a built-in fuzzy profile, or a profile file beside the scenario")] = (
-        "paper"
-    )
+    controller: Annotated[
+        str, Meta(description="a fuzzy profile: paper, careful, wall_following, or a profile file beside the scenario")
+    ] = "paper"
     robot: RobotSettings = RobotSettings()
     sensors: SensorSettings = SensorSettings()
     radio: RadioSettings = RadioSettings()

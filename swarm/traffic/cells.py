@@ -121,6 +121,10 @@ class CellMap:
         places = np.asarray(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
+    def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
+        """Give the same cells in the order in which they are reached."""
+        return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
+
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
         """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
         touched = self.touched(x, y, radius)
@@ -189,10 +193,10 @@ class CellMap:
         self._blind.clear()
         self._tables.clear()
 
-    def in_sight(self, a: Point, b: Point) -> bool:
-        """Return True if no wall comes nearer than SIGHT to the line between two points [m, map frame]."""
+    def in_sight(self, a: Point, b: Point, room: float = SIGHT) -> bool:
+        """Return True if no wall comes nearer than ``room`` [m] to the line between two points [m, map frame]."""
         count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, SIGHT, count))
+        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, room, count))
 
     # ---- distances
 

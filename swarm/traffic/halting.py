@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterable
 from math import hypot
 from typing import Final, NamedTuple
 
+from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
@@ -12,6 +13,8 @@ from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 
 HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
+STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins anew,
+AT_LAST: Final = 60  # ticks, but not for ever: to a robot that turns, other edges of a body come into view
 CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
 LINGERS: Final = 10  # ticks for which that is believed
 ABOUT: Final = 0.15  # m, how exactly a ray tells where something is
@@ -49,7 +52,8 @@ class Halting:
     def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
         self.cells = cells
         self._settings = settings
-        self._since: int | None = None
+        self._since: int | None = None  # tick at which it stopped,
+        self._still: tuple[int, Point] = (0, (0.0, 0.0))  # and since when there is something at a place
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
 
@@ -66,8 +70,10 @@ class Halting:
         if inputs.scan.nearest < CLOSE:
             self._lingers_until = tick + LINGERS
         if self._since is None:
-            self._since = tick
-        if tick - self._since != HALTED:
+            self._since, self._still = tick, (tick, place)
+        elif distance(place, self._still[1]) > STILL and tick - self._since < AT_LAST:
+            self._still = (tick, place)
+        if tick - self._still[0] != HALTED:
             return Halt(stopped=True)
         self._found.append((tick + settings.obstacle, place))
         return Halt(stopped=True, found=place)

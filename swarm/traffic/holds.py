@@ -21,15 +21,28 @@ class Ledger(NamedTuple):
     held: tuple[int, ...] = ()  # cells in the order of its way; the last is the head
     claims: tuple[Claim, ...] = ()
     number: int = 1  # of the next claim; each is used once
+    beside: tuple[Claim, ...] = ()  # claims for cells beside its way
+
+    @property
+    def all_claims(self) -> tuple[Claim, ...]:
+        """Every claim, those for the way first."""
+        return (*self.claims, *self.beside)
 
     def claim(self, cell: int, tick: int) -> "Ledger":
         """Ask for a cell."""
-        return Ledger(self.held, (*self.claims, Claim(cell, self.number, tick)), self.number + 1)
+        return self._replace(claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number + 1)
+
+    def claim_beside(self, cell: int, tick: int) -> "Ledger":
+        """Ask for a cell beside the way."""
+        return self._replace(beside=(*self.beside, Claim(cell, self.number, tick)), number=self.number + 1)
 
     def withdraw(self, claims: Iterable[Claim]) -> "Ledger":
         """Give up claims; their numbers are void for ever."""
         gone = set(claims)
-        return self._replace(claims=tuple(claim for claim in self.claims if claim not in gone))
+        return self._replace(
+            claims=tuple(claim for claim in self.claims if claim not in gone),
+            beside=tuple(claim for claim in self.beside if claim not in gone),
+        )
 
     def take(self, claim: Claim) -> "Ledger":
         """Turn a claim into a hold, at the head."""
@@ -95,7 +108,7 @@ def _i_do_not_hold(case: Case) -> bool:
 
 def _i_have_no_older_claim(case: Case) -> bool:
     return not any(
-        mine.cell == case.claim.cell and _older(mine, case.me, case.claim, case.who) for mine in case.own.claims
+        mine.cell == case.claim.cell and _older(mine, case.me, case.claim, case.who) for mine in case.own.all_claims
     )
 
 

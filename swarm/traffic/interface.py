@@ -40,6 +40,7 @@ class TrafficInputs(NamedTuple):
     braking: NDArray[np.float64] | tuple[Point, ...] = ()
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
+    sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it were given them, nearest in time first
     done: bool = False  # no stop is left: the goal is only where to stand
     path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
 
@@ -54,6 +55,8 @@ class TrafficOutputs(NamedTuple):
     waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
     beside: tuple[Point, ...]  # m, robots that reach into the cell it is in, and bodies that nobody speaks for
     may_drive: bool  # False: no forward speed; turning on the spot is safe
+    looks: bool  # it has to come to a place to look or to claim from, slowly
+    exactly: bool  # the last waypoint is to be come to: a stop, or a place to look from
     face: Point | None  # m, turn to this before anything else
     waits: tuple[str, ...]
     activity: TrafficActivity

@@ -30,13 +30,13 @@ class Reading(NamedTuple):
 
 
 class Scan:
-    """The rays of one tick. What the map would let them measure is worked out only when somebody asks."""
+    """The rays of one tick. What the map would let them measure is worked out only for those that somebody asks for."""
 
     def __init__(
         self,
         bearings: Sequence[float] = (),
         measured: Sequence[float] = (),
-        expected: Callable[[], Sequence[float]] = tuple,
+        expected: Callable[[Sequence[float]], Sequence[float]] = tuple,
     ) -> None:
         self._bearings = bearings
         self._measured = measured
@@ -46,13 +46,17 @@ class Scan:
     @cached_property
     def readings(self) -> tuple[Reading, ...]:
         """Every ray."""
-        return tuple(map(Reading, self._measured, self._expected(), self._bearings))
+        return tuple(map(Reading, self._measured, self._expected(self._bearings), self._bearings))
 
     def bodies(self, settings: TrafficSettings) -> list[Reading]:
         """Return the rays that show something near that is not on the map."""
         if self.nearest >= settings.stop_distance:
             return []
-        return [reading for reading in self.readings if reading.is_body(settings)]
+        near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True)
+                if read < settings.stop_distance]  # fmt: skip
+        measured, bearings = zip(*near, strict=True)
+        readings = map(Reading, measured, self._expected(bearings), bearings)
+        return [reading for reading in readings if reading.is_body(settings)]
 
 
 class Known(NamedTuple):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from swarm.traffic.cells import CellMap
 from swarm.traffic.holds import Ledger
+from swarm.traffic.record import Claim
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
 BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
@@ -29,6 +30,7 @@ class Walk(NamedTuple):
     steps: tuple[int, ...]
     route: tuple[int, ...] = ()
     following: bool = False
+    sought: bool = False  # the route, which may be empty, is all that a search for a way of one's own found
 
     @property
     def head(self) -> int:
@@ -38,7 +40,7 @@ class Walk(NamedTuple):
     @property
     def left(self) -> int:
         """How many cells of the joint plan lie behind."""
-        return max(0, self.steps[0])
+        return max(0, next((step for step in self.steps if step != BESIDE), 0))
 
     @property
     def next_step(self) -> int:
@@ -52,11 +54,15 @@ class Walk(NamedTuple):
 
     def onto(self, way: tuple[int, ...]) -> "Walk":
         """Follow a joint plan's way; it begins at the head."""
-        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True)
+        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
 
     def alone(self, route: tuple[int, ...]) -> "Walk":
-        """Follow a way of one's own."""
-        return self._replace(steps=self._as_if_alone(), route=route, following=False)
+        """Follow a way of one's own, as a search found it."""
+        return self._replace(steps=self._as_if_alone(), route=route, following=False, sought=True)
+
+    def nowhere(self) -> "Walk":
+        """Give up the way."""
+        return self._replace(steps=self._as_if_alone(), route=(), following=False, sought=False)
 
     def _as_if_alone(self) -> tuple[int, ...]:
         return tuple(min(step, ALONE) for step in self.steps)
@@ -79,8 +85,28 @@ class Walk(NamedTuple):
             ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(BESIDE,) * len(extra) + self.steps
         )
 
-    def released(self, touched: Collection[int], body: int) -> "Walk":
-        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on."""
+    def without_claims(self) -> "Walk":
+        """Withdraw every claim."""
+        return self._replace(ledger=self.ledger.withdraw(self.ledger.all_claims))
+
+    def without_stale_claims(self) -> "Walk":
+        """Withdraw claims for cells that the route does not begin with."""
+        claims = self.ledger.claims
+        good = 0
+        while good < min(len(claims), len(self.route)) and claims[good].cell == self.route[good]:
+            good += 1
+        return self._replace(ledger=self.ledger.withdraw(claims[good:])) if good < len(claims) else self
+
+    def with_room(self, claim: Claim) -> "Walk":
+        """Take a cell beside the way that has been granted."""
+        ledger = self.ledger.withdraw([claim])
+        return self._replace(ledger=ledger.keep((claim.cell, *ledger.held)), steps=(BESIDE, *self.steps))
+
+    def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "Walk":
+        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on.
+
+        Cells beside the way stay as long as they are in ``room``.
+        """
         held = self.ledger.held
         place = self.place(body)
         if place == 0:
@@ -88,7 +114,8 @@ class Walk(NamedTuple):
         keep = [
             index
             for index, cell in enumerate(held)
-            if index >= place or (cell in touched and cell not in held[index + 1 :])
+            if (index >= place and (self.steps[index] != BESIDE or index == place))
+            or ((cell in touched or (cell in room and self.steps[index] == BESIDE)) and cell not in held[index + 1 :])
         ]
         if len(keep) == len(held):
             return self

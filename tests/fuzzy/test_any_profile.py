@@ -55,9 +55,13 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     yields = draw(st.sets(st.sampled_from(sorted(inputs)), min_size=1))
     when = {name: draw(st.sampled_from(sorted(inputs[name]["terms"]))) for name in yields}
     weighing = {"behaviour": "other", "yields_to": "one", "when": when}
+    slowing = {}
+    if draw(st.booleans()):
+        near, far = sorted(draw(st.lists(st.floats(0.0, 1.6), min_size=2, max_size=2, unique=True)))
+        slowing = {"slowing": {"near": near, "far": far, "least": draw(st.floats(0.01, 0.99))}}
     return {
         "name": "random", "inputs": inputs, "outputs": outputs, "behaviours": behaviours, "weighing": weighing,
-    }  # fmt: skip
+    } | slowing  # fmt: skip
 
 
 def trapezoid(x: Floats, corners: list[Any]) -> Floats:
@@ -89,6 +93,9 @@ def by_definition(document: dict[str, Any], values: dict[str, float]) -> Floats:
                 joined = np.maximum(joined, np.minimum(strength, consequent))
             if weight > 0:
                 total[k] += weight * float(joined @ MIDPOINTS / joined.sum())
+    if slowing := document.get("slowing"):
+        nearest = min(values["left_obs"], values["front_obs"], values["right_obs"])
+        total *= np.interp(nearest, [slowing["near"], slowing["far"]], [slowing["least"], 1.0])
     return total
 
 

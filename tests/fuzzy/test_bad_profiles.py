@@ -24,6 +24,10 @@ def replace(old: str, new: str) -> Callable[[str], str]:
     return edit
 
 
+def slowing(section: str) -> Callable[[str], str]:
+    return lambda text: f"{text}slowing: {section}\n"
+
+
 RULE_5 = "    5     near      medium     medium     any         medium  slow\n"
 NEAR = "near:   [-inf, -inf, 0.6, 1.0]"
 SLOW = "slow:   [0, 1, 1, 2]"
@@ -168,6 +172,38 @@ BAD: list[tuple[Callable[[str], str], str]] = [
         replace("  goal_seeking: |\n", "  goal_seeking: |\n  wander: |\n"),
         "behaviours.goal_seeking: expected text, got ''",
     ),
+    # slowing
+    (
+        slowing("{near: 0.6, far: 1.4}"),
+        "slowing: least is missing; is the file whole? profiles/careful.yaml shows every",
+    ),
+    (slowing("{near: 0.6, far: 1.4, lest: 0.3}"), "slowing: unknown key 'lest'; did you mean 'least'?"),
+    (slowing("none"), "slowing: expected a mapping of near, far, least, got 'none'"),
+    (slowing(""), "slowing: expected a mapping of near, far, least, got nothing"),
+    (slowing("{near: close, far: 1.4, least: 0.3}"), "slowing.near: expected a number, got 'close'"),
+    (slowing("{near: 0.6, far: .nan, least: 0.3}"), "slowing.far: expected a number, got nan"),
+    (slowing("{near: 0.6, far: 1.4, least: true}"), "slowing.least: expected a number, got True"),
+    (
+        slowing("{near: 0.6, far: 0.6, least: 0.3}"),
+        "slowing: expected 0 <= near < far <= 1.6 m, got near 0.6, far 0.6; up to",
+    ),
+    (
+        slowing("{near: -0.1, far: 0.6, least: 0.3}"),
+        "slowing: expected 0 <= near < far <= 1.6 m, got near -0.1, far 0.6",
+    ),
+    (slowing("{near: 0.6, far: 1.7, least: 0.3}"), "slowing: expected 0 <= near < far <= 1.6 m, got near 0.6, far 1.7"),
+    (
+        slowing("{near: 0.6, far: .inf, least: 0.3}"),
+        "slowing: expected 0 <= near < far <= 1.6 m, got near 0.6, far inf",
+    ),
+    (
+        slowing("{near: 0.6, far: 1.4, least: 0}"),
+        "slowing.least: expected a share of the tables' speeds, 0 < least < 1, got 0; ",
+    ),
+    (
+        slowing("{near: 0.6, far: 1.4, least: 1}"),
+        "slowing.least: expected a share of the tables' speeds, 0 < least < 1, got 1; ",
+    ),
     # gaps
     (
         replace(RULE_5, ""),
@@ -231,14 +267,14 @@ plain = st.recursive(
 PLACES = [
     ("name",), ("inputs",), ("inputs", "left_obs"), ("inputs", "left_obs", "universe"), ("inputs", "left_obs", "terms"),
     ("inputs", "left_obs", "terms", "near"), ("outputs", "left_v", "terms", "slow"), ("outputs",), ("behaviours",),
-    ("behaviours", "goal_seeking"), ("weighing",), ("weighing", "when"), ("weighing", "behaviour"),
+    ("behaviours", "goal_seeking"), ("weighing",), ("weighing", "when"), ("weighing", "behaviour"), ("slowing",), ("slowing", "near"), ("slowing", "least"),
 ]  # fmt: skip
 
 
 @given(st.sampled_from(PLACES), plain)
 @settings(max_examples=150, deadline=None)
 def test_whatever_comes_over_the_wire_is_a_profile_or_refused(place: tuple[str, ...], value: object) -> None:
-    document = load_profile("paper").to_builtins()
+    document = load_profile("careful").to_builtins()
     inner: dict[str, object] = document
     for key in place[:-1]:
         step = inner[key]

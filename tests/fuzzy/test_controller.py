@@ -101,7 +101,7 @@ def test_many_rows_are_the_single_ones_bit_for_bit() -> None:
 @settings(deadline=None)
 def test_plain_python_gives_the_compiled_bits(left: float, front: float, right: float, heading: float) -> None:
     plain = cast(Callable[..., tuple[float, float, float]], vars(kernel)["infer_into"].py_func)
-    tables = PAPER._tables
+    tables = PAPER.tables
     scratch = np.empty(kernel.scratch_size(tables.terms, tables.pieces))
     left_v, right_v, _ = plain(left, front, right, heading, *tables, scratch)
     assert (left_v, right_v) == PAPER.wheel_speeds(left, front, right, heading)

@@ -19,7 +19,7 @@ PAPER_TEXT = (PROFILES / "paper.yaml").read_text(encoding="utf-8")
 
 
 def test_the_built_in_profiles() -> None:
-    assert built_in_profiles() == ("paper", "wall_following")
+    assert built_in_profiles() == ("careful", "paper", "wall_following")
     for name in built_in_profiles():
         assert load_profile(name).name == name
 
@@ -67,7 +67,7 @@ def test_commas_bars_comments_and_the_columns_order_do_not_matter(tmp_path: Path
         ("", "controller '': expected a profile's name"),
         (
             "rules.txt",
-            "controller 'rules.txt': expected a profile's name or a file ending in .yaml; known: paper, wall",
+            "controller 'rules.txt': expected a profile's name or a file ending in .yaml; known: careful, paper, wall",
         ),
         ("absent.yaml", "absent.yaml: no such file"),
         ("folder.yaml", "folder.yaml: no such file"),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, to_frame
 from swarm.maps.occupancy import WALL, OccupancyMap
 from swarm.planning.grid import Grid
-from swarm.planning.rays import nearest_on_map, note
+from swarm.planning.rays import each_on_map, note
 
 SIDE = 12  # cells
 EDGE = 1e-6  # cells: a ray that only grazes a corner may count as a hit or not
@@ -49,7 +49,7 @@ def test_a_ray_reads_what_shapely_measures(
     origin = Pose(3.0, -2.0, turned)
     grid = Grid.grown(OccupancyMap(cells, side, origin), 0.1)
     here = grid.from_cells(x, y)
-    read = nearest_on_map(grid, Pose(*here, heading), [turned], reach * side)
+    read = each_on_map(grid, Pose(*here, heading), [turned], reach * side).min()
     x, y = (part / side for part in to_frame(origin, *here))
     longest = first_hit(walls, x, y, heading, reach, -EDGE)
     shortest = first_hit(walls, x, y, heading, reach, EDGE)
@@ -60,14 +60,14 @@ def test_the_nearest_of_several_rays_counts() -> None:
     cells = np.zeros((SIDE, SIDE), np.uint8)
     cells[:, 8] = WALL
     grid = Grid.grown(OccupancyMap(cells, 1.0), 0.1)
-    assert nearest_on_map(grid, Pose(5.5, 5.5, 0.0), [-0.5, 0.0, 0.5], 10.0) == pytest.approx(2.5)
-    assert nearest_on_map(grid, Pose(5.5, 5.5, pi), [0.0], 4.0) == 4.0
+    assert each_on_map(grid, Pose(5.5, 5.5, 0.0), [-0.5, 0.0, 0.5], 10.0).min() == pytest.approx(2.5)
+    assert each_on_map(grid, Pose(5.5, 5.5, pi), [0.0], 4.0).min() == 4.0
 
 
 def test_outside_the_grid_everything_is_solid() -> None:
     grid = Grid.grown(OccupancyMap(np.zeros((SIDE, SIDE), np.uint8), 1.0), 0.1)
-    assert nearest_on_map(grid, Pose(5.5, 5.5, 0.0), [0.0], 100.0) == pytest.approx(6.5)
-    assert nearest_on_map(grid, Pose(-5.0, 5.5, 0.0), [0.0], 100.0) == 0.0
+    assert each_on_map(grid, Pose(5.5, 5.5, 0.0), [0.0], 100.0).min() == pytest.approx(6.5)
+    assert each_on_map(grid, Pose(-5.0, 5.5, 0.0), [0.0], 100.0).min() == 0.0
 
 
 def noted(place: tuple[float, float], heading: float, length: float, hit: bool) -> NDArray[np.int8]:

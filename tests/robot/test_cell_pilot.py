@@ -1,17 +1,20 @@
-"""Driving by holds, one robot stepped by hand: when it only turns, and where it stays when all is done."""
+"""Driving by holds, one robot stepped by hand: when it only turns, what its tables are told, where it stays at last."""
 
 import pytest
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Activity
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.brain import Robot
-from swarm.robot.cell_pilot import CIRCLES
-from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.robot.cell_pilot import CIRCLES, LEAST_SCALE
 from swarm.traffic.cells_of import cells_of
-from tests.robot.shared import AT, robot, step
+from swarm.traffic.halting import HALTED
+from swarm.traffic.interface import TrafficInputs, TrafficOutputs
+from tests.robot.shared import AT, STOPS, robot, step
 from tests.shared import scenario_of
 from world.simulate import Simulation
 
+FAR = 1.6  # m, what a ray measures that sees nothing
 LISTENED = 40  # ticks, after which a robot that hears nobody drives
 
 # --- what is left when all is done ---
@@ -58,40 +61,89 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
 # --- when it only turns ---
 
 
-@pytest.mark.parametrize(("front", "drives"), [(1.6, True), (0.3, False)])
-def test_something_unexplained_ahead_lets_it_turn_and_not_drive_on(front: float, drives: bool) -> None:
+def test_something_unexplained_ahead_lets_it_turn_and_not_drive_on() -> None:
+    """Its middle rays see something that is on no map and that nobody told of."""
+    for near, drives in ((FAR, True), (0.3, False)):
+        one = robot()
+        for tick in range(LISTENED):
+            step(one, tick)
+        rays = [FAR] * 5 + [near] * 5 + [FAR] * 5
+        commands = [step(one, LISTENED + tick, front=near, rays=rays).command for tick in range(HALTED)]
+        assert all((command.left + command.right > 0.1) is drives for command in commands)
+
+
+# --- what the tables are told ---
+
+
+def test_alone_in_the_open_the_tables_are_told_the_distances_as_they_are() -> None:
     one = robot()
-    for tick in range(LISTENED):
+    commands = [step(one, tick).command for tick in range(2 * LISTENED)]
+    assert any(command.unconstrained for command in commands)
+    assert all(command.scale == 1.0 for command in commands if command.unconstrained)
+    assert all(LEAST_SCALE <= command.scale <= 1.0 for command in commands), "never farther than they are known to be"
+
+
+def to_and_fro(tick: int, x: float = AT.x) -> Pose:
+    """Return where a robot is that gets on all the time, and nowhere: within a cell, facing away from its stop."""
+    return Pose(x + (0.2 if tick // 20 % 2 else 0.0), AT.y, 3.0)
+
+
+LONG = round(CIRCLES / 0.05)  # ticks
+OPEN = [FAR] * 15
+BLOCKED = [FAR] * 5 + [0.3] * 5 + [FAR] * 5
+
+
+def helped_at(nearer_at: int | None = None, blocked: int = 0) -> int:
+    """Return the tick at which a robot that gets nowhere is told that all is far, and that it stays so.
+
+    Of every ten ticks something unexplained is before it in ``blocked``.
+    """
+    one, scales = robot(), []
+    for tick in range(4 * LONG):
+        x = AT.x if nearer_at is None or tick < nearer_at else AT.x + 1.3
+        rays = BLOCKED if tick > LISTENED and tick % HALTED < blocked else OPEN
+        command = step(one, tick, pose=to_and_fro(tick, x), rays=rays).command
+        scales.append(command.scale)
+        if command.unconstrained:
+            assert command.scale in {LEAST_SCALE, 1.0}
+    first = scales.index(LEAST_SCALE)
+    assert set(scales[first:]) == {LEAST_SCALE}, "to a robot that comes no nearer"
+    return first
+
+
+def test_a_robot_that_comes_no_nearer_for_long_is_told_that_all_is_far() -> None:
+    """Then the tables turn to the aim. A cell nearer, and the time runs anew."""
+    assert LONG < helped_at() <= LISTENED + LONG + 1
+    assert LONG < helped_at(nearer_at=LONG - 10) - (LONG - 10) <= LONG + 2
+
+
+def test_standing_before_something_unexplained_is_no_circling() -> None:
+    """What comes and goes stops it again and again: that time does not count."""
+    waits = helped_at(blocked=HALTED // 2) - helped_at()
+    assert 0.3 * LONG < waits < 2 * LONG
+
+
+# --- the room that it asks for ---
+
+
+def test_traffic_is_told_the_cells_that_the_tables_would_drive_it_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, told = robot(), []
+    traffic = one._pilot._traffic
+    plain = traffic.step
+
+    def listening(inputs: TrafficInputs) -> TrafficOutputs:
+        told.append(inputs.sweeps)
+        return plain(inputs)
+
+    monkeypatch.setattr(traffic, "step", listening)
+    for tick in range(2 * LISTENED):
         step(one, tick)
-    commands = [step(one, LISTENED + tick, front=front).command for tick in range(10)][3:]
-    assert all((command.left + command.right > 0.1) is drives for command in commands)
-
-
-@pytest.mark.parametrize(("walls", "side"), [("#", 1.2), (".", 0.4)])
-def test_between_walls_a_robot_that_faces_away_turns_on_the_spot_though_it_is_alone(walls: str, side: float) -> None:
-    """The paper's tables find no room to turn round there."""
-    beside = "\n".join(["#" + walls * 10 + "#"] * 3)
-    text = f"{'#' * 12}\n{beside}\n#..........#\n{beside}\n{'#' * 12}\n"
-    start = Pose(4.2, 5.4, 3.0)
-    scenario = scenario_of(
-        text, map={"text": text, "cell": 1.2}, start={"poses": [[*start]]}, targets=[[12.0, 5.4]],
-    )  # fmt: skip
-    one = Robot("r1", 0, scenario, start)
-    said = [step(one, tick, pose=start, bearings=[None] * 2, left=side, right=side).command for tick in range(60)]
-    alone = [command for command in said if command.unconstrained]
-    assert len(alone) > 20
-    assert all((command.left == -command.right != 0.0) is (walls == "#") for command in alone)
-
-
-@pytest.mark.parametrize("nearer_at", [None, 100])
-def test_a_robot_alone_that_comes_no_nearer_for_long_is_turned_to_its_aim(nearer_at: int | None) -> None:
-    """Its pose is held, facing away from its stop: the tables drive on and on. A cell nearer, and the time runs anew."""
-    one, commands = robot(), []
-    for tick in range(400):
-        x = AT.x if nearer_at is None or tick < nearer_at else AT.x + 1.0
-        commands.append(step(one, tick, pose=Pose(x, AT.y, 3.0)).command)
-    alone = next(tick for tick, command in enumerate(commands) if command.unconstrained)
-    helped = (nearer_at or alone) + round(CIRCLES / 0.05)
-    assert helped < len(commands) - 100, "within a quarter of a minute"
-    assert all(command.left + command.right > 0.0 for command in commands[alone : helped - 1]), "the tables drive on"
-    assert all(command.left == -command.right != 0.0 for command in commands[helped + 1 :])
+    cells = traffic.cells
+    here, stop = cells.cell_of(AT.x, AT.y), cells.cell_of(*STOPS[0])
+    assert here in told[-1]
+    assert stop not in told[-1], "no farther than in the next seconds"
+    assert all(cells.centre(cell)[0] > AT.x - cells.side for cell in told[-1]), "ahead of it"
+    assert len(told[-1]) > 1
+    for tick in range(2 * LISTENED, 2 * LISTENED + 2 * round(CIRCLES / 0.05)):
+        step(one, tick, pose=to_and_fro(tick))
+    assert told[-1] == (), "who gets nowhere asks for nothing"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.robot.kinematics import ramp
+from swarm.motion.drive import ramp
 from swarm.robot.lateness import BELIEVED, DIFFERS, LATEST, Lateness
 
 DT, ACCELERATION = 0.05, 2.0

@@ -117,9 +117,9 @@ def test_the_first_cut_is_the_boldest() -> None:
 
 def test_a_lane_cut_out_moves_what_is_beyond_it() -> None:
     raw = msgspec.to_builtins(plan_of(edits=[{"at": 9.0, "kind": "free", "low": [2.0, 2.0], "high": [4.0, 3.0]}]))
-    moved = [new["scenario"] for new in lanes(raw) if new["scenario"]["start"]["poses"][1][0] < 6.6]
-    assert [len(scenario["map"]["text"].splitlines()[0]) for scenario in moved] == [18] * 4
-    assert {tuple(scenario["start"]["poses"][1]) for scenario in moved} == {(5.4, 3.0, 3.0)}
+    moved = [new["scenario"] for new in lanes(raw) if new["scenario"]["start"]["poses"][1][0] < 9.0]
+    assert [len(scenario["map"]["text"].splitlines()[0]) for scenario in moved] == [24] * 6
+    assert {tuple(scenario["start"]["poses"][1]) for scenario in moved} == {(7.8, 3.0, 3.0)}
     between = moved[1:3]  # the lanes from 2.4 m and from 3.6 m on: r1 stays, and the edit loses what is in them
     assert [scenario["start"]["poses"][0] for scenario in between] == [[1.8, 1.8, 0.0]] * 2
     assert [scenario["edits"][0]["high"][0] for scenario in between] == [2.8, 3.6]

@@ -1,11 +1,12 @@
 """What the rays say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
 
+from collections.abc import Sequence
 from math import cos, pi, sin
 from typing import Any
 
 import pytest
 
-from swarm.traffic.halting import CLOSE, HALTED, LINGERS, Halt, Halting, robot_at
+from swarm.traffic.halting import ABOUT, AT_LAST, CLOSE, HALTED, LINGERS, STILL, Halt, Halting, robot_at
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
 from swarm.traffic.record import Claim, Record
@@ -126,11 +127,11 @@ def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
 
 
 def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> None:
-    def never() -> list[float]:
+    def never(_: Sequence[float]) -> list[float]:
         raise AssertionError("nobody needs that")
 
     assert Scan((0.0,), (STOP,), never).bodies(SETTINGS) == []
-    assert Scan((0.0, 1.0), (0.3, 0.4), lambda: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
+    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
     assert Scan().readings == ()
 
 
@@ -159,11 +160,21 @@ def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: b
 # --- how long it stops ---
 
 
-def halts(*measured: float, others: tuple[Record, ...] = (), mine: frozenset[int] = frozenset()) -> list[Halt]:
-    """Look straight ahead, tick by tick."""
-    halting = Halting(FLOOR.cells, SETTINGS)
+def halts(
+    *measured: float,
+    others: tuple[Record, ...] = (),
+    mine: frozenset[int] = frozenset(),
+    bearing: float = 0.0,
+    expected: float = 1.6,
+    halting: Halting | None = None,
+    start: int = 100,
+) -> list[Halt]:
+    """Look in one direction, straight ahead by default, tick by tick."""
+    halting = halting or Halting(FLOOR.cells, SETTINGS)
     return [
-        halting.look(TrafficInputs(100 + tick, HERE, None, scan=Scan((0.0,), (one,), lambda: (1.6,))), others, mine)
+        halting.look(
+            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))), others, mine
+        )
         for tick, one in enumerate(measured)
     ]
 
@@ -184,6 +195,58 @@ def test_what_goes_away_in_between_begins_anew() -> None:
     said = halts(*[0.4] * HALTED, 1.6, *[0.4] * HALTED)
     assert all(halt.found is None for halt in said)
     assert [halt.stopped for halt in said] == [True] * HALTED + [False] + [True] * HALTED
+
+
+@pytest.mark.parametrize("bearing", [pi / 3, 0.0, -pi / 3], ids=["left", "ahead", "right"])
+def test_it_stops_for_what_it_sees_to_either_side_too(bearing: float) -> None:
+    said = halts(*[0.4] * (HALTED + 2), bearing=bearing)
+    assert [halt.stopped for halt in said] == [True] * (HALTED + 1) + [False]
+    (found,) = [halt.found for halt in said if halt.found is not None]
+    away = 1.5 * SETTINGS.radius + 0.4
+    assert found == pytest.approx((HERE.x + away * cos(bearing), HERE.y + away * sin(bearing)))
+    assert not any(halt.stopped for halt in halts(*[1.6] * 5, bearing=bearing))
+
+
+def test_a_wall_of_the_map_never_stops_it_and_is_no_thing_found() -> None:
+    said = halts(*[0.4] * (2 * HALTED), expected=0.4)
+    assert said == [Halt(stopped=False)] * (2 * HALTED)
+
+
+def test_a_robot_that_is_heard_never_stops_it_and_is_no_thing_found() -> None:
+    x, y = ahead(0.4)
+    others = (Record(robot="r2", stamp=100, x=x, y=y, goal=B, held=(cell(x, y),)),)
+    assert halts(*[0.4] * (2 * HALTED), others=others) == [Halt(stopped=False)] * (2 * HALTED)
+    behind = (Record(robot="r2", stamp=100, x=HERE.x - 1.0, y=y, goal=B, held=(cell(HERE.x - 1.0, y),)),)
+    assert halts(0.4, others=behind)[0].stopped
+
+
+def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
+    halting = Halting(FLOOR.cells, SETTINGS)
+    (*_, last) = halts(*[0.4] * (HALTED + 1), halting=halting)
+    assert last.found is not None
+    assert halting.places(100 + HALTED) == (last.found,)
+    near, far = ABOUT + SETTINGS.radius - 0.05, ABOUT + SETTINGS.radius + 0.05  # m off it, still close enough to see
+    later = 100 + HALTED + 1
+    assert not halts(max(CLOSE, 0.4 - near), halting=halting, start=later)[0].stopped
+    assert halts(0.4, bearing=far / (1.5 * SETTINGS.radius + 0.4) * 1.1, halting=halting, start=later + 1)[0].stopped
+    assert halting.places(100 + HALTED + SETTINGS.obstacle - 1) == (last.found,)
+    assert halting.places(100 + HALTED + SETTINGS.obstacle) == ()
+
+
+@pytest.mark.parametrize("speed", [0.3, -0.3])
+def test_what_comes_or_goes_is_not_taken_to_stay_where_it_was(speed: float) -> None:
+    """A moving obstacle: what was found in one place would explain it where it drives against the robot."""
+    assert abs(speed) * SETTINGS.tick * HALTED > STILL, "slower than that it is as good as still"
+    began = 0.5 if speed > 0 else 0.2
+    said = halts(*[began - speed * SETTINGS.tick * tick for tick in range(2 * HALTED)])
+    assert said == [Halt(stopped=True)] * (2 * HALTED)
+
+
+def test_what_never_seems_to_be_still_is_taken_to_stay_at_last() -> None:
+    """To a robot that turns, other edges of a body come into view."""
+    said = halts(*[0.2 if tick % 4 < 2 else 0.4 for tick in range(AT_LAST + 2 * HALTED)])
+    (found,) = [tick for tick, halt in enumerate(said) if halt.found is not None]
+    assert AT_LAST <= found <= AT_LAST + HALTED
 
 
 def test_a_thing_found_is_forgotten_after_a_while() -> None:

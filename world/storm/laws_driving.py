@@ -5,7 +5,7 @@ from typing import Final
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Command, Sense
-from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.scenario.schema import RobotSettings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from world.storm.history import History

@@ -4,10 +4,11 @@ import re
 from collections.abc import Collection, Iterable
 from itertools import pairwise
 from math import inf
+from typing import TypeGuard
 
 from swarm.errors import ConfigError, nearest
 from swarm.robot.fuzzy.kernel import TERMS
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Term, Variable, Weighing
+from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Slowing, Term, Variable, Weighing
 
 # What a variable is measured in, and the universe it may have at most.
 QUANTITIES = dict.fromkeys(INPUTS, ("m", 0.0, 1000.0)) | dict.fromkeys(OUTPUTS, ("m/s", -20.0, 20.0))
@@ -17,8 +18,13 @@ NARROWEST = 1e-6  # of a consequent's support, for its centroid's sake
 _INFINITIES = {"-inf": -inf, "inf": inf, "+inf": inf}
 
 
-def mapping(value: object, where: str, required: Iterable[str] = (), optional: Iterable[str] = ()) -> dict[str, object]:
-    """Take a mapping with exactly these keys, or with any words as keys when none are named."""
+def mapping(
+    value: object, where: str, required: Iterable[str] = (), optional: Iterable[str] = (), example: str = "paper"
+) -> dict[str, object]:
+    """Take a mapping with exactly these keys, or with any words as keys when none are named.
+
+    ``example`` is a built-in profile that has all of them.
+    """
     required, optional = tuple(required), tuple(optional)
     if not isinstance(value, dict) or not value:
         keys = ", ".join(required) or "names"
@@ -32,7 +38,7 @@ def mapping(value: object, where: str, required: Iterable[str] = (), optional: I
             raise ConfigError(f"{where}: expected a word of letters, digits and _ as a name, got {shown(key)}")
     for key in required:
         if key not in value:
-            raise ConfigError(f"{where}: {key} is missing; is the file whole? profiles/paper.yaml shows every key")
+            raise ConfigError(f"{where}: {key} is missing; is the file whole? profiles/{example}.yaml shows every key")
     return value
 
 
@@ -88,15 +94,17 @@ def numbers(value: object, where: str, form: str, count: int) -> list[float]:
     checked = []
     for item in value:
         number = _INFINITIES.get(item, item) if isinstance(item, str) else item
-        if isinstance(number, bool) or not isinstance(number, int | float) or number != number or not _fits(number):
+        if not _is_number(number):
             raise ConfigError(f"{where}: expected {form}, each a number, got {shown(item)} among them")
         checked.append(float(number))
     return checked
 
 
-def _fits(number: float) -> bool:
-    """Tell whether a number is of a size whose differences and squares stay finite."""
-    return abs(number) <= 1e100 or abs(number) == inf
+def _is_number(value: object) -> TypeGuard[float]:
+    """Return True for a number whose differences and squares stay finite, and for the infinities."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= 1e100 or abs(value) == inf
 
 
 def behaviour(value: object, name: str, where: str, variables: dict[str, Variable]) -> Behaviour:
@@ -174,6 +182,31 @@ def weighing(value: object, where: str, behaviours: Collection[str], inputs: dic
                 f"{where}.when: {term!r} is no term of {name}; {nearest(str(term), inputs[name].names())}"
             )
     return Weighing(names[0], names[1], tuple((name, str(term)) for name, term in when.items()))
+
+
+def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
+    """Take how both speeds fall with the nearest distance."""
+    names = ("near", "far", "least")
+    fields = mapping(value, where, names, example="careful")
+    checked = []
+    for name in names:
+        number = fields[name]
+        if not _is_number(number):
+            raise ConfigError(f"{where}.{name}: expected a number, got {shown(number)}")
+        checked.append(float(number))
+    near, far, least = checked
+    most = min(variable.high for variable in inputs.values() if variable.unit == "m")
+    if not 0.0 <= near < far <= most:
+        raise ConfigError(
+            f"{where}: expected 0 <= near < far <= {most:g} m, got near {near:g}, far {far:g}; "
+            "up to near a robot is slowest, from far on it drives as the tables say"
+        )
+    if not 0.0 < least < 1.0:
+        raise ConfigError(
+            f"{where}.least: expected a share of the tables' speeds, 0 < least < 1, got {least:g}; "
+            "with 0 a robot near a wall would never drive again"
+        )
+    return Slowing(near, far, least)
 
 
 def shown(value: object) -> str:

@@ -25,7 +25,7 @@ class Controller:
 
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
-        self._tables = tables(profile)
+        self.tables = tables(profile)
         self._explainer = Explainer(profile)
 
     def __reduce__(self) -> tuple[type["Controller"], tuple[Profile]]:
@@ -41,7 +41,7 @@ class Controller:
         Raises:
             ControlInputError: an input is NaN or infinite, or a distance is negative.
         """
-        left_v, right_v, _ = infer(left, front, right, heading_deg, *self._tables)
+        left_v, right_v, _ = infer(left, front, right, heading_deg, *self.tables)
         if left_v != left_v:
             raise refusal(left, front, right, heading_deg)
         return left_v, right_v
@@ -52,7 +52,7 @@ class Controller:
         Raises:
             ControlInputError: as `wheel_speeds`.
         """
-        left_v, right_v, w = infer(left, front, right, heading_deg, *self._tables)
+        left_v, right_v, w = infer(left, front, right, heading_deg, *self.tables)
         if left_v != left_v:
             raise refusal(left, front, right, heading_deg)
         return self._explainer.explain((left, front, right, heading_deg), left_v, right_v, w)
@@ -67,7 +67,7 @@ class Controller:
         if rows.ndim != 2 or rows.shape[1] != len(INPUTS):
             raise ControlInputError(f"expected an array of shape (n, {len(INPUTS)}), got {rows.shape}")
         speeds = np.empty((len(rows), 2))
-        infer_rows(rows, speeds, *self._tables)
+        infer_rows(rows, speeds, *self.tables)
         refused = np.isnan(speeds[:, 0])
         if refused.any():
             first = int(np.argmax(refused))

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass
 
-from swarm.robot.fuzzy.kernel import within_half_turn
+from swarm.robot.fuzzy.kernel import slowing_factor, within_half_turn
 from swarm.robot.fuzzy.profile import Profile
 from swarm.robot.fuzzy.vocabulary import ANY, INPUTS
 
@@ -27,6 +27,7 @@ class Explanation:
     memberships: dict[str, dict[str, float]]  # input, term: 0..1
     weights: dict[str, float]  # behaviour: share of the wheels, together 1
     rules: tuple[FiredRule, ...]  # strongest first within each behaviour
+    slowing: float  # 0..1, what both speeds were multiplied by
     left_v: float  # m/s
     right_v: float  # m/s
 
@@ -36,12 +37,13 @@ class Explanation:
         return next(iter(self.weights.values()))
 
     def to_json_dict(self) -> dict[str, object]:
-        """Give builtins: left_v, right_v, weight, weights, rules, memberships, inputs, profile."""
+        """Give builtins: left_v, right_v, weight, weights, slowing, rules, memberships, inputs, profile."""
         return {
             "left_v": self.left_v,
             "right_v": self.right_v,
             "weight": self.weight,
             "weights": self.weights,
+            "slowing": self.slowing,
             "rules": [asdict(rule) for rule in self.rules],
             "memberships": self.memberships,
             "inputs": self.inputs,
@@ -58,6 +60,8 @@ class Explanation:
             lines += ["", f"{behaviour} weighs {weight:.3f}"]
             fired = [rule for rule in self.rules if rule.behaviour == behaviour]
             lines += [f"  {rule.strength:.3f}  rule {rule.rule:>2}: {rule.text}" for rule in fired]
+        if self.slowing < 1.0:
+            lines += ["", f"slowed to {self.slowing:.3f} of the tables' speeds by the nearest distance"]
         lines += ["", f"left_v {self.left_v:.4f} m/s, right_v {self.right_v:.4f} m/s"]
         return "\n".join(lines)
 
@@ -82,7 +86,7 @@ class Explainer:
     def explain(self, values: tuple[float, ...], left_v: float, right_v: float, w: float) -> Explanation:
         """Lay one inference open: the four inputs as given, and what the kernel made of them."""
         *distances, heading = values
-        variables = self._profile.inputs
+        variables, slow = self._profile.inputs, self._profile.slowing
         inputs = {
             name: min(max(float(x), variables[name].low), variables[name].high)
             for name, x in zip(INPUTS, (*distances, within_half_turn(heading)), strict=True)
@@ -106,6 +110,7 @@ class Explainer:
             memberships=memberships,
             weights=weights,
             rules=tuple(rules),
+            slowing=slowing_factor(min(distances), slow.near, slow.far, slow.least) if slow else 1.0,
             left_v=left_v,
             right_v=right_v,
         )

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 TERMS = 9  # most of one variable: a bit a term and input must fit the rules' masks of 63
-_TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1]"
+TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1], f8[::1]"
 
 
 @njit("f8(f8, f8, f8, f8, f8)", cache=True)
@@ -69,7 +69,20 @@ def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Fl
     return moment / area if area > 0.0 else 0.0
 
 
-@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES}, f8[::1])", cache=True)
+@njit("f8(f8, f8, f8, f8)", cache=True)
+def slowing_factor(nearest: float, near: float, far: float, least: float) -> float:
+    """Return what both speeds are multiplied by: ``least`` up to ``near`` [m], 1 from ``far`` [m] on, linear between.
+
+    `infer_into` ends with it, so whoever asks the tables gets the same speeds.
+    """
+    if nearest >= far:
+        return 1.0
+    if nearest <= near:
+        return least
+    return least + (1.0 - least) * ((nearest - near) / (far - near))
+
+
+@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {TABLES}, f8[::1])", cache=True)
 def infer_into(
     left: float,
     front: float,
@@ -81,6 +94,7 @@ def infer_into(
     yields: Integers,
     pieces: Integers,
     areas: Floats,
+    slowing: Floats,
     scratch: Floats,
 ) -> tuple[float, float, float]:
     """Infer as `infer` does, with room to work in given by the caller: see `scratch_size`."""
@@ -134,7 +148,8 @@ def infer_into(
             right_v += weight * centroid(1, left_level + TERMS, heights, pieces, areas, scratch)
     left_v = min(max(left_v, universes[4, 0]), universes[4, 1])
     right_v = min(max(right_v, universes[5, 0]), universes[5, 1])
-    return left_v, right_v, w
+    factor = slowing_factor(min(left, front, right), slowing[0], slowing[1], slowing[2])
+    return factor * left_v, factor * right_v, w
 
 
 @njit("i8(f8[:,:,::1], i8[:,::1])", cache=True)
@@ -143,7 +158,7 @@ def scratch_size(terms: Floats, pieces: Integers) -> int:
     return int(4 * terms.shape[1] + 1 + 4 * TERMS + pieces.shape[0])
 
 
-@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {_TABLES})", cache=True)
+@njit(f"UniTuple(f8, 3)(f8, f8, f8, f8, {TABLES})", cache=True)
 def infer(
     left: float,
     front: float,
@@ -155,16 +170,17 @@ def infer(
     yields: Integers,
     pieces: Integers,
     areas: Floats,
+    slowing: Floats,
 ) -> tuple[float, float, float]:
     """Infer left_v, right_v [m/s] and w from three distances [m] and the target's bearing [degrees, right positive].
 
     NaN three times over when an input is not finite or a distance is negative.
     """
     scratch = np.empty(scratch_size(terms, pieces))
-    return infer_into(left, front, right, heading, universes, terms, rules, yields, pieces, areas, scratch)
+    return infer_into(left, front, right, heading, universes, terms, rules, yields, pieces, areas, slowing, scratch)
 
 
-@njit(f"void(f8[:,::1], f8[:,::1], {_TABLES})", cache=True)
+@njit(f"void(f8[:,::1], f8[:,::1], {TABLES})", cache=True)
 def infer_rows(
     rows: Floats,
     speeds: Floats,
@@ -174,10 +190,12 @@ def infer_rows(
     yields: Integers,
     pieces: Integers,
     areas: Floats,
+    slowing: Floats,
 ) -> None:
     """Fill ``speeds`` (n, 2) from ``rows`` (n, 4), row by row as `infer` does."""
     scratch = np.empty(scratch_size(terms, pieces))
     for n in range(rows.shape[0]):
+        left, front, right, heading = rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3]
         speeds[n, 0], speeds[n, 1], _ = infer_into(
-            rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3], universes, terms, rules, yields, pieces, areas, scratch
+            left, front, right, heading, universes, terms, rules, yields, pieces, areas, slowing, scratch
         )

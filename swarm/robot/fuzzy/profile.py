@@ -1,18 +1,18 @@
 """A profile: everything a controller is, as data. The same shape in a YAML file, on the wire and in `to_builtins`."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isinf
 from typing import Self
 
 from swarm.errors import ConfigError
 from swarm.robot.fuzzy import check
 from swarm.robot.fuzzy.completeness import check_no_gap
-from swarm.robot.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Variable, Weighing
+from swarm.robot.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Slowing, Variable, Weighing
 
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Variables, behaviours and how these are weighed. Made by `load_profile` or `from_builtins`, which check it."""
+    """Variables, behaviours, how these are weighed and slowed. `load_profile` and `from_builtins` check it all."""
 
     name: str
     description: str
@@ -20,6 +20,7 @@ class Profile:
     outputs: dict[str, Variable]
     behaviours: dict[str, Behaviour]
     weighing: Weighing | None  # None: one behaviour, which weighs 1
+    slowing: Slowing | None  # None: the speeds stay as the tables say
 
     @classmethod
     def from_builtins(cls, document: object, where: str = "profile") -> Self:
@@ -29,7 +30,7 @@ class Profile:
             ConfigError: at the first thing that is wrong, its place beginning with ``where``.
         """
         fields = check.mapping(
-            document, where, ("name", "inputs", "outputs", "behaviours", "weighing"), ("description",)
+            document, where, ("name", "inputs", "outputs", "behaviours", "weighing"), ("description", "slowing")
         )
         inputs = _variables(fields["inputs"], f"{where}: inputs", INPUTS)
         outputs = _variables(fields["outputs"], f"{where}: outputs", OUTPUTS)
@@ -49,6 +50,7 @@ class Profile:
             outputs=outputs,
             behaviours=behaviours,
             weighing=weighing,
+            slowing=check.slowing(fields["slowing"], f"{where}: slowing", inputs) if "slowing" in fields else None,
         )
         for number, behaviour in enumerate(profile.by_weight()):
             check_no_gap(behaviour, inputs, weighing, number == 0, f"{where}: behaviours.{behaviour.name}")
@@ -61,6 +63,7 @@ class Profile:
             "yields_to": self.weighing.yields_to,
             "when": dict(self.weighing.when),
         }
+        slowing = {"slowing": asdict(self.slowing)} if self.slowing else {}
         return {
             "name": self.name,
             "description": self.description,
@@ -68,6 +71,7 @@ class Profile:
             "outputs": {name: _variable_to_builtins(variable) for name, variable in self.outputs.items()},
             "behaviours": {name: _table(behaviour) for name, behaviour in self.behaviours.items()},
             "weighing": weighing or "none",
+            **slowing,
         }
 
     def by_weight(self) -> tuple[Behaviour, ...]:

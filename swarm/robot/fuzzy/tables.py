@@ -9,9 +9,10 @@ import numpy as np
 
 from swarm.robot.fuzzy.kernel import Floats, Integers
 from swarm.robot.fuzzy.profile import Profile
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Term, Variable
+from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Slowing, Term, Variable
 
 _NEVER = (inf, inf, inf, inf)  # pads variables that have fewer terms than others
+_NO_SLOWING = Slowing(near=0.0, far=0.0, least=1.0)  # every distance is far: both speeds are multiplied by 1
 
 
 class Tables(NamedTuple):
@@ -23,6 +24,7 @@ class Tables(NamedTuple):
     yields: Integers  # (k,): slots whose membership takes weight from behaviour 0
     pieces: Integers  # (p, 3): output, an earlier piece whose height also bounds this one or -1, consequent term
     areas: Floats  # (p, 7): heights it begins and ends at, two coefficients of its area, three of its moment
+    slowing: Floats  # (3,): near [m], far [m], least
 
 
 def tables(profile: Profile) -> Tables:
@@ -58,7 +60,7 @@ def tables(profile: Profile) -> Tables:
             pieces.append([output, bound, chosen[-1]])
             areas.append(area)
 
-    weighing = profile.weighing
+    weighing, slowing = profile.weighing, profile.slowing or _NO_SLOWING
     return Tables(
         universes=np.array([(variable.low, variable.high) for variable in (*inputs, *outputs)], dtype=np.float64),
         terms=np.ascontiguousarray(terms),
@@ -66,6 +68,7 @@ def tables(profile: Profile) -> Tables:
         yields=np.array([slot(*condition) for condition in weighing.when] if weighing else [], dtype=np.int64),
         pieces=np.array(pieces, dtype=np.int64),
         areas=np.array(areas, dtype=np.float64),
+        slowing=np.array((slowing.near, slowing.far, slowing.least), dtype=np.float64),
     )
 
 

@@ -1,4 +1,4 @@
-"""The words of fuzzy control: term, variable, rule, behaviour, weighing. Plain values, checked where they are read."""
+"""The words of a profile: term, variable, rule, behaviour, weighing, slowing. Plain values, checked on reading."""
 
 from dataclasses import dataclass
 
@@ -87,3 +87,12 @@ class Weighing:
     behaviour: str
     yields_to: str
     when: tuple[tuple[str, str], ...]  # input, term
+
+
+@dataclass(frozen=True, slots=True)
+class Slowing:
+    """How both speeds fall with the nearest of the three distances: `kernel.slowing_factor` of these numbers."""
+
+    near: float  # m, where and below which the speeds are multiplied by ``least``
+    far: float  # m, where and above which they stay as the tables say
+    least: float  # more than 0, less than 1

@@ -1,4 +1,8 @@
-"""Where wheels lead, and how near that comes to boxes and walls: compiled, since a driver asks several times a tick."""
+"""Where wheels lead, and how near that comes to boxes, walls and bodies: compiled, since it is asked often.
+
+Rim speeds [m/s] follow what is wanted by at most ``most`` [m/s] in a step of ``dt`` [s]. Boxes are (n, 4): low x,
+low y, high x, high y [m]; whatever is measured against them is in their own frame.
+"""
 
 from math import cos, floor, hypot, sin
 from typing import Final
@@ -7,14 +11,39 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Boxes = NDArray[np.float64]  # (n, 4): low x, low y, high x, high y [m]
+from swarm.motion.drive import ramp
+
+Boxes = NDArray[np.float64]
 STRIDE: Final = 0.05  # m, between two points tried on a line
 NO_COMMANDS: Final = np.empty((0, 2))
 LONGEST: Final = 400  # ticks, of a braking path
+GRAZE: Final = 1e-3  # m of its clearance that a robot may lose in one look, since it drives along no wall exactly,
+TIGHT: Final = 0.01  # m of clearance from which on it may lose none: many looks would add up to a contact
+
+
+@njit("UniTuple(f8, 5)(f8, f8, f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+def advance(
+    x: float,
+    y: float,
+    yaw: float,
+    left: float,
+    right: float,
+    want_left: float,
+    want_right: float,
+    track_width: float,
+    most: float,
+    dt: float,
+) -> tuple[float, float, float, float, float]:
+    """Return the pose and the rim speeds one step later; the step is the chord of its arc, at its middle heading."""
+    left, right = ramp(left, want_left, most), ramp(right, want_right, most)
+    half = (right - left) / track_width * dt / 2
+    reach = (left + right) / 2 * dt
+    return x + reach * cos(yaw + half), y + reach * sin(yaw + half), yaw + 2 * half, left, right
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
-def _gap(boxes: Boxes, x: float, y: float) -> float:
+def gap(boxes: Boxes, x: float, y: float) -> float:
+    """Return the distance [m] of a point to the nearest box."""
     least = np.inf
     for k in range(boxes.shape[0]):
         dx = max(boxes[k, 0] - x, x - boxes[k, 2], 0.0)
@@ -30,15 +59,19 @@ def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
-        least = min(least, _gap(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
+        least = min(least, gap(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
     return least
 
 
 @njit("b1[::1](f8[:, ::1], f8, f8, f8[:, ::1], f8, f8)", cache=True)
-def _lines_are_clear(
+def lines_are_clear(
     boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
 ) -> NDArray[np.bool_]:
-    need = min(enough, max(least, _gap(boxes, x, y)))
+    """Return, for each of some points (n, 2), whether the straight way there keeps clear of the boxes.
+
+    Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
+    """
+    need = min(enough, max(least, gap(boxes, x, y)))
     clear = np.empty(points.shape[0], np.bool_)
     for k in range(points.shape[0]):
         clear[k] = line_room(boxes, x, y, points[k, 0], points[k, 1]) >= need
@@ -46,7 +79,7 @@ def _lines_are_clear(
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
-def _path_room(
+def path_room(
     boxes: Boxes,
     x: float,
     y: float,
@@ -60,24 +93,21 @@ def _path_room(
     dt: float,
     ticks: int,
 ) -> float:
-    least = _gap(boxes, x, y)
+    """Return the least distance [m] to a box, told ``left`` and ``right`` for some ticks and to stop then."""
+    least = gap(boxes, x, y)
     step = 0
     while step < ticks or left_now != 0.0 or right_now != 0.0:
         want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
-        left_now = min(left_now + most, max(left_now - most, want_left))
-        right_now = min(right_now + most, max(right_now - most, want_right))
-        half = (right_now - left_now) / track_width * dt / 2
-        reach = (left_now + right_now) / 2 * dt
-        x += reach * cos(yaw + half)
-        y += reach * sin(yaw + half)
-        yaw += 2 * half
-        least = min(least, _gap(boxes, x, y))
+        x, y, yaw, left_now, right_now = advance(
+            x, y, yaw, left_now, right_now, want_left, want_right, track_width, most, dt
+        )
+        least = min(least, gap(boxes, x, y))
         step += 1
     return least
 
 
 @njit("f8[:, ::1](f8, f8, f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
-def _braking_points(
+def braking_points(
     x: float,
     y: float,
     yaw: float,
@@ -88,6 +118,11 @@ def _braking_points(
     dt: float,
     commands: NDArray[np.float64],
 ) -> NDArray[np.float64]:
+    """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
+
+    ``commands`` ((k, 2), m/s) are rim speeds that may be under way, oldest first, one a step: of the newest none, one
+    and so on to all may be carried out before the brake, and the points of each case follow each other.
+    """
     known = commands.shape[0]
     points = np.empty(((known + 1) * LONGEST, 2))
     found = 0
@@ -98,13 +133,9 @@ def _braking_points(
             want_left, want_right = 0.0, 0.0
             if first + count < known:
                 want_left, want_right = commands[first + count, 0], commands[first + count, 1]
-            left_now = min(left_now + most, max(left_now - most, want_left))
-            right_now = min(right_now + most, max(right_now - most, want_right))
-            half = (right_now - left_now) / track_width * dt / 2
-            reach = (left_now + right_now) / 2 * dt
-            at_x += reach * cos(heading + half)
-            at_y += reach * sin(heading + half)
-            heading += 2 * half
+            at_x, at_y, heading, left_now, right_now = advance(
+                at_x, at_y, heading, left_now, right_now, want_left, want_right, track_width, most, dt
+            )
             points[found] = at_x, at_y
             count += 1
             found += 1
@@ -128,24 +159,23 @@ def clearance_along(
     left: float,
     right: float,
     track_width: float,
-    most: float,  # m/s, change of a rim speed in one step
+    most: float,
     dt: float,
     ticks: int,
 ) -> float:
-    """Find the smallest distance [m] of the centre to what ``field`` is the clearance of, and to round bodies."""
+    """Find the least distance [m] of the centre to what ``field`` is the clearance of, and to round bodies.
+
+    The wheels are told ``left`` and ``right`` for some ticks and to stop then. Beyond the field there is none: 0.
+    """
     rows, columns = field.shape
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
     least = np.inf
     step = 0
     while True:
         want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
-        left_now = min(left_now + most, max(left_now - most, want_left))
-        right_now = min(right_now + most, max(right_now - most, want_right))
-        half = (right_now - left_now) / track_width * dt / 2
-        reach = (left_now + right_now) / 2 * dt
-        x += reach * cos(yaw + half)
-        y += reach * sin(yaw + half)
-        yaw += 2 * half
+        x, y, yaw, left_now, right_now = advance(
+            x, y, yaw, left_now, right_now, want_left, want_right, track_width, most, dt
+        )
         along = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side - 0.5
         up = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side - 0.5
         row, column = floor(up), floor(along)
@@ -163,71 +193,17 @@ def clearance_along(
             return float(least)
 
 
-def lines_are_clear(
-    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
-) -> list[bool]:
-    """Return, for each of some points (n, 2), whether the straight way there keeps clear of the boxes.
-
-    Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
-    """
-    clear: list[bool] = _lines_are_clear(boxes, x, y, points, least, enough).tolist()
-    return clear
-
-
-def path_room(
-    boxes: Boxes,
-    x: float,
-    y: float,
-    yaw: float,
-    left_now: float,
-    right_now: float,
-    left: float,
-    right: float,
-    track_width: float,
-    most: float,
-    dt: float,
-    ticks: int,
-) -> float:
-    """Give the least distance [m] to a box, the wheels told ``left`` and ``right`` for some ticks and to stop then.
-
-    ``most`` [m/s] is the change of a rim speed within one step of ``dt`` [s].
-    """
-    room: float = _path_room(boxes, x, y, yaw, left_now, right_now, left, right, track_width, most, dt, ticks)
-    return room
-
-
-def braking_points(
-    x: float,
-    y: float,
-    yaw: float,
-    left: float,
-    right: float,
-    track_width: float,
-    acceleration: float,
-    dt: float,
-    commands: NDArray[np.float64] = NO_COMMANDS,
-) -> NDArray[np.float64]:
-    """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
-
-    ``commands`` ((k, 2), m/s) are rim speeds that may be under way, oldest first, one a step: of the newest none, one
-    and so on to all may be carried out before the brake, and the points of each case follow each other.
-    """
-    points: NDArray[np.float64] = _braking_points(x, y, yaw, left, right, track_width, acceleration * dt, dt, commands)
-    return points
-
-
 @njit(
-    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
+    "UniTuple(f8, 3)(f8[:, ::1], f8, f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f4[:, ::1], f8, f8, f8, f8, "
     "f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
     cache=True,
 )
 def first_clear(
-    changes: NDArray[np.float64],
+    remedies: NDArray[np.float64],
     linear: float,
     angular: float,
-    to_linear: float,
-    to_angular: float,
     fastest: float,
+    creep: float,
     need: float,
     boxes: Boxes,
     box_x: float,
@@ -250,31 +226,41 @@ def first_clear(
     dt: float,
     ticks: int,
 ) -> tuple[float, float, float]:
-    """Find the first of some ``changes`` of a twist, (n, 2) of share and blend, that keeps clear under the brake too.
+    """Find the first of some ``remedies``, (n, 2) of forward and yaw share, that keeps clear under the brake too.
 
-    A share of the twist (linear, angular), blended towards the other one, at most ``fastest`` [m/s] and forward.
-    Clear is ``need`` [m] of the centre to the boxes, in their own frame, and to the walls and bodies of
-    ``clearance_along`` (an empty field: none). Returns the change's number (-1: none), and the rim speeds.
+    The twist (linear, angular) is shared out so, at most ``fastest`` [m/s] forward: along the same arc where both
+    shares are equal, as long as that is not slower than ``creep`` [m/s]. Clear is ``need`` [m] of the centre to the
+    boxes, in their own frame, and to the walls and bodies of ``clearance_along``, or what there is where it stands if
+    that is less. Returns the remedy's number (-1: none), and the rim speeds.
     """
-    for number in range(changes.shape[0]):
-        share, blend = changes[number]
-        forward = (1 - blend) * linear + blend * to_linear
-        turn = (1 - blend) * angular + blend * to_angular
-        if forward <= 0.0:
-            continue
-        factor = share * min(1.0, fastest / forward)
-        half = factor * turn * track_width / 2
-        left, right = factor * forward - half, factor * forward + half
+    here = min(
+        gap(boxes, box_x, box_y),
+        clearance_along(
+            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+            0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
+        ),
+    )  # fmt: skip
+    need = min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
+    for number in range(remedies.shape[0]):
+        share, turn = remedies[number]
+        forward, rate = share * linear, turn * angular
+        if forward > fastest:
+            if share == turn:
+                if fastest < creep:
+                    continue
+                rate *= fastest / forward
+            forward = fastest
+        half = rate * track_width / 2
+        left, right = forward - half, forward + half
         clear = True
         for told in (1, ticks):
-            clear = clear and need <= _path_room(
+            clear = clear and need <= path_room(
                 boxes, box_x, box_y, box_yaw, left_now, right_now, left, right, track_width, most, dt, told
             )
-            if clear and field.size:
-                clear = need <= clearance_along(
-                    field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
-                    left_now, right_now, left, right, track_width, most, dt, told,
-                )  # fmt: skip
+            clear = clear and need <= clearance_along(
+                field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+                left_now, right_now, left, right, track_width, most, dt, told,
+            )  # fmt: skip
         if clear:
             return float(number), left, right
     return -1.0, 0.0, 0.0

@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, integrate
-from swarm.robot.kinematics import DifferentialDrive, ramp
+from swarm.motion.drive import DifferentialDrive, ramp
 
 drives = st.builds(DifferentialDrive, st.floats(0.05, 2.0), st.floats(0.01, 0.5))
 speeds = st.floats(-4.0, 4.0)

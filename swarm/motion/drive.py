@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from numba import njit
+
 from swarm.geometry import Pose, Twist, from_frame
 
 
@@ -35,6 +37,7 @@ class DifferentialDrive:
         return from_frame(pose, 0.0, self.track_width / 2 * (right + left) / (right - left))
 
 
+@njit("f8(f8, f8, f8)", cache=True)
 def ramp(current: float, wanted: float, most: float) -> float:
     """Change a rim speed towards what is wanted by at most ``most`` [m/s]: what wheels do in one control step."""
     return min(current + most, max(current - most, wanted))

@@ -1,0 +1,1 @@
+"""How robots move: the differential drive, and where wheels lead, compiled."""

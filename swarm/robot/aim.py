@@ -1,0 +1,116 @@
+"""Where to steer to: the farthest point of the way that the footprint reaches straight through the cells it holds.
+
+The aim is all that the fuzzy tables are told of a way. Cells that are not held are walls here, beside those of the map.
+"""
+
+from collections.abc import Collection, Sequence
+from math import cos, hypot, sin
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.motion.sweep import lines_are_clear
+from swarm.planning.grid import Grid
+from swarm.planning.path import line_is_free
+from swarm.traffic.cells import OUTSIDE, CellMap
+
+NO_AIM: Final = 0.05  # m; what is nearer is no aim
+SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim,
+TIGHT: Final = 0.01  # m, and where that leaves no aim
+SHARES: Final = (0.75, 0.5, 0.25)  # of the way from the middle of the cell it is in to the next waypoint
+
+
+class Aiming:
+    """Chooses aims for one robot; ``radius`` [m] is its footprint's. Who stands gets the last answer."""
+
+    def __init__(self, cells: CellMap, radius: float) -> None:
+        self._cells = cells
+        self._radius = radius
+        x, y, yaw = cells.occupancy.origin
+        self._origin = (x, y, cos(yaw), sin(yaw))
+        self._aimed_for: tuple[object, ...] = ()
+        self._aimed: Point = (0.0, 0.0)
+        self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
+
+    def take_cells(self, cells: CellMap) -> None:
+        """Take another floor, on the same lattice."""
+        self._cells = cells
+
+    def choose(self, grid: Grid | None, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
+        """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
+
+        It is a waypoint, or lies between the first, the middle of the cell it is in, and the second. ``grid`` is of the
+        floor as it is known now; None: the cells are free all over.
+        """
+        asked = (pose, grid, tuple(held), tuple(waypoints))
+        if asked != self._aimed_for:
+            self._aimed_for, self._aimed = asked, self._choose(*asked)
+        return self._aimed
+
+    def _choose(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
+        shut = self.shut(held)
+        x, y, _ = self.local(pose)
+        (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
+        between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
+        last = self._cells.cell_of(*waypoints[-1])  # its middle can be reached where a place beside it cannot
+        middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
+        ways = [*reversed(waypoints[1:]), *middle, *between]
+        points = [point for point in ways if distance(pose, point) > NO_AIM] or [waypoints[0]]
+        places = np.array([self._flat(point) for point in points], np.float64)
+        for spare in (SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
+            clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
+            for point, is_clear in zip(points, clear, strict=True):
+                if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, spare)):
+                    return point
+        return waypoints[0]
+
+    def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
+        """Return the farthest middle of some cells that walls alone leave in sight; where that is none, the aim [m]."""
+        for cell in reversed(cells):
+            point = self._cells.centre(cell)
+            if line_is_free(grid, (pose.x, pose.y), point, SPARE):
+                return point
+        return aim
+
+    # ---- cells as boxes, in the lattice's own frame
+
+    def _flat(self, point: Point) -> Point:
+        (x, y), (x0, y0, c, s) = point, self._origin
+        return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
+
+    def local(self, pose: Pose) -> Pose:
+        """Return a pose in the lattice's own frame."""
+        x, y, yaw = pose
+        return Pose(*self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw)
+
+    def shut(self, held: Collection[int]) -> NDArray[np.float64]:
+        """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
+        cells, held = self._cells, tuple(held)
+        if held == self._shut_for[0]:
+            return self._shut_for[1]
+        side, columns, (x0, y0) = cells.side, cells.columns, cells.offset
+        mine = {divmod(cell, columns) for cell in held}
+        beside = sorted(
+            {
+                (row + i, column + j)
+                for row, column in mine
+                for i in (-1, 0, 1)
+                for j in (-1, 0, 1)
+                if (row + i, column + j) not in mine
+            }
+        )
+        corner = np.array([(x0 + column * side, y0 + row * side) for row, column in beside], np.float64)
+        self._shut_for = held, np.hstack([corner, corner + side])
+        return self._shut_for[1]
+
+
+def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:
+    """Measure from a pose over the waypoints beyond the first to the last [m]."""
+    here, length = (pose.x, pose.y), 0.0
+    for point in waypoints[1:] or waypoints:
+        length += hypot(point[0] - here[0], point[1] - here[1])
+        here = point
+    return length
