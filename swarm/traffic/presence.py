@@ -113,5 +113,5 @@ class Presence:
             self._on_way = body.tick
         elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
             self._on_way = body.tick
-            return begun(walk.ledger.number, body, body.touched, cells)
+            return begun_again(walk, body, cells)
         return walk
