@@ -199,8 +199,11 @@ def _stay(body: pymunk.Body, dt: float) -> None:
 
 
 def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:
-    """Name a contact as each robot in it has it."""
+    """Name a contact as each robot in it has it.
+
+    The shapes come in either order; one that is no robot's has no group: 0.
+    """
     a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
     if kind == ROBOT:
         return [Contact(a, "robot", b), Contact(b, "robot", a)]
-    return [Contact(a, KINDS[kind], None)]
+    return [Contact(max(a, b), KINDS[kind], None)]
