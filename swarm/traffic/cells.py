@@ -122,11 +122,11 @@ class CellMap:
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
-        """Give the same cells in the order in which they are reached."""
+        """Return the same cells in the order in which they are reached."""
         return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
-        """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
+        """Return True if a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
         touched = self.touched(x, y, radius)
         if any(cell not in held for cell in touched):
             return False
@@ -174,7 +174,7 @@ class CellMap:
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def is_blind(self, cell: int, towards: int) -> bool:
-        """Tell whether walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
+        """Return True if walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
         key = (cell, towards)
         if key not in self._blind:
             here = self.centre(cell)
@@ -219,7 +219,7 @@ class CellMap:
     def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
         """Return the cells of an edited map, whose fine cells from ``low`` up to and without ``high`` may differ.
 
-        The same as making them anew, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
+        The same as making them again, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
         the very same object.
         """
         other = copy(self)
@@ -278,7 +278,7 @@ class CellMap:
         )  # fmt: skip
 
     def _joined(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Give cells of a block, each with its joined neighbours: right, up, left, down."""
+        """Return cells of a block, each with its joined neighbours: right, up, left, down."""
         stands, right, up = self._flags[:OPEN].tolist()
         for row in rows:
             for column in columns:

@@ -87,7 +87,7 @@ def _missed(cells: CellMap, settings: Settings) -> int:
 
 
 def _serves(cells: CellMap, settings: Settings) -> bool:
-    """Tell whether all stops can be reached from all starts by who keeps to these cells."""
+    """Return True if all stops can be reached from all starts by who keeps to these cells."""
     if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
         return False
     places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
@@ -108,7 +108,7 @@ def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> lis
 
 
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
-    """Tell whether a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
+    """Return True if a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
 
     True also where no cell that can be stood in is under it: then nothing can be said.
     """
