@@ -188,9 +188,9 @@ def test_parted_cells_are_no_neighbours_and_no_way_leads_from_one_to_the_other(
     assume(pairs)
     a, b = data.draw(st.sampled_from(pairs))
     assert cells.distances(b)[a] == 1
-    before = cells.neighbours
-    cells.part(a, b)
-    assert cells.distances(b)[a] != 1, "what was counted before is forgotten"
-    for cell, near in enumerate(before):
+    parted = cells.without([(a, b)])
+    assert parted.distances(b)[a] != 1, "what was counted before is forgotten"
+    assert cells.distances(b)[a] == 1, "the cells it was made of stay as they are"
+    for cell, near in enumerate(cells.neighbours):
         gone = {a: b, b: a}.get(cell)
-        assert cells.neighbours[cell] == tuple(other for other in near if other != gone)
+        assert parted.neighbours[cell] == tuple(other for other in near if other != gone)
