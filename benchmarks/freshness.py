@@ -13,9 +13,9 @@ DRIVES: Final = ("swarm/geometry.py", "swarm/maps", "swarm/planning", "swarm/rob
                  "world")  # fmt: skip
 # fmt: off
 MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, beside its own file
-    "dashboard":       ("dashboard", "swarm/bus", "swarm/messages.py", "tests/dashboard"),
+    "dashboard":       ("dashboard", "swarm/bus", "swarm/messages", "tests/dashboard"),
     "fleet":           ("swarm", "world", "scenarios/paper.yaml"),
-    "fuzzy":           ("swarm/robot/fuzzy", "benchmarks/fuzzy_peer.py"),
+    "fuzzy":           ("swarm/fuzzy", "benchmarks/fuzzy_peer.py"),
     "ground":          (*DRIVES, "scenarios", "tests/ground/floors.py"),
     "missions":        (*DRIVES, "scenarios/paper.yaml"),
     "steering":        (*DRIVES, "scenarios", "benchmarks/traffic.py", "tests/shared.py"),

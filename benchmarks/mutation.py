@@ -49,7 +49,7 @@ DRIVER: Final = (
     "tests/traffic/test_look.py", "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
 )
 TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
-    "swarm/robot/fuzzy":      ("tests/fuzzy", "tests/cli"),
+    "swarm/fuzzy":      ("tests/fuzzy", "tests/cli"),
     "swarm/robot":            ("tests/robot", "tests/ground", *DRIVER),
     "swarm/robot/process.py": ("tests/launch",),
     "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),

@@ -6,11 +6,11 @@ from typing import Final, NamedTuple, Protocol
 from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
 from swarm.errors import SwarmError
+from swarm.fuzzy import Controller, Profile
 from swarm.messages import Body, Broadcast, Truth
-from swarm.robot.fuzzy import Controller, Profile
+from swarm.messages.traffic import Epoch, JointPlan, Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, traffic_settings
-from swarm.traffic.record import Epoch, JointPlan, Record
 
 SPREAD: Final = 0.7  # of a cell's side: how far the lines of one plan lie apart where they share a way
 ORDERS: Final = 3  # of one plan, at most

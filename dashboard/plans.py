@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from itertools import groupby
 from typing import NamedTuple
 
-from swarm.traffic.record import Epoch, JointPlan, Record
+from swarm.messages.traffic import Epoch, JointPlan, Record
 
 Visit = tuple[str, int]  # a robot, and the place of the cell within its way
 

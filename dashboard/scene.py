@@ -9,7 +9,7 @@ from swarm.errors import PeerError
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.wire import unpack
 from swarm.messages import Floor
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 
 T = TypeVar("T")
 

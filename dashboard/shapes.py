@@ -10,7 +10,7 @@ from dashboard import palette
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.messages import Body, Mover, Truth
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]

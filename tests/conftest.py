@@ -11,8 +11,8 @@ from hypothesis import settings
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
-from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario, load
+from swarm.scenario.prepare import planning_grid, settled
 from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
@@ -24,7 +24,7 @@ MakeBus = Callable[..., Bus]
 
 @pytest.fixture(scope="session")
 def paper() -> Scenario:
-    return load(PAPER)
+    return settled(load(PAPER))
 
 
 @pytest.fixture(scope="session")

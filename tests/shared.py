@@ -6,10 +6,10 @@ from typing import Any
 
 import msgspec
 
+from swarm.fuzzy import Profile, load_profile
 from swarm.maps.text import from_text
-from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario, checked
-from swarm.traffic.cells_of import with_lattice
+from swarm.scenario.prepare import settled
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
@@ -35,7 +35,7 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
     raw |= fields
     settings = checked(raw, "test")
     floor = from_text(text, settings.map.cell)
-    return Scenario(with_lattice(settings, floor), floor, profile or load_profile("paper"))
+    return settled(Scenario(settings, floor, profile or load_profile("paper")))
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:
@@ -43,7 +43,7 @@ def with_settings(scenario: Scenario, **sections: object) -> Scenario:
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
-    return Scenario(with_lattice(checked(raw, "test"), scenario.map), scenario.map, scenario.profile)
+    return settled(Scenario(checked(raw, "test"), scenario.map, scenario.profile))
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:

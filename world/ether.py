@@ -6,7 +6,7 @@ import numpy as np
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.scenario.schema import RadioSettings
+from swarm.settings import RadioSettings
 
 
 class Ether:

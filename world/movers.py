@@ -4,7 +4,7 @@ from itertools import accumulate, pairwise
 from math import atan2
 
 from swarm.geometry import Pose, distance
-from swarm.scenario.schema import MoverSettings
+from swarm.settings import MoverSettings
 
 
 class Patrol:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from math import nan
 from typing import Any, Final
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Sense, Steering
-from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import fuzzy_speeds
 from swarm.scenario.load import Scenario
 

@@ -12,7 +12,7 @@ from swarm.errors import ConfigError
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
     from swarm.scenario.load import Scenario
-    from swarm.scenario.schema import Settings
+    from swarm.settings import Settings
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,13 +64,12 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Be the world."""
-    from swarm.robot.ground import planning_grid
     from swarm.scenario.check import check
     from swarm.scenario.load import load
 
     scenario = load(options.scenario)
     robots, seed, limit = _numbers(options, scenario.settings)
-    check(scenario, planning_grid(scenario), robots, seed)
+    scenario = check(scenario, robots, seed).scenario
     status: int = _by_name("world.process:run")(
         _endpoint(options),
         options.fleet,

@@ -12,7 +12,7 @@ from swarm.maps.occupancy import OccupancyMap
 
 def explain(options: argparse.Namespace) -> int:
     """Say what the fuzzy controller makes of one reading, rule by rule."""
-    from swarm.robot.fuzzy.explain import explain as explanation
+    from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)
     print(explanation(*inputs, profile=options.profile, as_json=options.json, surface_png=options.surface))

@@ -4,7 +4,7 @@ import importlib
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
@@ -18,7 +18,6 @@ from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.running import registered
 from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, STATE
-from swarm.robot.ground import planning_grid
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
@@ -54,7 +53,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, a file cannot be written.
     """
-    check(options.scenario, planning_grid(options.scenario), options.robots, options.seed)
+    options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")

@@ -7,7 +7,6 @@ import numpy as np
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, wrap
-from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, cells_within
 
@@ -25,7 +24,7 @@ def number_of(name: str) -> int:
     return int(name[1:]) - 1
 
 
-def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
+def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
     """Give each robot its start pose; the same seed gives the same ones.
 
     Raises:

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 
 SKEW = 20  # ticks; clocks may differ by so much before a record counts as from the future

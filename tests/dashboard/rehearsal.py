@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, radians, sin
 from typing import Any, Final
 
+from swarm.fuzzy import load_profile
 from swarm.geometry import wrap
 from swarm.maps.text import from_text
 from swarm.messages import (
@@ -33,10 +34,9 @@ from swarm.messages import (
     Topic,
     Truth,
 )
-from swarm.robot.fuzzy import load_profile
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 from swarm.scenario.load import Scenario, checked
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 
 RATE: Final = 20  # Hz
 SPEED: Final = 0.8  # m/s

@@ -6,9 +6,9 @@ import pytest
 from dashboard.overlays import Drawing, Overlays, in_words, waits
 from dashboard.scene import scene_of
 from swarm.messages import Activity, Body, Broadcast, Floor, Steering, Truth
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 
 
 class Drawn:

@@ -235,7 +235,7 @@ def test_forgetting_leaves_an_empty_floor_that_can_be_learned_anew() -> None:
 
 
 def test_the_grid_is_always_the_one_grown_from_the_map() -> None:
-    from swarm.robot.ground import planning_grid
+    from swarm.scenario.prepare import planning_grid
 
     scenario = unknown(noise=0.03)
     ground = Ground(scenario)

@@ -9,9 +9,9 @@ import pytest
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, Activity, Broadcast, State
+from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.robot.brain import RETRY, STUCK, Robot
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Record, TrafficBroadcast
 from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 

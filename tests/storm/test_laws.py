@@ -8,8 +8,8 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages import Broadcast, Command, Event
+from swarm.messages.traffic import Claim, Epoch, Record, Relayed, Sighting
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.record import Claim, Epoch, Record, Relayed, Sighting
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.faults import Health
 from world.physics import Contact

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from swarm.fuzzy import load_profile
 from swarm.geometry import Pose, bearing
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.robot.fuzzy import load_profile
 from swarm.scenario.benchmark import ROBOT, SENSORS
 from swarm.scenario.load import Scenario
-from swarm.scenario.schema import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
+from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
 from swarm.traffic.cells import CellMap
 from world.faults import Faults
 from world.simulate import Simulation

@@ -18,8 +18,8 @@ import pytest
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
-from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 from world.report import missing, report, shortest_length, write
 from world.world import REST, World

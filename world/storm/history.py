@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Broadcast, Command, Event, Sense
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.watch import Fault
 from world.faults import Health
 from world.physics import Contact

@@ -7,7 +7,7 @@ What is said shows it at once.
 from collections.abc import Collection
 from typing import Final
 
-from swarm.traffic.record import Claim, Record, Sighting
+from swarm.messages.traffic import Claim, Record, Sighting
 from world.faults import SILENT
 from world.storm.growth import AWAY, growth, has_new_process
 from world.storm.history import History, Moment

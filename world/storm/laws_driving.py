@@ -6,7 +6,7 @@ from typing import Final
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Command, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
-from swarm.scenario.schema import RobotSettings
+from swarm.settings import RobotSettings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from world.storm.history import History
 from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed

@@ -8,13 +8,12 @@ import yaml
 from msgspec import Meta
 
 from swarm.errors import ConfigError
+from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
-from swarm.robot.fuzzy import load_profile
-from swarm.robot.ground import planning_grid
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
-from swarm.scenario.schema import Section, Settings
-from swarm.traffic.cells_of import with_lattice
+from swarm.scenario.prepare import settled
+from swarm.settings import Section, Settings
 from world.faults import Faults, Health, Spell
 
 LARGEST: Final = 1_000_000  # bytes of a plan file
@@ -84,7 +83,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
         if settings.map.text is None:
             raise ConfigError("a plan's map: expected `text`, got a file; draw the map in the plan")
         floor = from_text(settings.map.text, settings.map.cell)
-        return Scenario(with_lattice(settings, floor), floor, load_profile(settings.controller))
+        return settled(Scenario(settings, floor, load_profile(settings.controller)))
 
     def to_faults(self) -> Faults:
         """Return what goes wrong, in the simulation's own form."""
@@ -169,8 +168,7 @@ def read(path: Path) -> StormPlan:
     if unknown := {fault.robot for fault in plan.faults} - names:
         raise ConfigError(f"{path}: faults: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}")
     try:
-        scenario = plan.to_scenario()
-        check(scenario, planning_grid(scenario), plan.robots, scenario.settings.seed)
+        check(plan.to_scenario(), plan.robots, plan.scenario.seed)
     except ConfigError as fault:
         raise ConfigError(f"{path}: {fault}") from None
     return plan

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
 from swarm.maps.occupancy import OccupancyMap
+from swarm.messages.traffic import Claim, Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Claim, Record
 from world.faults import Health
 from world.storm.history import History
 

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from swarm.messages import Broadcast
-from swarm.traffic.record import Record
+from swarm.messages.traffic import Record
 from world.storm.history import History, Moment
 
 

@@ -5,9 +5,9 @@ from math import isinf
 from typing import Self
 
 from swarm.errors import ConfigError
-from swarm.robot.fuzzy import check
-from swarm.robot.fuzzy.completeness import check_no_gap
-from swarm.robot.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Slowing, Variable, Weighing
+from swarm.fuzzy import check
+from swarm.fuzzy.completeness import check_no_gap
+from swarm.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Slowing, Variable, Weighing
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,10 +3,10 @@
 import json
 from pathlib import Path
 
-from swarm.robot.fuzzy.controller import Controller
-from swarm.robot.fuzzy.load import load_profile
-from swarm.robot.fuzzy.surface import surface
-from swarm.robot.fuzzy.vocabulary import INPUTS
+from swarm.fuzzy.controller import Controller
+from swarm.fuzzy.load import load_profile
+from swarm.fuzzy.surface import surface
+from swarm.fuzzy.vocabulary import INPUTS
 
 
 def explain(

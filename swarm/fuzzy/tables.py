@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swarm.robot.fuzzy.kernel import Floats, Integers
-from swarm.robot.fuzzy.profile import Profile
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Slowing, Term, Variable
+from swarm.fuzzy.kernel import Floats, Integers
+from swarm.fuzzy.profile import Profile
+from swarm.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Slowing, Term, Variable
 
 _NEVER = (inf, inf, inf, inf)  # pads variables that have fewer terms than others
 _NO_SLOWING = Slowing(near=0.0, far=0.0, least=1.0)  # every distance is far: both speeds are multiplied by 1

@@ -7,8 +7,8 @@ from math import inf
 from typing import TypeGuard
 
 from swarm.errors import ConfigError, nearest
-from swarm.robot.fuzzy.kernel import TERMS
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Slowing, Term, Variable, Weighing
+from swarm.fuzzy.kernel import TERMS
+from swarm.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Slowing, Term, Variable, Weighing
 
 # What a variable is measured in, and the universe it may have at most.
 QUANTITIES = dict.fromkeys(INPUTS, ("m", 0.0, 1000.0)) | dict.fromkeys(OUTPUTS, ("m/s", -20.0, 20.0))

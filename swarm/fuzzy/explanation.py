@@ -2,9 +2,9 @@
 
 from dataclasses import asdict, dataclass
 
-from swarm.robot.fuzzy.kernel import slowing_factor, within_half_turn
-from swarm.robot.fuzzy.profile import Profile
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS
+from swarm.fuzzy.kernel import slowing_factor, within_half_turn
+from swarm.fuzzy.profile import Profile
+from swarm.fuzzy.vocabulary import ANY, INPUTS
 
 
 @dataclass(frozen=True, slots=True)

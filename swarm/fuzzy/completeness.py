@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 
 from swarm.errors import ConfigError
-from swarm.robot.fuzzy.vocabulary import ANY, INPUTS, Behaviour, Variable, Weighing
+from swarm.fuzzy.vocabulary import ANY, INPUTS, Behaviour, Variable, Weighing
 
 
 def check_no_gap(

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm.errors import SwarmError
-from swarm.robot.fuzzy.explanation import Explainer, Explanation
-from swarm.robot.fuzzy.kernel import infer, infer_rows
-from swarm.robot.fuzzy.profile import Profile
-from swarm.robot.fuzzy.tables import tables
-from swarm.robot.fuzzy.vocabulary import INPUTS
+from swarm.fuzzy.explanation import Explainer, Explanation
+from swarm.fuzzy.kernel import infer, infer_rows
+from swarm.fuzzy.profile import Profile
+from swarm.fuzzy.tables import tables
+from swarm.fuzzy.vocabulary import INPUTS
 
 
 class ControlInputError(SwarmError, ValueError):

@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from swarm.errors import ConfigError, nearest
-from swarm.robot.fuzzy.profile import Profile
+from swarm.fuzzy.profile import Profile
 
 PROFILES = Path(__file__).parent / "profiles"
 LARGEST_FILE = 256 * 1024  # bytes; the paper's profile is 4 KiB

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from swarm.errors import ConfigError, nearest
-from swarm.robot.fuzzy.controller import Controller
-from swarm.robot.fuzzy.kernel import within_half_turn
-from swarm.robot.fuzzy.vocabulary import INPUTS, OUTPUTS, Variable
+from swarm.fuzzy.controller import Controller
+from swarm.fuzzy.kernel import within_half_turn
+from swarm.fuzzy.vocabulary import INPUTS, OUTPUTS, Variable
 
 SIDE = 360  # px, of one panel
 LEFT, TOP, GAP, RIGHT, BOTTOM = 84, 76, 96, 96, 64  # px, around and between the panels
