@@ -17,8 +17,8 @@ from typing import Final
 from docs import fields, figure5, speeds
 from docs.markdown import rows, said
 from swarm.launch import table as processes
-from world.storm.laws import LAWS
-from world.storm.profiles import PROFILES
+from swarm.storm.laws import LAWS
+from swarm.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = ("architecture.md", "fuzzy.md", "scenarios.md", "storm.md", "wire.md")
@@ -31,7 +31,7 @@ MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re
 def process_table() -> str:
     """List the kinds of process a launcher starts."""
     roles = [role for role in vars(processes).values() if isinstance(role, processes.Role)]
-    body = [(role.name, f"`{role.target}`", role.on_success.value, role.on_failure.value) for role in roles]
+    body = [(role.name, said(role.load).rstrip("."), role.on_success.value, role.on_failure.value) for role in roles]
     head = ("process", "what runs", "when it ends well", "when it fails")
     order = f"They are ended in this order: {', '.join(role.name for role in processes.STOP_ORDER)}."
     again = f"One process is started again at most {processes.RESTARTS} times."

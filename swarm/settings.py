@@ -9,6 +9,7 @@ from msgspec import Meta, Struct
 
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]
+Pace = float | Literal["max"]  # of a run: a speed-up factor, or lockstep as fast as the machine allows
 
 
 def _metres(low: float, high: float, text: str) -> Meta:

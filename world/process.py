@@ -36,11 +36,12 @@ from swarm.messages import (
 )  # fmt: skip
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
+from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 from world.answers import Answers
 from world.controls import pressed
 from world.lobby import Lobby
-from world.pace import Pace, Stopwatch, Timetable
+from world.pace import Stopwatch, Timetable
 from world.report import missing, report, write
 from world.world import World
 

@@ -1,10 +1,8 @@
 """A whole fleet on this machine, or one process of a fleet for many hosts."""
 
 import argparse
-import importlib
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import DEFAULT_ENDPOINT, Commands, Parser, pace
 from swarm.errors import ConfigError
@@ -66,11 +64,12 @@ def world(options: argparse.Namespace) -> int:
     """Be the world."""
     from swarm.scenario.check import check
     from swarm.scenario.load import load
+    from world.process import run as run_world
 
     scenario = load(options.scenario)
     robots, seed, limit = _numbers(options, scenario.settings)
     scenario = check(scenario, robots, seed).scenario
-    status: int = _by_name("world.process:run")(
+    return run_world(
         _endpoint(options),
         options.fleet,
         scenario,
@@ -81,7 +80,6 @@ def world(options: argparse.Namespace) -> int:
         wait=options.wait,
         report_to=options.report,
     )
-    return status
 
 
 def robot(options: argparse.Namespace) -> int:
@@ -152,9 +150,3 @@ def _endpoint(options: argparse.Namespace) -> "Endpoint":
     from swarm.bus import Endpoint
 
     return Endpoint.parse(options.connect)
-
-
-def _by_name(target: str) -> Callable[..., Any]:
-    module, _, function = target.partition(":")
-    found: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    return found

@@ -59,7 +59,7 @@ class Fleet:
         """Start a process; ``name`` is unique in the fleet."""
         self._arguments[name] = dict(arguments)
         process = self._context.Process(
-            target=child.main, args=(role.target, self._arguments[name], self.log_of(name)), name=name, daemon=False
+            target=child.main, args=(role.load, self._arguments[name], self.log_of(name)), name=name, daemon=False
         )
         process.start()
         self._running[name] = (role, process)

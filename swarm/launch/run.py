@@ -1,6 +1,5 @@
 """`swarm run`: a whole fleet on this machine, from the command to the exit status."""
 
-import importlib
 import json
 import os
 from collections.abc import Callable
@@ -12,6 +11,8 @@ from typing import Any, Final
 
 from rich.console import Console
 
+from dashboard.mode import choose, missing, page_address
+from dashboard.terminal import Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError
 from swarm.launch.fleet import Ended, Fleet
@@ -21,10 +22,9 @@ from swarm.messages import CLOCK, EVENT, STATE
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
+from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
-TERMINAL: Final = "dashboard.terminal:Terminal"  # by name: swarm imports nothing above it
-DASHBOARD_MODE: Final = "dashboard.mode"
 LOOK: Final = 0.1  # s
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
@@ -36,7 +36,7 @@ class Options:
     scenario: Scenario
     robots: int
     seed: int
-    pace: float | str  # a factor, or "max"
+    pace: Pace
     limit: float  # s, simulated
     wait: bool
     dashboard: str  # auto, viewer, web, off
@@ -61,9 +61,8 @@ def run(options: Options) -> int:
             raise ConfigError(
                 f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
             )
-    modes = importlib.import_module(DASHBOARD_MODE)
-    mode = modes.choose(options.dashboard, os.environ, record=options.record is not None)
-    if mode is not None and (lacks := modes.missing()) is not None:
+    mode = choose(options.dashboard, os.environ, record=options.record is not None)
+    if mode is not None and (lacks := missing()) is not None:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or say --dashboard off")
         mode = None
@@ -75,7 +74,7 @@ def run(options: Options) -> int:
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
-            say(f"watch it: {modes.page_address(ports['web_port'], ports['grpc_port'])}")
+            say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
         with Fleet(home, say) as fleet:
             summary_file = home / "report.json"
@@ -145,8 +144,7 @@ def _watch(
     scenario: Scenario,
 ) -> str:
     """Show progress until the world ends, or we are told to stop; give what went wrong, if anything did."""
-    module, _, kind = TERMINAL.partition(":")
-    terminal = getattr(importlib.import_module(module), kind)(console, home=scenario.settings.return_home)
+    terminal = Terminal(console, home=scenario.settings.return_home)
     with Bus(endpoint, name) as bus, terminal:
         bus.watch_presence()
         for topic in (CLOCK, STATE, EVENT):

@@ -10,11 +10,11 @@ from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.run import Options, start
 from swarm.launch.running import registered
 from swarm.launch.table import EarlyEnd
-from world.storm.draw import draw
-from world.storm.history import record
-from world.storm.laws import judge
-from world.storm.plan import StormPlan
-from world.storm.results import Job, Result, compared, summed
+from swarm.storm.draw import draw
+from swarm.storm.history import record
+from swarm.storm.laws import judge
+from swarm.storm.plan import StormPlan
+from swarm.storm.results import Job, Result, compared, summed
 
 LOOK: Final = 0.2  # s
 

@@ -5,9 +5,9 @@ from math import floor
 from typing import Final
 
 from swarm.geometry import distance
-from world.storm.history import History, Moment
-from world.storm.seen import EXACT, Found, dead_of
-from world.storm.ways import Ways
+from swarm.storm.history import History, Moment
+from swarm.storm.seen import EXACT, Found, dead_of
+from swarm.storm.ways import Ways
 
 STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
 ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute

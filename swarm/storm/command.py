@@ -9,14 +9,14 @@ from typing import Final
 
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
-from world.storm import summary
-from world.storm.draw import draw
-from world.storm.output import Lines, Say, shown, write_plan
-from world.storm.plan import StormPlan, read
-from world.storm.pool import Lost, answers
-from world.storm.processes import only_simulated, perform_both
-from world.storm.results import Job, Result, lost, perform
-from world.storm.shrink import deadline, first_broken, first_of, shrink
+from swarm.storm import summary
+from swarm.storm.draw import draw
+from swarm.storm.output import Lines, Say, shown, write_plan
+from swarm.storm.plan import StormPlan, read
+from swarm.storm.pool import Lost, answers
+from swarm.storm.processes import only_simulated, perform_both
+from swarm.storm.results import Job, Result, lost, perform
+from swarm.storm.shrink import deadline, first_broken, first_of, shrink
 
 INTERRUPTED: Final = 130  # the exit status that shells give Ctrl-C
 

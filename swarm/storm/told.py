@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Record
-from world.storm.history import History, Moment
+from swarm.storm.history import History, Moment
 
 
 class Told:
