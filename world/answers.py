@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+import msgspec
+
 from swarm.messages import Command, Plan, State
-from world.world import merged
 
 
 class Answers:
@@ -38,3 +39,13 @@ class Answers:
     def lacking(self, present: Sequence[str]) -> list[str]:
         """List those that still have to answer this tick."""
         return [name for name in self.awaited(present) if name not in self.commands]
+
+
+def merged(one: Command, other: Command) -> Command:
+    """Give the later of two commands of one robot (the second, of one tick), with all that either tells only once.
+
+    A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
+    what happened nor that it broadcast may be lost.
+    """
+    older, newer = sorted((one, other), key=lambda command: command.tick)
+    return msgspec.structs.replace(newer, notes=[*older.notes, *newer.notes], sent=older.sent or newer.sent)

@@ -1,21 +1,18 @@
 """The world as a process: it waits for its robots, owns the clock, senses for all, moves all, and reports."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
 from typing import Final
 
-from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
-from swarm.bus.session import Link
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
 from swarm.messages import (
     ACTION,
     CLOCK,
     COMMAND,
     EDIT,
-    EVENT,
     JOIN,
     MAP,
     PLAN,
@@ -27,8 +24,6 @@ from swarm.messages import (
     Clock,
     Do,
     Edit,
-    Event,
-    Floor,
     Join,
     Message,
     Phase,
@@ -43,6 +38,7 @@ from world.controls import pressed
 from world.lobby import Lobby
 from world.pace import Stopwatch, Timetable
 from world.report import missing, report, write
+from world.speaker import Speaker
 from world.world import World
 
 LOOK: Final = 0.25  # s between two looks whether we are told to stop
@@ -93,10 +89,10 @@ class Host:
         log: Callable[[str], None],
     ) -> None:
         self._bus, self._log = bus, log
-        self._scenario, self._grid, self._starts = scenario, _, _ = prepare(scenario, robots, seed)
+        scenario, _, starts = prepare(scenario, robots, seed)
         self._seed, self._pace, self._limit = seed, pace, limit
-        self._world = World(scenario, self._starts, seed)
-        self._wire = scenario.to_wire()
+        self._world = World(scenario, starts, seed)
+        self._speaker = Speaker(bus, scenario, log)
         self._lobby = Lobby(self._world.robots, watchers, monotonic())
         self.phase = Phase.WAITING
         self._held = wait  # stands until somebody says go
@@ -105,8 +101,6 @@ class Host:
         self._reason = ""
         self._stopwatch = Stopwatch()
         self._timetable = Timetable(self._world.dt, 1.0 if pace == "max" else pace)
-        self._clock_told = float("-inf")
-        self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
 
     # --- the wire ---
 
@@ -117,32 +111,21 @@ class Host:
             bus.listen(topic)
         for question in (ACTION, EDIT, JOIN):
             bus.serve(question)
-        bus.keep(MAP, lambda: {MAP.key: self._floor()})
+        bus.keep(MAP, lambda: {MAP.key: self._speaker.floor(self._world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: self._clock()})
         bus.keep(STATE, lambda: {STATE.key.format(robot=name): s for name, s in list(self._answers.states.items())})
         bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(self._answers.plans.items())})
         bus.watch_presence()
         bus.announce("world", "world")
 
-    def _floor(self) -> Floor:
-        settings, packed = self._wire
-        homes = dict(zip(self._world.robots, self._starts, strict=True))
-        return Floor(packed=packed, scenario=settings | {"starts": homes}, edits=self._world.edits)
-
     def _clock(self) -> Clock:
-        world = self._world
-        return Clock(
-            run=world.run, tick=world.tick, time=world.time, phase=self.phase,
-            robots=list(world.robots), present=self._lobby.present,
-        )  # fmt: skip
+        return self._speaker.clock(self._world, self.phase, self._lobby.present)
 
     def _tell_clock(self) -> None:
-        self._clock_told = monotonic()
-        self._bus.send(CLOCK, self._clock())
+        self._speaker.tell_clock(self._clock())
 
-    def _tell(self, event: Event) -> None:
-        self._bus.send(EVENT, event)
-        self._log(f"{event.time:8.2f} s  {event.robot + ' ' if event.robot else ''}{event.text}")
+    def _tell(self, kind: str, text: str, robot: str | None = None) -> None:
+        self._speaker.tell(self._world.event(kind, text, robot))
 
     # --- the run ---
 
@@ -157,21 +140,18 @@ class Host:
             else:
                 self._stopwatch.halt()
                 self._take(self._bus.receive(LOOK))
-                self._begin_if_all_are_here()
-            if monotonic() - self._clock_told >= 1.0 / CLOCK.rate:
+                if self.phase is Phase.WAITING and not self._held and self._lobby.ready(monotonic()):
+                    self._go_to(Phase.RUNNING)
+            if self._speaker.clock_is_due:
                 self._tell_clock()
         self._stopwatch.halt()
         self._bus.send(TRUTH, self._world.truth())
         self._tell_clock()
 
-    def _begin_if_all_are_here(self) -> None:
-        if self.phase is Phase.WAITING and not self._held and self._lobby.ready(monotonic()):
-            self._go_to(Phase.RUNNING)
-
     def _go_to(self, phase: Phase) -> None:
         self.phase = phase
         self._timetable.start()
-        self._tell(self._world.event("phase", f"the run is {phase.value}"))
+        self._tell("phase", f"the run is {phase.value}")
         self._tell_clock()
 
     def _end(self, reason: str) -> None:
@@ -186,8 +166,7 @@ class Host:
         senses = world.senses(lockstep)
         for name in self._lobby.present:
             bus.send(SENSE, senses[name], robot=name)
-        if world.tick % self._truth_every == 0 and bus.wanted(TRUTH):
-            bus.send(TRUTH, world.truth())
+        self._speaker.tell_truth(world)
         if lockstep:
             self._await_all(stop)
         else:
@@ -195,9 +174,9 @@ class Host:
         if self.phase is Phase.OVER or self._world is not world or not self._linked:
             return  # stopped or restarted meanwhile; a pause begins after the tick
         for event in world.step(self._answers.commands):
-            self._tell(event)
+            self._speaker.tell(event)
         self._answers.commands = {}
-        if world.floor is not self._scenario.map:  # an edit of the scenario's own
+        if world.floor is not self._speaker.scenario.map:  # an edit of the scenario's own
             self._tell_map()
         if world.finished:
             self._end(missing(world))
@@ -217,7 +196,7 @@ class Host:
             if monotonic() > deadline:
                 for name in lacking:
                     self._answers.deaf.add(name)
-                    self._tell(self._world.event("silent", f"is there but has not answered for {SILENT:g} s", name))
+                    self._tell("silent", f"is there but has not answered for {SILENT:g} s", name)
                 return
             self._take(self._bus.receive(LOOK))
 
@@ -247,7 +226,7 @@ class Host:
     def _take_presence(self, presence: Presence) -> None:
         note = self._lobby.take(presence)
         if note is not None and (note.kind != "gone" or (self.phase is Phase.RUNNING and self._linked)):
-            self._tell(self._world.event(*note))
+            self._tell(*note)
         if presence.role == "robot" and self._lobby.knows(presence.id):
             self._tell_clock()
 
@@ -270,13 +249,12 @@ class Host:
         """Give a robot process its place."""
         name = self._lobby.place(asked, monotonic())
         state = self._answers.states.get(name)
-        settings, packed = self._wire
         return Welcome(
             robot=name,
-            scenario=settings,
-            packed=packed,
+            scenario=self._speaker.settings,
+            packed=self._speaker.packed,
             edits=self._world.edits,
-            start=self._starts[self._world.robots.index(name)],
+            start=self._world.starts[self._world.robots.index(name)],
             state=state if state is not None and state.run == self._world.run else None,
         )
 
@@ -296,20 +274,19 @@ class Host:
         """Add or remove walls, and let those who watch know."""
         self._world.edit(edit)
         text = f"{edit.kind.value} from {edit.low} to {edit.high}"
-        self._tell(self._world.event("edit", text))
+        self._tell("edit", text)
         self._tell_map()
         return Accepted(text=text)
 
     def _tell_map(self) -> None:
         """Take the world's floor over as it is now, and let those who watch, join or begin again know."""
-        self._scenario = replace(self._scenario, map=self._world.floor)
-        self._wire = self._scenario.to_wire()
-        self._grid = planning_grid(self._scenario)
-        self._bus.send(MAP, self._floor())
+        self._speaker.take_map(self._world.floor)
+        self._speaker.tell_map(self._world)
 
     def _restart(self) -> None:
         """All back to their starts, progress cleared; a run of its own begins."""
-        self._world = World(self._scenario, self._starts, self._seed, run=self._world.run + 1, edits=self._world.edits)
+        old = self._world
+        self._world = World(self._speaker.scenario, old.starts, self._seed, run=old.run + 1, edits=old.edits)
         self._answers = Answers()
         self._stopwatch = Stopwatch()
 
@@ -317,8 +294,8 @@ class Host:
         """Sum the run up."""
         return report(
             self._world,
-            self._grid,
-            scenario=self._scenario.settings.name,
+            planning_grid(self._speaker.scenario),
+            scenario=self._speaker.scenario.settings.name,
             seed=self._seed,
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
             wall_time=self._stopwatch.seconds,

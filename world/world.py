@@ -6,20 +6,16 @@ own.
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import msgspec
 import numpy as np
-from shapely import Point as ShapelyPoint
-from shapely import Polygon
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import FREE, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Truth
 from swarm.motion.drive import DifferentialDrive, ramp
-from swarm.robot.ground import KINDS
-from swarm.robot.safety import SPARE
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
+from world.edits import edited
 from world.ether import Ether
 from world.movers import Patrol
 from world.physics import Contact, Physics
@@ -36,16 +32,6 @@ REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
-
-
-def merged(one: Command, other: Command) -> Command:
-    """Give the later of two commands of one robot (the second, of one tick), with all that either tells only once.
-
-    A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
-    what happened nor that it broadcast may be lost.
-    """
-    older, newer = sorted((one, other), key=lambda command: command.tick)
-    return msgspec.structs.replace(newer, notes=[*older.notes, *newer.notes], sent=older.sent or newer.sent)
 
 
 class World:
@@ -232,23 +218,8 @@ class World:
         Raises:
             ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
         """
-        kind = KINDS[edit.kind]
-        floor, low, high = self.floor.edited(kind, edit.low, edit.high)
-        if low[0] >= high[0] or low[1] >= high[1]:
-            raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
-        if kind != FREE:
-            block, robot = Polygon(floor.corners(low, high)), self._settings.robot
-            for name, pose, wheels in zip(self.robots, self.poses(), self._wheels, strict=True):
-                gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
-                if gap <= 0.0:
-                    raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
-                speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * self.dt
-                if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * self.dt + SPARE:
-                    raise ConfigError(
-                        f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
-                        f"it drives {gap:.2f} m away; wait"
-                    )
-        self.floor = floor
+        bodies = zip(self.robots, self.poses(), self._wheels, strict=True)
+        self.floor = floor = edited(self.floor, edit, bodies, self._settings.robot, self.dt)
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)
         self.traffic.set_floor(floor, self._settings)

@@ -10,9 +10,10 @@ from swarm.maps.text import from_text
 from swarm.messages import COMMAND, Activity, Command
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
+from world.answers import merged
 from world.clearance import ClearanceJudge
 from world.ether import Ether
-from world.world import REST, World, merged
+from world.world import REST, World
 
 AT = Pose(2.5, 2.5, 0.0)
 
