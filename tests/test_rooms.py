@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Final
 
@@ -86,3 +87,13 @@ def test_loading_a_scenario_does_not_go_down_into_traffic() -> None:
 @pytest.mark.parametrize("file", FILES, ids=named)
 def test_no_file_is_long(file: Path) -> None:
     assert len(file.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_every_room_is_installed() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    moved: dict[str, str] = project["package-dir"]
+    folders = {
+        ".".join(init.parent.relative_to(ROOT).parts) for top in TOPS for init in (ROOT / top).rglob("__init__.py")
+    }
+    assert set(project["packages"]) == folders | set(moved)
+    assert all((ROOT / folder).is_dir() for folder in moved.values())

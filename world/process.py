@@ -102,8 +102,6 @@ class Host:
         self._stopwatch = Stopwatch()
         self._timetable = Timetable(self._world.dt, 1.0 if pace == "max" else pace)
 
-    # --- the wire ---
-
     def open(self) -> None:
         """Listen, answer, and be present."""
         bus = self._bus
@@ -126,8 +124,6 @@ class Host:
 
     def _tell(self, kind: str, text: str, robot: str | None = None) -> None:
         self._speaker.tell(self._world.event(kind, text, robot))
-
-    # --- the run ---
 
     def serve(self, stop: Flag) -> None:
         """Run until the run is over, or we are told to stop."""
@@ -208,8 +204,6 @@ class Host:
             if arrived is None and left == 0.0:
                 return
             self._take(arrived)
-
-    # --- what arrives ---
 
     def _take(self, arrived: Arrival | Presence | Link | Request | None) -> None:
         match arrived:

@@ -14,9 +14,15 @@ if TYPE_CHECKING:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Launch a whole fleet on this machine."""
+    """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.launch.fleet import warm_up
+    from swarm.scenario.shipped import found, shipped
 
+    if options.scenario is None:
+        print("swarm run SCENARIO: a scenario file, or one of these:")
+        print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
+        return 0
+    options.scenario = found(options.scenario)
     if options.scenario.is_file():
         warm_up()
     from swarm.launch import run as launch
@@ -64,9 +70,10 @@ def world(options: argparse.Namespace) -> int:
     """Be the world."""
     from swarm.scenario.check import check
     from swarm.scenario.load import load
+    from swarm.scenario.shipped import found
     from world.process import run as run_world
 
-    scenario = load(options.scenario)
+    scenario = load(found(options.scenario))
     robots, seed, limit = _numbers(options, scenario.settings)
     scenario = check(scenario, robots, seed).scenario
     return run_world(
@@ -106,7 +113,8 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
 def add(commands: "Commands[Parser]") -> None:
     """Put these commands on the line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
-    launch.add_argument("scenario", type=Path, help="a scenario .yaml, or a MovingAI .map with --scen")
+    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
+    launch.add_argument("scenario", type=Path, nargs="?", help=text)
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
