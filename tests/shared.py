@@ -1,12 +1,14 @@
 """What tests draw scenarios from: edits of a small valid one, and of the paper's rules."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from swarm.fuzzy import Profile, load_profile
+from swarm.maps.occupancy import Cell, OccupancyMap
 from swarm.maps.text import from_text
 from swarm.scenario.load import Scenario, checked
 from swarm.scenario.prepare import settled
@@ -36,6 +38,13 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
     settings = checked(raw, "test")
     floor = from_text(text, settings.map.cell)
     return settled(Scenario(settings, floor, profile or load_profile("paper")))
+
+
+def with_block(floor: OccupancyMap, low: Cell, high: Cell, kind: int) -> OccupancyMap:
+    """Give the same map with a block of cells, ``high`` excluded, made one kind."""
+    cells = floor.cells.copy()
+    cells[max(low[0], 0) : max(high[0], 0), max(low[1], 0) : max(high[1], 0)] = kind
+    return replace(floor, cells=cells)
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:

@@ -40,7 +40,9 @@ def _map(path: Path) -> OccupancyMap:
     """Load a map, or that of a scenario."""
     from swarm.maps.load import load_map
     from swarm.scenario.load import load
+    from swarm.scenario.shipped import found
 
+    path = found(path)
     if path.suffix in {".yaml", ".yml"} and path.is_file() and "targets:" in path.read_text(errors="replace"):
         return load(path).map
     return load_map(path)
