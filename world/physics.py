@@ -177,7 +177,7 @@ class Physics:
         return bool(rays.sees(*self._ground, *a, *b))
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
-        """Tell of each of some places, (n, 2), whether nothing that stands still lies between it and a point."""
+        """Check for each of some places, (n, 2), that nothing that stands still lies between it and a point."""
         seen: list[bool] = rays.sees_each(*self._ground, *here, places).tolist()
         return seen
 

@@ -240,7 +240,7 @@ class Host:
             request.accept(reply)
 
     def _welcome(self, asked: str | None) -> Welcome:
-        """Give a robot process its place."""
+        """Assign a robot process its place in the fleet."""
         name = self._lobby.place(asked, monotonic())
         state = self._answers.states.get(name)
         return Welcome(

@@ -16,10 +16,10 @@ from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.edits import edited
-from world.ether import Ether
 from world.movers import Patrol
 from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
+from world.radio_model import RadioModel
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
 from world.steering import SteeringWatch
@@ -57,7 +57,7 @@ class World:
         self.edits = edits  # how many there have been, in all runs
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self._sensing = Sensing(settings.sensors, len(starts), seed)
-        self._ether = Ether(settings.radio, seed, self._physics.sees)
+        self._radio = RadioModel(settings.radio, seed, self._physics.sees)
         self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         self._stop_places = [np.array(stops, np.float64).reshape(-1, 2) for stops in self._stops]
         self._number = {name: number for number, name in enumerate(self.robots)}
@@ -129,7 +129,7 @@ class World:
         contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels], movers)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
-        heard = self._ether.hears(poses, senders)
+        heard = self._radio.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
         for contact in self.recorder.contacts(contacts, self._physics.touching, self._wheels):
