@@ -51,7 +51,7 @@ def _place(settings: Settings) -> tuple[float, Point]:
     side, offset = settings.traffic.cell, settings.traffic.offset
     if side is None or offset is None:
         raise ConfigError(
-            "traffic: expected `cell` and `offset` of the lattice, got none: it is settled once, before the run begins, "
+            "traffic: expected `cell` and `offset` of the lattice, got none: it is settled before a run begins, "
             "by swarm.scenario.prepare"
         )
     return side, offset

@@ -36,6 +36,7 @@ from swarm.messages import (
 )
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 from swarm.scenario.load import Scenario, checked
+from swarm.scenario.prepare import settled
 from swarm.traffic.cells_of import cells_of
 
 RATE: Final = 20  # Hz
