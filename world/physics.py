@@ -108,11 +108,11 @@ class Physics:
             self.touching.remove(contact)
 
     def pose(self, robot: int) -> Pose:
-        """Where a robot stands."""
+        """Return the pose of a robot."""
         return self.poses()[robot]
 
     def poses(self) -> list[Pose]:
-        """Where every robot stands."""
+        """Return the pose of every robot."""
         self._place()
         return self._poses
 

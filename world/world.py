@@ -113,7 +113,7 @@ class World:
             yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
+        """Let a tick pass under the commands that came. A robot without one keeps its last command until that expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
@@ -143,7 +143,7 @@ class World:
         return events
 
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
-        """Name who got nowhere for long with stops left, whatever the cause."""
+        """Report robots that have stops left and got nowhere for long, whatever the cause."""
         left = [self._next_stop(number) for number in range(len(self.robots))]
         for number in self.progress.look(self.time, poses, left):
             name, command = self.robots[number], self._commands[number]
@@ -227,7 +227,7 @@ class World:
         self.edits += 1
 
     def poses(self) -> list[Pose]:
-        """Where every robot stands."""
+        """Return the pose of every robot."""
         return self._physics.poses()
 
     def touching(self) -> list[Contact]:
@@ -235,7 +235,7 @@ class World:
         return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
-        """Where every moving obstacle is."""
+        """Return the pose of every moving obstacle."""
         return [patrol.at(self.time) for patrol in self._patrols]
 
     def stops(self, name: str) -> tuple[Point, ...]:
@@ -243,7 +243,7 @@ class World:
         return self._stops[self._number[name]]
 
     def truth(self) -> Truth:
-        """Everything that can be seen from outside, for those who watch."""
+        """Return everything that can be seen from outside, for those who watch."""
         bodies = []
         for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
             pose, (left, front, right, _) = self._physics.pose(number), self._distances[number]
