@@ -113,7 +113,7 @@ class World:
             yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Let a tick pass under the commands that came. A robot without one keeps its last command until that expires."""
+        """Let a tick pass under the commands that came; a robot without one keeps its last until it expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
