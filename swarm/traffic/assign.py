@@ -1,12 +1,9 @@
 """Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
-from typing import Final
 
 from swarm.traffic.cells import FAR, CellMap
-
-ENOUGH: Final = 10  # steps from the one that comes; farther away helps nobody
 
 
 class Aside(Enum):
@@ -14,7 +11,6 @@ class Aside(Enum):
 
     NEAR = "near"  # near its goal: it is there soon once the goal is free
     STAY = "stay"  # near where it is: fewest have to move
-    AWAY = "away"  # off the ways of those that come: out of a dead end
 
 
 def assign(
@@ -54,30 +50,24 @@ def assign(
         for robot in peers:
             if robot not in taken.values():
                 near, table = cells.distances(wish[robot]), reach[robot]
-                comer = taken.get(wish[robot], queue[0])
-                comes = reach[comer] if rank[robot] else [0] * len(cells)
-                avoided = ways if robot in idle or aside is Aside.AWAY else ()
                 free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-                taken[min(free, key=_order(aside, near, table, comes, avoided))] = robot
+                taken[min(free, key=_order(aside, near, table, ways))] = robot
     return {robot: cell for cell, robot in taken.items()}
 
 
-def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int]) -> list[int]:
-    """List the cells of a shortest way to where ``steps`` are 0, past those that are taken as far as that goes."""
-    way = [start]
-    while steps[way[-1]]:
-        way.append(min(cells.neighbours[way[-1]], key=lambda cell: (steps[cell], cell in taken, cell)))
-    return way
+def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int]) -> Iterator[int]:
+    """Give the cells of a shortest way from ``start`` to where ``steps`` are 0: past those taken, if one leads so."""
+    yield (cell := start)
+    while steps[cell]:
+        yield (cell := min(cells.neighbours[cell], key=lambda other: (steps[other], other in taken, other)))
 
 
 def _order(
-    aside: Aside, near: Sequence[int], table: Sequence[int], comes: Sequence[int], avoided: Collection[int]
+    aside: Aside, near: Sequence[int], table: Sequence[int], ways: Collection[int]
 ) -> Callable[[int], tuple[int, ...]]:
-    """Return what a cell is worth: steps from the robot's goal, from itself, and from the one that comes."""
+    """Return what a cell is worth: off the ways; steps from the robot's goal, and from itself."""
     match aside:
         case Aside.NEAR:
-            return lambda cell: (cell in avoided, near[cell], -comes[cell], table[cell], cell)
+            return lambda cell: (cell in ways, near[cell], table[cell], cell)
         case Aside.STAY:
-            return lambda cell: (cell in avoided, table[cell], -comes[cell], near[cell], cell)
-        case Aside.AWAY:
-            return lambda cell: (cell in avoided, -min(comes[cell], ENOUGH), table[cell], near[cell], cell)
+            return lambda cell: (cell in ways, table[cell], near[cell], cell)

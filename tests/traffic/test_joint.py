@@ -60,7 +60,7 @@ def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
 
 
-@pytest.mark.parametrize(("done", "expected"), [("", "cb"), ("r1", "bc")])
+@pytest.mark.parametrize(("done", "expected"), [("", "ca"), ("r1", "bc")])
 def test_who_is_done_does_not_take_a_place_from_which_another_looks(done: str, expected: str) -> None:
     heads = dict(zip(("r1", "r2"), ROW.at("bc"), strict=True))
     place, goal, blocked = ROW.at("ced")
