@@ -1,4 +1,4 @@
-"""Loads everything that numba compiles; the first time ever it compiles, which takes a while, and says so."""
+"""Imports every module with numba kernels. The first import compiles them, which can take up to a minute."""
 
 import importlib
 import sys
@@ -16,11 +16,11 @@ KERNELS: Final = (
 
 
 def load() -> None:
-    """Have every kernel ready; compiled ones are kept beside the code for the next time."""
+    """Import every kernel, compiling where needed; numba caches the result beside the code."""
     for name in KERNELS:
         importlib.import_module(name)
 
 
 if __name__ == "__main__":
-    print("compiling the controller and the planner (once; under a minute)", file=sys.stderr)
+    print("compiling the numba kernels (once, under a minute)", file=sys.stderr)
     load()

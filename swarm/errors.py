@@ -1,11 +1,11 @@
-"""Every error this project raises, split by whose fault it is.
+"""Every error that this project raises, split by whose fault it is.
 
 SwarmError
-├── ConfigError      ours to mend: a file, a flag, a port
+├── ConfigError      the user's to correct: a file, a flag, a port
 │   └── ...
-└── PeerError        theirs: a message that is not what its key promises
+└── PeerError        the sender's fault: a message that does not match its key
 
-A message says where, what was expected, what came, and what to do.
+An error text says where, what was expected, what came, and what to do.
 """
 
 from collections.abc import Iterable
@@ -13,19 +13,19 @@ from difflib import get_close_matches
 
 
 class SwarmError(Exception):
-    """Anything this project refuses, with a sentence a person can act on."""
+    """Base of all errors; its text is a sentence that a person can act on."""
 
 
 class ConfigError(SwarmError):
-    """A file, a flag or the machine is not as it has to be; the person who started us can mend it."""
+    """A wrong file, flag or machine setup; the user who started the program can correct it."""
 
 
 class PeerError(SwarmError):
-    """Something that arrived from outside is not what its key promises; it is counted and dropped."""
+    """A received message that does not match its key; the receiver counts and drops it."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return which known word was probably meant: ``"; did you mean 'radius'?"``, or list them when none is near."""
+    """Return ``"did you mean 'radius'?"`` for the most similar known word, or a list of them if none is similar."""
     known = sorted(known)
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"

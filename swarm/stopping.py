@@ -1,4 +1,4 @@
-"""Being told to stop: SIGTERM and Ctrl-C set a flag, so that files get their ends and the wire its goodbye."""
+"""Clean shutdown: SIGTERM and Ctrl-C set a flag, so that a process can close its files and its session."""
 
 import signal
 import threading
@@ -12,7 +12,10 @@ SIGNALS: Final = (signal.SIGTERM, signal.SIGINT)
 
 @contextmanager
 def told_to_stop() -> Iterator[threading.Event]:
-    """Return a flag that these signals set, as long as the block lasts; threads other than the main one get none."""
+    """Yield a flag that ``SIGNALS`` set while the block runs.
+
+    Only the main thread can receive signals: in another thread the flag is never set by a signal.
+    """
     flag = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:
