@@ -1,1 +1,1 @@
-"""Maps people already have, loaded into one kind of grid."""
+"""Map formats (text, ROS, MovingAI) and their loaders; every loader returns the same occupancy map."""

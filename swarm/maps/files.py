@@ -1,4 +1,4 @@
-"""Reading a map file, with every way it can fail said in one sentence."""
+"""Reads a map file; each way in which that can fail is a ``ConfigError`` of one sentence."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ def read_file(path: Path, largest: int = FILE_MAX) -> bytes:
     """Read a whole file of at most ``largest`` bytes.
 
     Raises:
-        ConfigError: it is not there, no file, not ours to read, or too large.
+        ConfigError: the file is missing, not a regular file, not readable, or too large.
     """
     try:
         if not path.is_file():
@@ -26,19 +26,19 @@ def read_file(path: Path, largest: int = FILE_MAX) -> bytes:
 
 
 def read_text(path: Path, largest: int = FILE_MAX) -> str:
-    """Read a whole file as UTF-8, line ends as they are.
+    """Read a whole file as UTF-8 text; line ends are kept.
 
     Raises:
-        ConfigError: as ``read_file``, or it is no text.
+        ConfigError: as ``read_file``, or the file is not UTF-8.
     """
     return decoded(read_file(path, largest), str(path))
 
 
 def decoded(content: bytes, where: str) -> str:
-    """Read bytes as UTF-8, a byte order mark left out.
+    """Decode bytes as UTF-8, without the byte order mark.
 
     Raises:
-        ConfigError: they are none.
+        ConfigError: the bytes are not UTF-8.
     """
     try:
         return content.decode("utf-8-sig")
@@ -50,5 +50,5 @@ def decoded(content: bytes, where: str) -> str:
 
 
 def shown(value: str, most: int = 40) -> str:
-    """Quote what a file said, shortened, for a sentence about it."""
+    """Return a quoted value of a file, cut to ``most`` characters, for an error text."""
     return repr(value if len(value) <= most else value[:most] + "...")

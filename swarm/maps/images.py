@@ -29,10 +29,10 @@ class Pixels(NamedTuple):
 
 
 def load_image(path: Path) -> Pixels:
-    """Load a PGM (P2 or P5) or a PNG, told apart by their first bytes.
+    """Load a PGM (P2 or P5) or a PNG; the first bytes tell which.
 
     Raises:
-        ConfigError: the file is no such image, or a broken one, or too large.
+        ConfigError: the file cannot be read, is not such an image, is broken, or is too large.
     """
     return from_image(read_file(path), str(path))
 
@@ -41,7 +41,7 @@ def from_image(content: bytes, where: str = "image") -> Pixels:
     """Read the bytes of a PGM (P2 or P5) or a PNG.
 
     Raises:
-        ConfigError: they are no such image, or a broken one, or too large.
+        ConfigError: the bytes are not such an image, or it is broken or too large.
     """
     if content.startswith(PNG):
         return _png(content, where)
@@ -89,7 +89,7 @@ def _pgm(content: bytes, where: str) -> Pixels:
 
 
 def _png(content: bytes, where: str) -> Pixels:
-    # the size is the first thing a PNG states; checked before anything is unpacked
+    # check the size, which is the first field of a PNG, before anything is unpacked
     if len(content) < 33 or content[12:16] != b"IHDR":
         raise ConfigError(f"{where}: expected a PNG header, got a broken one; export it again")
     columns, rows = int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
@@ -98,7 +98,7 @@ def _png(content: bytes, where: str) -> Pixels:
         raise ConfigError(f"{where}: expected a PNG with its palette, got none; export it again")
     try:
         with Image.open(BytesIO(content), formats=["PNG"]) as image:
-            image.verify()  # the checksums, and that it has an end: pillow forgives both when it loads
+            image.verify()  # checksums and the end of the file: pillow's load() checks neither
         with Image.open(BytesIO(content), formats=["PNG"]) as image:
             has_alpha = "A" in image.getbands() or "transparency" in image.info
             if image.mode.startswith("I"):  # 16 bits of grey

@@ -1,4 +1,4 @@
-"""What is too large for a map, or no length at all: one answer for every loader."""
+"""Limits of a map's size and of its cells, the same for every loader."""
 
 from math import isfinite
 from typing import Final
@@ -10,14 +10,14 @@ CELLS_MAX: Final = 1 << 24  # cells: a search packs a cell's number into 24 bits
 FILE_MAX: Final = 1 << 27  # bytes, a map file or image
 RESOLUTION_MIN: Final = 1e-4  # m
 RESOLUTION_MAX: Final = 1e4  # m
-COORDINATE_MAX: Final = 1e7  # m, of an origin: beyond it a float's millimetres begin to blur
+COORDINATE_MAX: Final = 1e7  # m, of an origin; a float still resolves 2e-9 m there
 
 
 def check_size(rows: int, columns: int, where: str) -> None:
-    """Refuse a map without cells or with too many, before any memory is spent on it.
+    """Check the number of rows and columns before memory is allocated for them.
 
     Raises:
-        ConfigError: says which bound is broken.
+        ConfigError: the map has no cells or too many.
     """
     if not (0 < rows <= SIDE_MAX and 0 < columns <= SIDE_MAX and rows * columns <= CELLS_MAX):
         raise ConfigError(
@@ -27,13 +27,13 @@ def check_size(rows: int, columns: int, where: str) -> None:
 
 
 def check_cell(cell: float, where: str) -> None:
-    """Refuse a side of a cell that is no length [m].
+    """Check the side of a cell [m].
 
     Raises:
-        ConfigError: not a finite number between the bounds.
+        ConfigError: it is not a finite number between ``RESOLUTION_MIN`` and ``RESOLUTION_MAX``.
     """
     number = isinstance(cell, int | float) and not isinstance(cell, bool)
-    # an int may be too large for a float, so it is compared before it is converted
+    # compare before isfinite(): an int may be too large for a float
     if not (number and RESOLUTION_MIN <= cell <= RESOLUTION_MAX and isfinite(cell)):
         raise ConfigError(
             f"{where}: expected a cell's side of {RESOLUTION_MIN} to {RESOLUTION_MAX} m, got {cell!r}; "

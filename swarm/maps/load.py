@@ -1,4 +1,4 @@
-"""One door for map files: the suffix says which loader."""
+"""Loads any map file; the file's suffix selects the loader."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ from swarm.maps.text import from_text
 def load_map(path: Path, base: Path | None = None, cell: float = 1.0) -> OccupancyMap:
     """Load a ROS ``.yaml``, a MovingAI ``.map`` or a drawing in a ``.txt``; a relative path begins at ``base``.
 
-    ``cell`` is the side of a character [m] for the kinds that do not say it themselves.
+    ``cell`` is the side of a character [m]; a ROS map states its own.
 
     Raises:
-        ConfigError: where, what was expected, what came, and what to do; nothing is half loaded.
+        ConfigError: the file cannot be read or is not a valid map.
     """
     path = base / path if base is not None else path
     match path.suffix.lower():

@@ -27,7 +27,7 @@ def load_movingai(path: Path, cell: float = 1.0) -> OccupancyMap:
     """Load a ``.map``; ``cell`` is the side of one character [m].
 
     Raises:
-        ConfigError: the file or the length is not as it has to be.
+        ConfigError: the file or ``cell`` is not valid.
     """
     return from_movingai(read_text(path), cell, str(path))
 
@@ -36,7 +36,7 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
     r"""Read the text of a ``.map``: some header lines (``type octile`` may be missing), ``map``, and the rows.
 
     Raises:
-        ConfigError: the text or the length is not as it has to be.
+        ConfigError: the text or ``cell`` is not valid.
 
     >>> from_movingai("height 2\nwidth 3\nmap\n.@.\nGGT").cells.tolist()
     [[0, 0, 1], [0, 1, 0]]
@@ -57,7 +57,7 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
     else:
         raise ConfigError(f"{where}: expected a line 'map' before the rows, got none; is this a MovingAI map?")
     if header.get("type", "octile") != "octile":
-        raise ConfigError(f"{where}: expected 'type octile', got {shown(header['type'])}; other types are not known")
+        raise ConfigError(f"{where}: expected 'type octile', got {shown(header['type'])}; no other is supported")
     height, width = _side(header, "height", where), _side(header, "width", where)
     check_size(height, width, where)
     rows = lines[first : first + height]
@@ -82,10 +82,10 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
 
 
 def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
-    """Load a ``.scen`` for its map. The column that names the map is not compared: it is often somebody's path.
+    """Load a ``.scen`` for its map. The column with the map's name is ignored: it is often a path of another machine.
 
     Raises:
-        ConfigError: the file is not as it has to be, or of another map.
+        ConfigError: the file is not valid, or belongs to another map.
     """
     return from_scen(read_text(path), map, str(path))
 
@@ -93,10 +93,10 @@ def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
 def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[Row]:  # noqa: A002
     """Read the text of a ``.scen`` (``version 1`` may be missing): one row per line, y counted from the top.
 
-    A length of 0 between two different cells, as some sets have it, states nothing. So does a size of 0 by 0.
+    Some sets have a length of 0 between two different cells, or a size of 0 by 0: both mean "not stated".
 
     Raises:
-        ConfigError: the text is not as it has to be, or of another map.
+        ConfigError: the text is not valid, or belongs to another map.
     """
     rows: list[Row] = []
     height, width = map.shape

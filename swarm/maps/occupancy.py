@@ -1,4 +1,4 @@
-"""The map every loader makes and everything else reads."""
+"""The occupancy map: every loader returns one, everything else reads it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -12,8 +12,8 @@ from swarm.geometry import Pose, from_frame, to_frame
 
 FREE: Final = 0
 WALL: Final = 1
-OBSTACLE: Final = 2  # as solid as a wall; contacts with it are counted apart
-UNKNOWN: Final = 3  # nobody looked: solid for the world, a matter of taste for a planner
+OBSTACLE: Final = 2  # as solid as a wall; contacts with it are counted separately
+UNKNOWN: Final = 3  # never observed: solid for the world; a planner may treat it as free
 
 ORIGIN: Final = Pose(0.0, 0.0, 0.0)
 
@@ -23,9 +23,9 @@ Point = tuple[float, float]  # m, in the map frame
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """What stands where.
+    """The state of each cell of a map.
 
-    Row 0 lies at the lowest y of the map's own frame (images and text are flipped by their loaders), column 0 at the
+    Row 0 is at the lowest y of the map's own frame (the loaders of images and text flip the rows), column 0 at the
     lowest x. ``origin`` is the pose of the outer corner of cell (0, 0) in the ``map`` frame, as in ROS map_server.
     """
 
@@ -40,12 +40,12 @@ class OccupancyMap:
         return rows, columns
 
     def cell_of(self, x: float, y: float) -> Cell:
-        """Find the cell that holds a point; it may lie outside the map."""
+        """Return the cell that contains a point [m, map frame]; it may lie outside the map."""
         along, up = to_frame(self.origin, x, y)
         return floor(up / self.resolution), floor(along / self.resolution)
 
     def centre_of(self, cell: Cell) -> Point:
-        """Return the middle of a cell [m, map frame]."""
+        """Return the centre of a cell [m, map frame]."""
         return from_frame(self.origin, (cell[1] + 0.5) * self.resolution, (cell[0] + 0.5) * self.resolution)
 
     def inside(self, cell: Cell) -> bool:
@@ -54,15 +54,15 @@ class OccupancyMap:
         return 0 <= cell[0] < rows and 0 <= cell[1] < columns
 
     def at(self, x: float, y: float) -> int:
-        """Return what stands at a point; everything outside the map is WALL."""
+        """Return the state of the cell at a point [m, map frame]; everything outside the map is WALL."""
         cell = self.cell_of(x, y)
         return int(self.cells[cell]) if self.inside(cell) else WALL
 
     def edited(self, kind: int, a: Point, b: Point) -> "tuple[OccupancyMap, Cell, Cell]":
-        """Put ``kind`` on all cells that a rectangle with opposite corners a and b [m] touches; at least one each way.
+        """Return a map in which all cells that a rectangle touches are ``kind``; a and b [m, map] are opposite corners.
 
-        Returns the new map, and the block of cells from ``low`` up to and without ``high`` that may differ; an empty
-        block where the rectangle lies outside.
+        The rectangle covers at least one row and one column. Returns the new map, ``low`` and ``high``: only cells from
+        ``low`` up to, but not including, ``high`` may differ. That block is empty if the rectangle is outside the map.
         """
         ring = [to_frame(self.origin, x, y) for x in (a[0], b[0]) for y in (a[1], b[1])]
         along, up = zip(*((x / self.resolution, y / self.resolution) for x, y in ring), strict=True)
@@ -76,14 +76,14 @@ class OccupancyMap:
         return replace(self, cells=cells), low, (max(low[0], high[0]), max(low[1], high[1]))
 
     def corners(self, low: Cell, high: Cell) -> list[Point]:
-        """Return the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
+        """Return the four corners [m, map frame] of a block of cells, counter-clockwise; ``high`` is excluded."""
         (r0, c0), (r1, c1) = low, high
         side = self.resolution
         ring = ((c0, r0), (c1, r0), (c1, r1), (c0, r1))
         return [from_frame(self.origin, column * side, row * side) for column, row in ring]
 
     def blocks(self, kind: int) -> Iterator[tuple[Cell, Cell]]:
-        """Cover all cells of one kind with few rectangles: ``(low, high)``, ``high`` excluded; none overlap."""
+        """Yield few rectangles ``(low, high)`` that cover all cells of one kind; ``high`` is excluded, none overlap."""
         left = self.cells == kind
         for row, column in np.argwhere(left).tolist():
             if not left[row, column]:

@@ -1,6 +1,6 @@
-"""Maps of ROS: a ``.yaml`` of map_server (also of Nav2) and the image it names.
+"""ROS maps: a ``.yaml`` of map_server (also of Nav2) and the image it names.
 
-How a pixel becomes free, occupied or unknown follows Nav2's map_io.cpp (nav2_map_server).
+Pixels become free, occupied or unknown as in Nav2's map_io.cpp (nav2_map_server).
 """
 
 from math import isfinite, pi
@@ -26,7 +26,7 @@ TRUTHS: Final = {"0": False, "1": True, "false": False, "true": True, "no": Fals
 
 
 class Description(NamedTuple):
-    """What the ``.yaml`` says."""
+    """The content of the ``.yaml``."""
 
     image: str  # path of the image, from the .yaml's folder
     resolution: float  # m, the side of a pixel
@@ -38,10 +38,10 @@ class Description(NamedTuple):
 
 
 def load_ros(path: Path) -> OccupancyMap:
-    """Load a map_server ``.yaml`` and its image, which has to lie in the same folder or below.
+    """Load a map_server ``.yaml`` and its image, which must be in the same folder or below it.
 
     Raises:
-        ConfigError: one of the two is not as it has to be.
+        ConfigError: one of the two files is not valid.
     """
     description = from_yaml(read_file(path, YAML_MAX), str(path))
     folder = path.parent.resolve()
@@ -63,7 +63,7 @@ def from_yaml(content: bytes, where: str = "map.yaml") -> Description:
     """Read the bytes of a map_server ``.yaml``.
 
     Raises:
-        ConfigError: names the key, what was expected there, and what came.
+        ConfigError: a key is missing, unknown or has a wrong value.
     """
     fields = _fields(content, where)
     origin = fields["origin"]
@@ -98,12 +98,11 @@ def from_yaml(content: bytes, where: str = "map.yaml") -> Description:
 
 
 def from_pixels(pixels: Pixels, description: Description) -> OccupancyMap:
-    """Make the map: the image's last row becomes row 0.
+    """Return the map of an image; the image's last row becomes row 0.
 
-    In mode ``trinary`` an alpha channel is averaged with the colours, as map_server has always done. In ``scale`` a
-    pixel that is not opaque is unknown, and what lies between the thresholds, a probability there, is unknown here. In
-    ``raw`` the brightness of 0 to 100 (of 255) is a percentage of occupancy, anything above is unknown; ``negate``
-    does not count.
+    ``trinary``: an alpha channel is averaged with the colours, as map_server does. ``scale``: a pixel that is not
+    opaque is unknown; between the thresholds map_server gives a probability, here the cell is unknown. ``raw``: a
+    brightness of 0 to 100 (of 255) is the occupancy in percent, anything above is unknown, ``negate`` has no effect.
     """
     brightness, opacity = pixels
     known = np.ones(brightness.shape, np.bool_)
@@ -124,7 +123,7 @@ def from_pixels(pixels: Pixels, description: Description) -> OccupancyMap:
 
 
 def _fields(content: bytes, where: str) -> dict[str, str | list[str]]:
-    """Read a mapping of words and lists of words: nothing else can be in such a file, so nothing else is built."""
+    """Read a mapping of words and lists of words; anything else is an error."""
     try:
         node = yaml.compose(decoded(content, where), Loader=yaml.BaseLoader)
     except (yaml.YAMLError, RecursionError) as error:

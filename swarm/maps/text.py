@@ -1,4 +1,4 @@
-"""Maps drawn with characters, as they stand in a scenario file."""
+"""Maps drawn with characters, as in a scenario file."""
 
 from typing import Final
 
@@ -14,10 +14,10 @@ SYMBOLS: Final = {"#": WALL, "o": OBSTACLE, ".": FREE, " ": FREE}
 def from_text(text: str, cell: float, where: str = "map") -> OccupancyMap:
     r"""Read a drawing whose first line is the top; ``cell`` is the side of one character [m].
 
-    ``where`` begins every complaint, such as ``"paper.yaml: map"``.
+    ``where`` begins every error text, for example ``"paper.yaml: map"``.
 
     Raises:
-        ConfigError: no line, lines of different lengths, an unknown character, too large a map, or ``cell`` no length.
+        ConfigError: no lines, lines of different lengths, an unknown character, a map too large, or a bad ``cell``.
 
     >>> from_text("##\n.#\n", 0.5).cells.tolist()
     [[0, 1], [1, 1]]

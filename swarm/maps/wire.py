@@ -1,4 +1,4 @@
-"""A map as builtins, as it crosses the network, and back with every number checked."""
+"""Packs a map into builtins for the network, and unpacks it with every number checked."""
 
 import zlib
 from typing import Final
@@ -14,7 +14,7 @@ KEYS: Final = frozenset({"rows", "columns", "resolution", "origin", "cells"})
 
 
 def pack(map: OccupancyMap) -> dict[str, object]:  # noqa: A002
-    """Return a map as builtins: ``cells`` are bytes row by row from the bottom, compressed with zlib."""
+    """Return a map as builtins; ``cells`` are its bytes, row by row from the bottom, compressed with zlib."""
     rows, columns = map.shape
     return {
         "rows": rows,
@@ -26,10 +26,10 @@ def pack(map: OccupancyMap) -> dict[str, object]:  # noqa: A002
 
 
 def unpack(packed: object) -> OccupancyMap:
-    """Read what ``pack`` gave; unpacks no more bytes than its rows and columns promise.
+    """Return the map that ``pack`` packed; never inflate more bytes than its rows and columns need.
 
     Raises:
-        PeerError: the map is not as it has to be.
+        PeerError: the packed map is not valid.
     """
     if not isinstance(packed, dict) or packed.keys() != KEYS:
         raise PeerError(f"map: expected the keys {', '.join(sorted(KEYS))}, got others; the sender's version differs")
@@ -46,7 +46,7 @@ def unpack(packed: object) -> OccupancyMap:
 
 def _origin(origin: object) -> Pose:
     numbers = [each for each in origin if type(each) in (int, float)] if isinstance(origin, list | tuple) else []
-    # compared before anything is converted: an int may be too large for a float
+    # compare before float(): an int may be too large for a float
     if len(numbers) != 3 or len(origin) != 3 or not all(abs(each) <= COORDINATE_MAX for each in numbers):  # type: ignore[arg-type]
         raise PeerError("map: origin: expected [x, y, yaw], finite, got something else; the sender is at fault")
     x, y, yaw = (float(each) for each in numbers)
