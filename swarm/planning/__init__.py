@@ -1,1 +1,1 @@
-"""Paths for one robot alone: the grid, A*, and a checker that knows nothing of A*."""
+"""Path planning for a single robot: the grid, A*, and a path checker that shares no code with A*."""

@@ -14,9 +14,9 @@ NO_COSTS = np.empty(0, np.int64)
 
 
 class Lattice:
-    """The legal steps of one grid, with the room a search works in; build it once for many searches.
+    """The legal steps of one grid, and the working memory of a search; build it once for many searches.
 
-    Not for two threads at once: searches share that room.
+    Not thread-safe: all searches share the working memory.
     """
 
     def __init__(self, free: NDArray[np.bool_], moves: NDArray[np.uint8]) -> None:
@@ -32,15 +32,15 @@ class Lattice:
 
     @classmethod
     def of(cls, free: NDArray[np.bool_]) -> "Lattice":
-        """Find the legal steps between free cells; ``free`` is (rows, columns)."""
+        """Return the lattice of the legal steps between free cells; ``free`` is (rows, columns)."""
         moves = np.empty(free.shape, np.uint8)
         legal_moves(np.ascontiguousarray(free, dtype=np.bool_).view(np.uint8), moves)
         return cls(free, moves)
 
     def shortest(self, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
-        """Find the shortest way: its length in cells, and the cells from start to goal; None where there is none.
+        """Return the shortest path: its length in cells, and its cells from start to goal; None if there is none.
 
-        Both cells have to be free; a cell that is not, or lies outside, has no way.
+        There is no path if the start or the goal is not free or is outside the grid.
         """
         if not (self._stands(start) and self._stands(goal)):
             return None
@@ -51,9 +51,9 @@ class Lattice:
         return self._traced(search(self._flat, NO_COSTS, 1, rows, columns, first, last, *args), first, last)
 
     def cheapest(self, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
-        """Find the way that is cheapest where each cell counts ``costs`` (rows, columns), from ``unit`` to 7 of them.
+        """Return the cheapest path under ``costs`` (rows, columns), each from ``unit`` to 7 * ``unit``; None if none.
 
-        Answers as ``shortest``: the length is the way's own, in cells, whatever it cost.
+        The result is as in ``shortest``: the length is geometric, in cells, and does not include the costs.
         """
         if not (self._stands(start) and self._stands(goal)):
             return None
@@ -88,9 +88,9 @@ class Lattice:
 
 
 def shortest(free: NDArray[np.bool_] | Lattice, start_cell: Cell, goal_cell: Cell) -> tuple[float, list[Cell]] | None:
-    """Find the shortest 8-connected way that cuts no corner: length in cells (a diagonal counts sqrt 2), and cells.
+    """Return the shortest 8-connected path that cuts no corner: its length in cells (a diagonal is sqrt 2), its cells.
 
-    ``free`` is (rows, columns), or a ``Lattice`` of it where many ways are wanted. None where there is no way.
+    ``free`` is (rows, columns), or a ``Lattice`` of it if many paths are wanted. Returns None if there is no path.
 
     >>> shortest(np.ones((2, 3), dtype=bool), (0, 0), (1, 2))
     (2.414213562373095, [(0, 0), (1, 1), (1, 2)])

@@ -1,22 +1,22 @@
 """Exact Euclidean distance to the nearest solid cell.
 
 Two passes (Felzenszwalb & Huttenlocher 2012; the integer form of the second is Meijster, Roerdink & Hesselink 2000).
-Distances run from a cell's centre to the nearest *point* of a solid square, so that they are what a disc would touch;
-in half cells they are integers, hence exact.
+A distance is measured from a cell's centre to the nearest *point* of a solid square: a disc of that radius just
+touches. The arithmetic uses integers, in half cells, so it is exact.
 """
 
 import numpy as np
 from numba import int64, njit, uint8
 from numpy.typing import NDArray
 
-FAR = 1 << 20  # half cells, more than any map is wide
+FAR = 1 << 20  # half cells, more than the widest map
 
 
 @njit(int64[:, ::1](uint8[:, ::1]), cache=True, error_model="numpy")
 def squared_half_cells(solid: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Return the squared distance of every centre to the nearest solid square [half cells squared].
+    """Return the squared distance from every cell's centre to the nearest solid square [half cells squared].
 
-    ``solid`` is (rows, columns), 1 where solid; without any, every entry is at least ``FAR`` squared.
+    ``solid`` is (rows, columns), 1 where solid. If nothing is solid, every entry is at least ``FAR`` squared.
     """
     rows, columns = solid.shape
     squared = np.empty((rows, columns), np.int64)
@@ -41,7 +41,7 @@ def squared_half_cells(solid: NDArray[np.uint8]) -> NDArray[np.int64]:
             cells = gap[row, column]
             half = 2 * cells - 1 if cells > 0 else 0
             vertical[column] = half * half
-        # the squares of a column reach from its left edge to its right one: sites are the edges between columns
+        # a solid square reaches from the left edge of its column to the right one: the sites are the edges
         value[0] = vertical[0]
         value[columns] = vertical[columns - 1]
         for edge in range(1, columns):
@@ -80,9 +80,10 @@ def squared_half_cells(solid: NDArray[np.uint8]) -> NDArray[np.int64]:
 def clearance_of(
     solid: NDArray[np.uint8], resolution: float, low: tuple[int, int], high: tuple[int, int]
 ) -> NDArray[np.float32]:
-    """Measure the block of cells from ``low`` up to and without ``high`` [m]; all outside ``solid`` is solid too.
+    """Return the clearance [m] of the cells from ``low`` up to, but not including, ``high``.
 
-    Looks only as far around the block as its own answers reach, so that a small block costs little.
+    Everything outside ``solid`` counts as solid. The search widens only as far as the block's clearances reach, so a
+    small block costs little.
     """
     rows, columns = solid.shape
     reach = 8

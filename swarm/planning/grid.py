@@ -1,4 +1,4 @@
-"""Where a robot's centre may be: a map, its solid parts grown by the robot's radius."""
+"""The planning grid: a map whose solid parts are grown by the robot's radius; free cells are for the robot's centre."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -16,29 +16,29 @@ from swarm.planning.astar import Lattice
 from swarm.planning.distance import clearance_of
 from swarm.planning.sweep import find_moves
 
-UNIT = 64  # cost of a cell at ease, see ``Grid.cost``
-NEAR, FAR = 3.0, 0.3  # how much dearer a cell is that touches: within the margin, and within a diameter beyond it
+UNIT = 64  # cost of a cell far from everything solid, see ``Grid.cost``
+NEAR, FAR = 3.0, 0.3  # extra cost, as a share, of a cell in contact: within the margin, and up to a diameter beyond
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The cells a robot may stand in, and how much room it has there; never changed in place.
+    """The cells in which a robot may stand, and their clearance. A grid is immutable.
 
-    A cell is free when a disc of ``radius`` at its centre touches nothing solid. ``margin`` closes no passage: it is
-    kept by cost (a path goes through narrower places only where the way round is much longer).
+    A cell is free if a disc of ``radius`` at its centre touches nothing solid. ``margin`` closes no passage, it only
+    adds cost: a path goes through a narrower place only if the way round is much longer.
     """
 
     free: NDArray[np.bool_]  # (rows, columns), row 0 at the lowest y
     resolution: float  # m, the side of a cell
     origin: Pose  # of the outer corner of cell (0, 0), in map
-    clearance: NDArray[np.float32]  # m, (rows, columns): from the centre to the nearest point of anything solid
+    clearance: NDArray[np.float32]  # m, (rows, columns): from a cell's centre to the nearest solid point
     solid: NDArray[np.uint8]  # (rows, columns), 1 where solid
     moves: NDArray[np.uint8]  # (rows, columns): bit k set where a step in direction k is legal, see ``sweep``
-    radius: float  # m, the robot's
-    margin: float  # m, room wanted beyond the radius
-    factor: int  # cells of the grid along one cell of the map
+    radius: float  # m, of the robot
+    margin: float  # m, preferred clearance beyond the radius
+    factor: int  # cells of the grid per cell of the map, along each axis
     unknown_free: bool
-    discs: NDArray[np.float64]  # (count, 3): x, y, radius plus the robot's own; in cells
+    discs: NDArray[np.float64]  # (count, 3): x, y, sum of the disc's and the robot's radius; all in cells
 
     @classmethod
     def grown(
@@ -49,10 +49,10 @@ class Grid:
         resolution: float | None = None,
         unknown_free: bool = False,
     ) -> "Grid":
-        """Grow a map by ``radius`` [m], its cells first divided evenly until none is wider than ``resolution`` [m].
+        """Return the grid of a map grown by ``radius`` [m]; its cells are divided evenly to at most ``resolution`` [m].
 
         Raises:
-            ConfigError: a length that is none, or a grid too large.
+            ConfigError: a length is not valid, or the grid is too large.
         """
         for name, length, least in (("radius", radius, 0.0), ("margin", margin, 0.0)):
             if not (isfinite(length) and length >= least):
@@ -88,16 +88,16 @@ class Grid:
         return rows, columns
 
     def cell_of(self, x: float, y: float) -> Cell:
-        """Find the cell that holds a point; it may lie outside the grid."""
+        """Return the cell that contains a point [m, map frame]; it may lie outside the grid."""
         column, row = self.to_cells(x, y)
         return floor(row), floor(column)
 
     def centre_of(self, cell: Cell) -> Point:
-        """Return the middle of a cell [m, map frame]."""
+        """Return the centre of a cell [m, map frame]."""
         return self.from_cells(cell[1] + 0.5, cell[0] + 0.5)
 
     def to_cells(self, x: float, y: float) -> Point:
-        """Express a point of the map frame in cells along and up the grid."""
+        """Transform a point [m, map frame] into (column, row) of the grid, in fractions of cells."""
         x0, y0, c, s, side = self._frame
         dx, dy = x - x0, y - y0
         return (c * dx + s * dy) / side, (c * dy - s * dx) / side
@@ -108,16 +108,19 @@ class Grid:
         return x, y, cos(yaw), sin(yaw), self.resolution
 
     def from_cells(self, column: float, row: float) -> Point:
-        """Express a point in cells along and up the grid in the map frame [m]."""
+        """Transform (column, row), in fractions of cells, into a point [m, map frame]."""
         return from_frame(self.origin, column * self.resolution, row * self.resolution)
 
     def is_free(self, x: float, y: float) -> bool:
-        """Return True if the point's cell is one and is free."""
+        """Return True if the point [m, map frame] is in a free cell of the grid."""
         row, column = self.cell_of(x, y)
         return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(self.free[row, column])
 
     def room_at(self, x: float, y: float) -> float:
-        """Measure from a point [m, map] to the nearest solid, disc or edge of the map [m]; 0 where solid or outside."""
+        """Return the distance [m] from a point [m, map] to the nearest solid cell, disc or map edge.
+
+        It is 0 if the point is in one of them or outside the map.
+        """
         column, row = self.to_cells(x, y)
         rows, columns = self.shape
         if not (0 <= column < columns and 0 <= row < rows):
@@ -135,15 +138,15 @@ class Grid:
 
     @cached_property
     def lattice(self) -> Lattice:
-        """The room to search in, made once; not for two threads at once."""
+        """The lattice that searches run on, made once; not thread-safe."""
         return Lattice(self.free, self.moves)
 
     @cached_property
     def cost(self) -> NDArray[np.int64]:
-        """What a cell's length counts for, in 1/64: 64 at ease, more the nearer to something solid.
+        """Cost of each cell, (rows, columns): ``UNIT`` far from everything solid, more the nearer to something solid.
 
-        Beyond the margin it rises gently from one diameter of room inwards, which keeps a path in the middle of a
-        passage and off corners where that costs little; within the margin steeply.
+        The cost rises slowly from one diameter beyond the margin, which keeps a path in the middle of a passage and
+        away from corners if the detour is small. Within the margin it rises steeply.
         """
         room = np.maximum(self.clearance - np.float32(self.radius), 0.0)
         ease = self.margin + 2 * self.radius
@@ -154,7 +157,7 @@ class Grid:
         return costs
 
     def with_discs(self, centres: Iterable[Point], radius: float) -> "Grid":
-        """Return the same grid with more discs standing on it, each of ``radius`` [m] about a centre [m, map frame]."""
+        """Return the grid with additional solid discs, each of ``radius`` [m] around a centre [m, map frame]."""
         free, clearance = self.free.copy(), self.clearance.copy()
         added = [(*self.to_cells(x, y), (radius + self.radius) / self.resolution) for x, y in centres]
         grid = replace(
@@ -182,15 +185,15 @@ class Grid:
         return grid
 
     def changed(self, map: OccupancyMap, low: Cell, high: Cell) -> "Grid":  # noqa: A002
-        """Return the grid of an edited map: cells of the *map* from ``low`` up to and without ``high`` may differ.
+        """Return the grid of an edited map: cells of the *map* from ``low`` up to, but not including, ``high`` differ.
 
-        The same as growing ``map`` anew, for the cost of the edit's surroundings.
+        The result equals ``grown`` of the new map, but only the edit's surroundings are computed again.
 
         Raises:
-            ValueError: the grid has discs on it (change the one without, then add them), or the map another shape.
+            ValueError: the grid has discs (change the grid without discs, then add them), or the map's shape differs.
         """
         if len(self.discs):
-            raise ValueError("expected a grid without discs; change the one they were put on")
+            raise ValueError("expected a grid without discs; change the grid first, then add the discs")
         if (map.shape[0] * self.factor, map.shape[1] * self.factor) != self.shape:
             raise ValueError(f"expected a map of {self.shape[0] // self.factor} rows, got {map.shape[0]}")
         f = self.factor
@@ -201,7 +204,7 @@ class Grid:
         edit = map.cells[low[0] // f : high[0] // f, low[1] // f : high[1] // f]
         solid[low[0] : high[0], low[1] : high[1]] = _solid(edit, f, self.unknown_free)
 
-        # whose nearest solid point may be another one now: whoever is at least as near to the edit as to its own
+        # clearance may change only in cells that are at least as near to the edit as to their nearest solid point
         rows, columns = self.shape
         down = np.maximum(np.maximum(low[0] - np.arange(rows), np.arange(rows) + 1 - high[0]) - 0.5, 0.0)
         across = np.maximum(np.maximum(low[1] - np.arange(columns), np.arange(columns) + 1 - high[1]) - 0.5, 0.0)

@@ -13,9 +13,9 @@ from swarm.maps.occupancy import Cell, Point
 from swarm.planning.grid import UNIT, Grid
 from swarm.planning.sweep import pull, sweep
 
-RUN = 6  # cells: a straight run of the grid's way is offered to the string pulling in pieces this long
-AHEAD = 48  # pieces one shortcut may skip
-CLASS = 0.75  # cells: how much nearer to a wall than the grid's way a shortcut may come
+RUN = 6  # cells: longest piece into which a straight run of the grid's path is cut before string pulling
+AHEAD = 48  # pieces that one shortcut may skip
+CLASS = 0.75  # cells: a shortcut may have this much less clearance than the part of the grid's path it replaces
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Path:
     (7.0, (3.0, 2.0), 2.0, 4.0)
     """
 
-    points: tuple[Point, ...]  # m, in map; at least two, which may be the same
+    points: tuple[Point, ...]  # m, in map; at least two, which may be equal
     length: float = field(init=False, compare=False)  # m
     stations: tuple[float, ...] = field(init=False, compare=False, repr=False)  # m, arc length at each point
 
@@ -39,7 +39,7 @@ class Path:
         object.__setattr__(self, "length", self.stations[-1])
 
     def point_at(self, s: float) -> Point:
-        """Return the point at arc length ``s`` [m]; before the start it is the start, past the goal the goal."""
+        """Return the point [m, map] at arc length ``s`` [m]; ``s`` is limited to the path's start and goal."""
         if s >= self.length:
             return self.points[-1]
         leg = max(0, bisect_right(self.stations, s) - 1)
@@ -49,14 +49,14 @@ class Path:
         return ax + t * (bx - ax), ay + t * (by - ay)
 
     def remaining(self, s: float) -> float:
-        """Measure the way from arc length ``s`` to the goal [m]."""
+        """Return the length [m] from arc length ``s`` [m] to the goal."""
         return self.length - min(max(s, 0.0), self.length)
 
     def project(self, x: float, y: float, from_s: float = 0.0, within: float = inf) -> float:
-        """Find the arc length of the path's point nearest to (x, y) [m, map], not before ``from_s``.
+        """Return the arc length [m] of the path's point nearest to (x, y) [m, map], at or after ``from_s`` [m].
 
-        Looks ahead ``within`` metres at most: where a path comes back beside itself, a bound keeps a robot from
-        jumping there. Of equally near points the first counts.
+        Only the next ``within`` metres are searched: a path may return close to itself, and the limit keeps the result
+        on the part that the robot follows. The first of equally near points counts.
         """
         from_s = min(max(from_s, 0.0), self.length)
         until = min(from_s + within, self.length)
@@ -77,28 +77,29 @@ class Path:
 
 
 def line_is_free(grid: Grid, a: Point, b: Point, spare: float = 0.0) -> bool:
-    """Return True if the robot's disc may travel from a straight to b [m, map], ``spare`` [m] from anything solid.
+    """Return True if the robot's disc can move straight from a to b [m, map], ``spare`` [m] away from anything solid.
 
-    Exact, whatever the cells. Where it stands too near something already, it may go on if it comes no nearer to
-    anything than it stands now.
+    The test is exact and does not depend on the size of cells. If the disc is too near something at a already, it may
+    move as long as it comes no nearer to anything.
     """
     place = (grid.solid, grid.clearance, grid.resolution, grid.discs)
     return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), (grid.radius + spare) / grid.resolution))
 
 
 def path_is_free(grid: Grid, path: Path, from_s: float = 0.0) -> bool:
-    """Return True if the rest of a path, from arc length ``from_s`` [m], is still free; far cheaper than a new plan."""
+    """Return True if the rest of a path, from arc length ``from_s`` [m], is free; far cheaper than a new plan."""
     rest = [path.point_at(from_s), *(p for p, s in zip(path.points, path.stations, strict=True) if s > from_s)]
     return all(line_is_free(grid, a, b) for a, b in pairwise(rest))
 
 
 def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
-    """Find a short way with room beside it, from start to goal [m, map]; None where there is none.
+    """Plan a short path with clearance from start to goal [m, map]; return None if there is no path.
 
-    A* finds the cheapest way over ``grid.cost``; then it is pulled tight: a shortcut keeps the least clearance of what
-    it replaces (up to radius and margin), less three quarters of a cell, and never less than the radius. It is never
-    longer than the grid's way. A start too near something is led to the nearest cell the robot can straightly step to
-    within its radius and two cells; a goal where the robot would touch something has no way.
+    A* finds the cheapest path over ``grid.cost``. String pulling then shortens it: a shortcut keeps the least clearance
+    of the part that it replaces (up to radius plus margin), less ``CLASS``, and never less than the radius. The result
+    is never longer than the grid's path. If the start is too near something, the path begins at the nearest free cell
+    in a straight line, within the radius and two cells. If the robot would touch something at the goal, there is no
+    path.
     """
     start, goal = _cell_at(grid, start_xy, leaving=True), _cell_at(grid, goal_xy, leaving=False)
     if start is None or goal is None:
@@ -110,7 +111,7 @@ def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
 
 
 def _cell_at(grid: Grid, point: Point, leaving: bool) -> Cell | None:
-    """Find the cell a way begins (or ends) in: the point's own, else the nearest one a straight line joins to it."""
+    """Return the cell in which a path begins (or ends): the point's own, else the nearest one in a free line."""
     column, row = grid.to_cells(*point)
     rows, columns = grid.shape
     own = (floor(row), floor(column))
@@ -153,7 +154,7 @@ def _pulled(grid: Grid, start_xy: Point, way: list[Cell], goal_xy: Point) -> tup
 
 
 def _turning(start: Point, inner: Iterable[Point], goal: Point) -> list[Point]:
-    """Leave out what lies on the line between its neighbours."""
+    """Return the inner points without those on the straight line between their neighbours."""
     line = [start, *inner, goal]
     turns: list[Point] = []
     for here, onward in pairwise(line[1:]):

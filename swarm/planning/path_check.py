@@ -1,6 +1,6 @@
-"""An independent judge of paths: it knows cells, lines and walls, and nothing of how a path was found.
+"""An independent checker of paths: it knows cells, lines and walls, and nothing of how a path was found.
 
-Cells are judged with array arithmetic, metres with shapely; neither shares a line with the planner.
+It checks cells with array arithmetic and metres with shapely. It shares no code with the planner.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from swarm.maps.occupancy import OBSTACLE, UNKNOWN, WALL, Cell, OccupancyMap, Po
 class Fault(StrEnum):
     """What can be wrong with a path."""
 
-    NO_PATH = "is no path"  # empty, or with numbers that are none
+    NO_PATH = "is no path"  # too short, or with a number that is not finite
     WRONG_START = "wrong start"
     WRONG_GOAL = "wrong goal"
     LEAVES_MAP = "leaves the map"
@@ -31,7 +31,7 @@ class Fault(StrEnum):
 
 
 class Finding(NamedTuple):
-    """A fault and where it first shows."""
+    """A fault of a path, and where it first occurs."""
 
     fault: Fault
     where: str
@@ -40,9 +40,9 @@ class Finding(NamedTuple):
 def check_cells(
     free: NDArray[np.bool_], start: Cell, goal: Cell, cells: Sequence[Cell], length: float | None = None
 ) -> list[Finding]:
-    """Judge a path of (row, column) cells on a grid, 8-connected, no corner cutting; no finding is a good path.
+    """Check a path of (row, column) cells on a grid: 8-connected, no corner cutting. A good path has no findings.
 
-    ``length`` is what was claimed, in cells; right is what lies within max(1e-4, 1e-5 of it).
+    ``length`` is the claimed length in cells; it may be off by 1e-4 or by a share of 1e-5, whichever is more.
     """
     if not cells:
         return [Finding(Fault.NO_PATH, "no cells")]
@@ -58,7 +58,7 @@ def check_cells(
     steps = way[1:] - way[:-1]
     jump = np.abs(steps).max(axis=1, initial=0) != 1
     diagonal = (np.abs(steps) == 1).all(axis=1)
-    # the two cells a diagonal step passes between
+    # the two cells between which a diagonal step passes
     beside = ~free[here[:, 0], onward[:, 1]] | ~free[onward[:, 0], here[:, 1]]
     for fault, wrong in (
         (Fault.LEAVES_MAP, outside),
@@ -73,7 +73,7 @@ def check_cells(
 
 
 class Judge:
-    """A judge of paths in metres on one map, for a round footprint."""
+    """A checker of paths in metres on one map, for a round footprint."""
 
     def __init__(self, map: OccupancyMap, radius: float, unknown_free: bool = False) -> None:  # noqa: A002
         kinds = [WALL, OBSTACLE] if unknown_free else [WALL, OBSTACLE, UNKNOWN]
@@ -85,10 +85,10 @@ class Judge:
     def faults(
         self, start: Point, goal: Point, points: Sequence[Point], length: float | None = None, tolerance: float = 1e-6
     ) -> list[Finding]:
-        """Judge a path of points [m, map]; no finding is a good path.
+        """Check a path of points [m, map]; a good path has no findings.
 
-        A start that is nearer to something than the radius is the robot's place, not the path's fault: up to the
-        second point the path may be as near as that, but no nearer. ``tolerance`` [m] is for rounding.
+        A robot may already stand nearer to something than its radius. In this case the path may be as near as its
+        start up to its second point, but no nearer. ``tolerance`` [m] allows for rounding.
         """
         if len(points) < 2 or not all(isfinite(number) for point in points for number in point):
             return [Finding(Fault.NO_PATH, "fewer than two points, or one that is not finite")]
@@ -113,7 +113,7 @@ class Judge:
         return findings + _length(float(line.length), length)
 
     def _room(self, shape: shapely.Geometry) -> float:
-        """Measure to whatever is nearest, the map's edge too [m]."""
+        """Return the distance [m] to the nearest solid cell or map edge."""
         edge = float(shapely.distance(self.floor.exterior, shape))
         if not len(self.solids):
             return edge

@@ -1,6 +1,6 @@
-"""Rays over a grid's solid cells: what the map alone would let a sensor read, and which cells a ray has passed.
+"""Rays over a grid's solid cells: what a sensor would read from the map alone, and which cells a ray has passed.
 
-Cells are walked one boundary after the other (Amanatides and Woo, Eurographics 1987), so that distances are exact.
+A ray visits cells one boundary after the other (Amanatides and Woo, Eurographics 1987), so distances are exact.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from swarm.planning.grid import Grid
 
 @njit("Tuple((i8, i8, f8, f8))(f8, f8)", cache=True)
 def _axis(at: float, along: float) -> tuple[int, int, float, float]:
-    """Begin a walk along one axis: the cell, the step to the next, how far off that is, and how far each further."""
+    """Return a ray's start along one axis: its cell, its step (-1 or 1), the distances to the first boundary and on."""
     cell = floor(at)
     if along == 0.0:
         return cell, -1, inf, inf
@@ -28,9 +28,9 @@ def _axis(at: float, along: float) -> tuple[int, int, float, float]:
 def first_solid(
     solid: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, reach: float, walled: bool
 ) -> float:
-    """Walk from (x, y) along a unit direction; return the distance to the first solid cell, at most ``reach`` [cells].
+    """Return the distance [cells], at most ``reach``, from (x, y) along a unit direction to the first solid cell.
 
-    ``walled``: what lies beyond the grid is solid; else it is free.
+    Everything outside the grid is solid if ``walled``, else free.
     """
     rows, columns = solid.shape
     column, step_x, next_x, wide_x = _axis(x, dx)
@@ -62,10 +62,10 @@ def note(
     most: int,
     solid: int,
 ) -> None:
-    """Count a ray of ``length`` [cells]: the cells it passed are less likely solid, the one it hit more.
+    """Enter a ray of ``length`` [cells] into ``odds``: passed cells become less likely solid, the hit cell more likely.
 
-    Where the cell at its end is not known to be solid, and one at most ``nearer`` [cells] before its end or ``farther``
-    behind it is, it hit that one: a noisy ray that grazes a corner makes no second wall beside it.
+    A noisy ray must not make a second wall beside a known one. So if the cell at the ray's end is not known to be
+    solid, the hit counts for a known solid cell up to ``nearer`` [cells] before the end or ``farther`` behind it.
     """
     rows, columns = odds.shape
     dx, dy = cos(heading), sin(heading)
@@ -113,7 +113,7 @@ def _as_array(angles: tuple[float, ...]) -> NDArray[np.float64]:
 
 
 def each_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> NDArray[np.float64]:
-    """Measure from the centre what the map alone would let rays at body ``angles`` [rad] read: 0..reach [m] each."""
+    """Return the distances [m], 0..reach, from the centre to the map's first solid cells at body ``angles`` [rad]."""
     x, y = grid.to_cells(pose.x, pose.y)
     yaw = pose.yaw - grid.origin.yaw
     found: NDArray[np.float64] = _each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)

@@ -1,15 +1,15 @@
-"""The compiled searches under ``astar``: integers only, so that every process and machine finds the same path.
+"""The compiled searches of ``astar``: integers only, so that every process and machine finds the same path.
 
-A* (Hart, Nilsson & Raphael 1968) with a bucket queue: f never sinks along a path, so what is open lies within a few
-buckets of the current one, and a ring of them takes and gives entries in constant time. Entries of one bucket come
-out last in, first out; a cell whose way there turns out shorter is simply opened again, so that order cannot spoil
+A* (Hart, Nilsson & Raphael 1968) with a bucket queue. f never decreases along a path, so all open entries are within
+a few buckets of the current one. A ring of buckets adds and removes an entry in constant time. Within a bucket the
+last entry comes out first. A cell that is reached by a shorter path is opened again, so this order does not affect
 the optimum.
 
-Lengths: a straight step counts 33461 and a diagonal one 47321. The ratio is a convergent of sqrt 2, hence (best
-approximation) it orders any two paths as the true lengths do unless their diagonal steps differ by 33461 or more,
-and even then errs by less than 3e-10 of the length.
+Lengths: a straight step counts 33461 and a diagonal one 47321. The ratio is a convergent of sqrt 2, that is, a best
+approximation: it orders two paths as their true lengths do, unless their diagonal steps differ by 33461 or more. Even
+then the error is less than 3e-10 of the length.
 
-A cell's search state is one number: query stamp (15 bits), cost so far (40), closed (1), direction it was entered (4).
+A cell's search state is one number: query stamp (15 bits), cost so far (40), closed (1), direction of entry (4).
 """
 
 from collections.abc import Callable
@@ -22,10 +22,10 @@ from swarm.planning.steps import COLUMN_STEP, LOWEST, NATURAL, NONE, ONWARD, ROW
 
 STRAIGHT, DIAGONAL = 33461, 47321
 COARSE_STRAIGHT, COARSE_DIAGONAL = 985, 1393  # the same, where cells have costs
-STAMPS = 1 << 15  # queries until the states have to be cleared
-RING = 64  # buckets; a step may raise f by fewer
-SHIFT = 13  # a bucket is 2^13 / 33461, a quarter of a cell, wide
-COARSE_SHIFT = 15  # for UNIT 64: again a quarter of a cell
+STAMPS = 1 << 15  # number of queries after which the states are cleared
+RING = 64  # buckets; one step raises f by fewer buckets than this
+SHIFT = 13  # width of a bucket: 2^13 / 33461, a quarter of a cell
+COARSE_SHIFT = 15  # the same width for costs with UNIT 64
 NOWHERE = np.int64(1 << 60)
 
 Integers = NDArray[np.int64]
@@ -39,7 +39,7 @@ def _octile(down: int, across: int, straight: int, diagonal: int) -> int:
 
 
 def _compiled(weighted: bool) -> Search:
-    """Compile the search for cells that cost the same, or for cells with costs of their own."""
+    """Return the compiled search, for cells of equal cost or for weighted cells."""
     table = ONWARD if weighted else NATURAL
     shift = COARSE_SHIFT if weighted else SHIFT
     per_straight, per_diagonal = (COARSE_STRAIGHT, COARSE_DIAGONAL) if weighted else (STRAIGHT, DIAGONAL)
@@ -62,11 +62,11 @@ def _compiled(weighted: bool) -> Search:
         entries: Integers,
         counts: Integers,
     ) -> int:
-        """Find the least cost from start to goal, or -1; the way stands in ``state``.
+        """Return the least cost from start to goal, or -1 if there is no path; ``trace`` reads the path from ``state``.
 
-        With costs, a step counts for the mean of its two cells' costs, each at least ``unit`` (and at most 7 of them,
-        for a step may raise f by ``RING`` buckets at most). ``entries`` (n, 2) is room for the queue; ``counts`` gets
-        the cells expanded and the entries the queue needed.
+        With costs, a step counts the mean of its two cells' costs. Each cost is from ``unit`` to 7 * ``unit``, since a
+        step may raise f by at most ``RING`` buckets. ``entries`` (n, 2) is memory for the queue. ``counts`` receives
+        the number of expansions and the number of queue entries needed.
         """
         scale = 2 * unit if weighted else 1
         straight, diagonal = scale * per_straight, scale * per_diagonal
@@ -159,7 +159,7 @@ search_costs = _compiled(weighted=True)
 
 @njit(int64(int64, int64, int64, int64[::1], int64[::1]), cache=True, error_model="numpy")
 def trace(columns: int, start: int, goal: int, state: Integers, cells: Integers) -> int:
-    """Write the way that a search left in ``state`` into ``cells``, backwards; give the number of its steps."""
+    """Write the path of the last search, from goal to start, into ``cells``; return the number of its steps."""
     steps = 0
     u = goal
     cells[0] = u

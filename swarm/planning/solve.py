@@ -1,4 +1,4 @@
-"""What ``swarm plan`` answers: one path drawn and in numbers, or every row of a scenario solved and judged."""
+"""The command ``swarm plan``: one path, drawn and in numbers, or all rows of a MovingAI scenario, each path checked."""
 
 from pathlib import Path
 from statistics import median
@@ -14,23 +14,23 @@ from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from swarm.planning.path_check import Judge, check_cells
 
-WIDE, HIGH = 100, 50  # characters of a drawing, at most
+WIDE, HIGH = 100, 50  # characters: the largest drawing
 
 
 class Answer(NamedTuple):
-    """One path, for people and for programs."""
+    """One planned path, for people and for programs."""
 
     drawing: str
-    numbers: dict[str, object]  # JSON has a word for all of it
+    numbers: dict[str, object]  # only values that JSON has
 
 
 def solve_scen(map_path: Path, scen_path: Path) -> dict[str, float | int]:
-    """Solve every row of a MovingAI scenario: how many rows, how many mismatches, the median time of a search [ms].
+    """Solve every row of a MovingAI scenario; return the number of rows and mismatches and the median search time [ms].
 
-    A mismatch is a row without a path, with another length than stated, or with a path that ``path_check`` faults.
+    A mismatch is a row without a path, with another length than stated, or with a fault that ``path_check`` finds.
 
     Raises:
-        ConfigError: one of the files is not as it has to be.
+        ConfigError: one of the files is not valid.
     """
     map = load_movingai(map_path)  # noqa: A001
     rows = load_scen(scen_path, map)
@@ -60,10 +60,10 @@ def solve_one(
     resolution: float | None = 0.1,
     unknown_free: bool = False,
 ) -> Answer:
-    """Plan one path [m, map frame] for a disc of ``radius`` [m], judge it, and draw it.
+    """Plan one path [m, map frame] for a disc of ``radius`` [m], check it, and draw it.
 
     Raises:
-        ConfigError: a length that is none.
+        ConfigError: a length is not valid.
     """
     began = perf_counter()
     grid = Grid.grown(map, radius, margin, resolution, unknown_free)
@@ -93,7 +93,7 @@ def solve_one(
 
 
 def draw(map: OccupancyMap, marks: list[tuple[list[Point], str]]) -> str:  # noqa: A002
-    """Draw what is known of a map, its top first: '#' wall, 'o' obstacle, '?' unknown, '.' free, and marks over it."""
+    """Draw a map with the top first: '#' wall, 'o' obstacle, '?' unknown, '.' free; marks are drawn over it."""
     shown = np.argwhere(map.cells != UNKNOWN)
     low, high = (shown.min(axis=0), shown.max(axis=0) + 1) if len(shown) else (np.zeros(2, int), np.array(map.shape))
     step = max(1, -(-int(high[1] - low[1]) // WIDE), -(-int(high[0] - low[0]) // HIGH))
@@ -119,10 +119,10 @@ def _reason(grid: Grid, start: Point, goal: Point) -> str:
     for name, point in (("start", start), ("goal", goal)):
         row, column = grid.cell_of(*point)
         if not (0 <= row < grid.shape[0] and 0 <= column < grid.shape[1]):
-            return f"the {name} ({point[0]:g}, {point[1]:g}) lies outside the map"
+            return f"the {name} ({point[0]:g}, {point[1]:g}) is outside the map"
         if grid.solid[row, column]:
-            return f"the {name} ({point[0]:g}, {point[1]:g}) lies in something solid"
+            return f"the {name} ({point[0]:g}, {point[1]:g}) is in a solid cell"
     room = grid.room_at(*goal)
     if room < grid.radius:
-        return f"the goal is {room:.3f} m from something solid, nearer than the robot's radius of {grid.radius:g} m"
-    return f"nothing leads from start to goal with {grid.radius:g} m of room on either side"
+        return f"the goal is {room:.3f} m from a solid cell, less than the robot's radius of {grid.radius:g} m"
+    return f"no passage from start to goal is wide enough for a robot with a radius of {grid.radius:g} m"

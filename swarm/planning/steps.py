@@ -1,4 +1,4 @@
-"""The eight steps of a grid, numbered in one place, and what follows from their order."""
+"""The eight steps of a grid, their numbers, and tables that follow from these numbers."""
 
 import numpy as np
 from numba import njit, uint8, void
@@ -6,16 +6,16 @@ from numpy.typing import NDArray
 
 Bits = NDArray[np.uint8]
 
-# direction k turns left by 45 degrees each: east, north-east, north ... (even: straight, odd: diagonal)
+# direction k points k * 45 degrees to the left of east: east, north-east, north ... (even: straight, odd: diagonal)
 ROW_STEP = np.array([0, 1, 1, 1, 0, -1, -1, -1], np.int64)
 COLUMN_STEP = np.array([1, 1, 0, -1, -1, -1, 0, 1], np.int64)
-NONE = 8  # the start was entered from nowhere
+NONE = 8  # direction of entry of the start, which has no parent
 
 
 def _natural() -> Bits:
-    """Tabulate, by direction of entry and legal moves, the moves worth trying on a grid where all cells cost the same.
+    """Return the table of moves worth trying, by direction of entry and legal moves, if all cells cost the same.
 
-    What the parent reaches as cheaply by itself, or by going diagonally first, needs no second way through this cell
+    A cell that the parent reaches as cheaply without this cell, or by a diagonal step first, is not tried from here
     (Harabor & Grastien 2011; Sturtevant & Rabin 2016, canonical orderings; here without corner cutting).
     """
     table = np.zeros((9, 256), np.uint8)
@@ -27,7 +27,7 @@ def _natural() -> Bits:
                 worth |= {entered + 1, entered - 1}
             else:
                 for side in (1, -1):
-                    # stepping back diagonally is legal: so is the parent's own step to the cell beside this one
+                    # if the diagonal step back is legal, the parent itself can step to the cell beside this one
                     if not moves >> (entered + 3 * side) % 8 & 1:
                         worth |= {entered + side, entered + 2 * side}
             table[entered, moves] = moves & sum(1 << k % 8 for k in worth)
@@ -35,7 +35,7 @@ def _natural() -> Bits:
 
 
 def _onward() -> Bits:
-    """Tabulate the same where cells differ: all legal moves but the one straight back."""
+    """Return the table of moves worth trying if cells have different costs: all legal ones except straight back."""
     table = np.tile(np.arange(256, dtype=np.uint8), (9, 1))
     for entered in range(8):
         table[entered] &= 255 & ~(1 << (entered + 4) % 8)
@@ -43,7 +43,7 @@ def _onward() -> Bits:
 
 
 def _lowest() -> NDArray[np.int64]:
-    """Tabulate which bit a power of two below 256 is."""
+    """Return the table of bit numbers of the powers of two below 256."""
     table = np.zeros(256, np.int64)
     for k in range(8):
         table[1 << k] = k
@@ -57,7 +57,7 @@ ONWARD = _onward()
 
 @njit(void(uint8[:, ::1], uint8[:, ::1]), cache=True, error_model="numpy")
 def legal_moves(free: Bits, moves: Bits) -> None:
-    """Fill ``moves``: bit k set where a step in direction k meets free cells only and cuts no corner."""
+    """Fill ``moves``: bit k is set where a step in direction k is between free cells and cuts no corner."""
     rows, columns = free.shape
     padded = np.zeros((rows + 2, columns + 2), np.uint8)
     for row in range(rows):

@@ -1,8 +1,8 @@
-"""May a disc travel a straight line? Answered exactly, against the solid squares themselves.
+"""Exact tests whether a disc can move along a straight line between the solid squares of a grid.
 
-Coordinates here are cells: the square of cell (row, column) is [column, column + 1] x [row, row + 1]; outside the
-array everything is solid. Where the disc already stands too near something at the line's beginning, it may travel on
-as long as it comes no nearer to anything than that.
+Coordinates are in cells: the square of cell (row, column) is [column, column + 1] x [row, row + 1]. Everything outside
+the array is solid. If the disc is too near something at the start of the line already, it may move as long as it comes
+no nearer to anything.
 """
 
 from math import floor, hypot
@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from swarm.planning.steps import COLUMN_STEP, ROW_STEP
 
-TOLERANCE = 1e-9  # cells: what rounding may add up to
-ROUGH = 1e-3  # cells: more than a float32 clearance is off by
+TOLERANCE = 1e-9  # cells: more than the sum of rounding errors
+ROUGH = 1e-3  # cells: more than the rounding error of a float32 clearance
 
 Solid = NDArray[np.uint8]
 Metres = NDArray[np.float32]
-Discs = NDArray[np.float64]  # (count, 3): x, y, radius plus the robot's own, in cells
+Discs = NDArray[np.float64]  # (count, 3): x, y, sum of the disc's and the robot's radius; all in cells
 
 
 @njit(float64(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
 def point_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Measure from a point to a segment."""
+    """Return the distance from a point to a segment."""
     dx, dy = bx - ax, by - ay
     square = dx * dx + dy * dy
     t = ((x - ax) * dx + (y - ay) * dy) / square if square > 0.0 else 0.0
@@ -33,7 +33,7 @@ def point_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float
 
 @njit(float64(float64, float64, float64, float64), cache=True, error_model="numpy")
 def point_square(x: float, y: float, column: float, row: float) -> float:
-    """Measure from a point to a cell's square."""
+    """Return the distance from a point to a cell's square."""
     dx = max(column - x, 0.0, x - column - 1.0)
     dy = max(row - y, 0.0, y - row - 1.0)
     return hypot(dx, dy)
@@ -41,7 +41,7 @@ def point_square(x: float, y: float, column: float, row: float) -> float:
 
 @njit(boolean(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
 def crosses(ax: float, ay: float, bx: float, by: float, column: float, row: float) -> bool:
-    """Return True if a segment meets a cell's square: its axes and the segment's normal separate, or nothing."""
+    """Return True if a segment meets a cell's square (separating axes: those of the square, the segment's normal)."""
     if max(ax, bx) < column or min(ax, bx) > column + 1.0 or max(ay, by) < row or min(ay, by) > row + 1.0:
         return False
     dx, dy = bx - ax, by - ay
@@ -51,7 +51,7 @@ def crosses(ax: float, ay: float, bx: float, by: float, column: float, row: floa
 
 @njit(float64(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
 def segment_square(ax: float, ay: float, bx: float, by: float, column: float, row: float) -> float:
-    """Measure from a segment to a cell's square."""
+    """Return the distance from a segment to a cell's square."""
     if crosses(ax, ay, bx, by, column, row):
         return 0.0
     near = min(point_square(ax, ay, column, row), point_square(bx, by, column, row))
@@ -76,16 +76,16 @@ def sweep(
     by: float,
     radius: float,
 ) -> bool:
-    """Return True if a disc of ``radius`` cells may travel from a to b [cells]."""
+    """Return True if a disc of ``radius`` cells can move from a to b [cells]."""
     rows, columns = solid.shape
     if not (0.0 <= ax < columns and 0.0 <= ay < rows and 0.0 <= bx < columns and 0.0 <= by < rows):
         return False
     for k in range(discs.shape[0]):
         x, y = discs[k, 0], discs[k, 1]
-        # to their discs it keeps its own radius, which is in discs already, whatever ``radius`` asks of walls
+        # ``radius`` applies to walls only: ``discs`` already include the robot's own radius
         if point_segment(x, y, ax, ay, bx, by) < min(discs[k, 2], hypot(x - ax, y - ay)) - TOLERANCE:
             return False
-    radius = max(radius, ROUGH)  # a point may not pass through walls either
+    radius = max(radius, ROUGH)  # a robot of radius 0 may not pass through walls either
     keep = radius
     if clearance[int(ay), int(ax)] / resolution < radius + 1.0:
         for r in range(floor(ay - radius), floor(ay + radius) + 1):
@@ -102,7 +102,7 @@ def sweep(
         px, py = ax + t * (bx - ax), ay + t * (by - ay)
         row, column = min(int(py), rows - 1), min(int(px), columns - 1)
         spare = clearance[row, column] / resolution - hypot(px - column - 0.5, py - row - 0.5) - radius - ROUGH
-        if spare > 0.0:  # nothing within ``spare`` of here can be touched
+        if spare > 0.0:  # the disc touches nothing within the next ``spare`` cells
             done += max(spare, ROUGH)
             if done >= length:
                 return True
@@ -151,12 +151,12 @@ def find_moves(
     c1: int,
     moves: Solid,
 ) -> None:
-    """Fill ``moves`` of the cells in rows [r0, r1) and columns [c0, c1): bit k set where a step in direction k may go.
+    """Fill ``moves`` in rows [r0, r1) and columns [c0, c1): bit k is set where a step in direction k is legal.
 
-    It may: both cells free, no corner cut, and the disc touches nothing on the way between the centres either.
+    A step is legal if both cells are free, it cuts no corner, and the disc touches nothing between the two centres.
     """
     rows, columns = free.shape
-    # between two centres, each ``d`` from a corner and at most sqrt 2 apart, the distance is at least sqrt(d^2 - 1/2)
+    # if two centres are at most sqrt 2 apart and each is ``d`` from a corner, their segment is sqrt(d^2 - 1/2) from it
     safe = (radius * radius + 0.5) ** 0.5 + ROUGH
     for row in range(r0, r1):
         for column in range(c0, c1):
@@ -169,7 +169,7 @@ def find_moves(
                     if k & 1 and not (free[row, c] and free[r, column]):
                         continue
                     if min(clearance[row, column], clearance[r, c]) < safe * resolution:
-                        # always from the same end, so that a step and its way back agree
+                        # always test from the same end, so that a step and its reverse agree
                         x, y, u, v = column + 0.5, row + 0.5, c + 0.5, r + 0.5
                         if k >= 4:
                             x, y, u, v = u, v, x, y
@@ -205,11 +205,11 @@ def pull(
     comfort: float,
     ahead: int,
 ) -> NDArray[np.int64]:
-    """Choose the points of the shortest polyline through ``points`` (n, 2), in order, skipping what may be skipped.
+    """Return the indices of the shortest free polyline from the first to the last of ``points`` (n, 2), in their order.
 
-    ``room[i]`` is the least clearance of the given way from point i to point i + 1; a shortcut past several keeps the
-    least of theirs, but no more than ``comfort`` and no less than ``radius``. At most ``ahead`` points are skipped at
-    once. All in cells.
+    ``room[i]`` is the least clearance of the given path between points i and i + 1. A shortcut keeps the least of the
+    clearances that it replaces, limited to ``radius`` .. ``comfort``. One shortcut skips at most ``ahead`` points. All
+    lengths are in cells.
     """
     count = points.shape[0]
     best = np.full(count, np.inf)
@@ -222,9 +222,9 @@ def pull(
         for i in range(j - 1, first - 1, -1):
             least = min(least, room[i])
             keep[i] = max(radius, least)
-        for i in range(first, j):  # the farthest first: what it allows rarely gets shorter
+        for i in range(first, j):  # the farthest first: a nearer point rarely gives a shorter polyline
             ax, ay, bx, by = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
-            total = best[i] + hypot(bx - ax, by - ay) + 1e-6  # of equals, the one with fewer points
+            total = best[i] + hypot(bx - ax, by - ay) + 1e-6  # 1e-6: of equal lengths, fewer points win
             if total < best[j] and (i == j - 1 or sweep(solid, clearance, resolution, discs, ax, ay, bx, by, keep[i])):
                 best[j] = total
                 back[j] = i

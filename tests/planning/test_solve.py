@@ -29,9 +29,9 @@ def test_one_path_is_drawn_and_fits_json() -> None:
 @pytest.mark.parametrize(
     ("start", "goal", "reason"),
     [
-        ((9.0, 9.0), (3.0, 1.0), "the start (9, 9) lies outside"),
-        ((1.0, 1.0), (0.1, 0.1), "the goal (0.1, 0.1) lies in something solid"),
-        ((1.0, 1.0), (1.0, 0.6), "0.100 m from something solid"),
+        ((9.0, 9.0), (3.0, 1.0), "the start (9, 9) is outside"),
+        ((1.0, 1.0), (0.1, 0.1), "the goal (0.1, 0.1) is in a solid cell"),
+        ((1.0, 1.0), (1.0, 0.6), "0.100 m from a solid cell"),
     ],
 )
 def test_why_there_is_no_path(start: tuple[float, float], goal: tuple[float, float], reason: str) -> None:
@@ -43,7 +43,7 @@ def test_why_there_is_no_path(start: tuple[float, float], goal: tuple[float, flo
 
 def test_a_passage_too_narrow_is_said_so() -> None:
     answer = solve_one(from_text("...#...\n.......\n...#...", 0.5), (0.75, 0.75), (2.75, 0.75), radius=0.3)
-    assert "0.3 m of room" in str(answer.numbers["reason"])
+    assert "with a radius of 0.3 m" in str(answer.numbers["reason"])
 
 
 def test_large_maps_are_drawn_coarser() -> None:
