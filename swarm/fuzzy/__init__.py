@@ -1,4 +1,4 @@
-"""The paper's fuzzy controller: Mamdani min-max inference with the exact centroid, its rules in data files."""
+"""The paper's fuzzy controller: Mamdani min-max inference with the exact centroid; its rules are data files."""
 
 from swarm.fuzzy.controller import ControlInputError, Controller
 from swarm.fuzzy.explanation import Explanation, FiredRule

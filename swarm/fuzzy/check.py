@@ -1,4 +1,4 @@
-"""Plain builtins to the words of `vocabulary`, each refusal saying where, what was expected, what came, what to do."""
+"""Checks a profile's builtins and returns the types of `vocabulary`; each error says where, and what was expected."""
 
 import re
 from collections.abc import Collection, Iterable
@@ -10,10 +10,10 @@ from swarm.errors import ConfigError, nearest
 from swarm.fuzzy.kernel import TERMS
 from swarm.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Slowing, Term, Variable, Weighing
 
-# What a variable is measured in, and the universe it may have at most.
+# The unit of each variable, and its largest universe.
 QUANTITIES = dict.fromkeys(INPUTS, ("m", 0.0, 1000.0)) | dict.fromkeys(OUTPUTS, ("m/s", -20.0, 20.0))
 QUANTITIES["head_ang"] = ("degrees", -180.0, 180.0)
-NARROWEST = 1e-6  # of a consequent's support, for its centroid's sake
+NARROWEST = 1e-6  # m/s: least width of a consequent's support; a narrower one has no usable centroid
 
 _INFINITIES = {"-inf": -inf, "inf": inf, "+inf": inf}
 
@@ -21,9 +21,9 @@ _INFINITIES = {"-inf": -inf, "inf": inf, "+inf": inf}
 def mapping(
     value: object, where: str, required: Iterable[str] = (), optional: Iterable[str] = (), example: str = "paper"
 ) -> dict[str, object]:
-    """Take a mapping with exactly these keys, or with any words as keys when none are named.
+    """Check a mapping: it has exactly the named keys, or, if none are named, any words as keys.
 
-    ``example`` is a built-in profile that has all of them.
+    ``example`` is a built-in profile that has all these keys; the error text names it.
     """
     required, optional = tuple(required), tuple(optional)
     if not isinstance(value, dict) or not value:
@@ -43,18 +43,18 @@ def mapping(
 
 
 def text(value: object, where: str) -> str:
-    """Take a text that is not empty."""
+    """Check a text: it is not empty."""
     if not isinstance(value, str) or not value.strip():
         raise ConfigError(f"{where}: expected text, got {shown(value)}")
     return value
 
 
 def variable(value: object, name: str, where: str) -> Variable:
-    """Take a variable: in the unit it comes in, each of its terms reached within its universe."""
+    """Check a variable: its unit, its universe, and that each of its terms is reached within the universe."""
     fields = mapping(value, where, ("unit", "universe", "terms"))
     unit, least, most = QUANTITIES[name]
     if fields["unit"] != unit:
-        raise ConfigError(f"{where}.unit: expected {unit!r}, got {shown(fields['unit'])}; nothing is converted")
+        raise ConfigError(f"{where}.unit: expected {unit!r}, got {shown(fields['unit'])}; units are not converted")
     low, high = numbers(fields["universe"], f"{where}.universe", "[low, high]", 2)
     if not least <= low < high <= most:
         raise ConfigError(
@@ -71,7 +71,7 @@ def variable(value: object, name: str, where: str) -> Variable:
 
 def _term(value: object, name: str, where: str, low: float, high: float, output: bool) -> Term:
     if name == ANY:
-        raise ConfigError(f"{where}: in a rule {ANY!r} means whatever the input is; give the term another name")
+        raise ConfigError(f"{where}: in a rule {ANY!r} matches every input; give the term another name")
     a, b, c, d = corners = numbers(value, where, "a trapezoid [a, b, c, d]", 4)
     got = f"got [{', '.join(f'{corner:g}' for corner in corners)}]"
     if any(left > right for left, right in pairwise(corners)):
@@ -88,7 +88,7 @@ def _term(value: object, name: str, where: str, low: float, high: float, output:
 
 
 def numbers(value: object, where: str, form: str, count: int) -> list[float]:
-    """Take a list of so many numbers; -inf and inf may be written as words, NaN may not come."""
+    """Check a list of ``count`` numbers; the words -inf and inf are allowed, NaN is not."""
     if not isinstance(value, list | tuple) or len(value) != count:
         raise ConfigError(f"{where}: expected {form}, got {shown(value)}")
     checked = []
@@ -108,7 +108,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def behaviour(value: object, name: str, where: str, variables: dict[str, Variable]) -> Behaviour:
-    """Take a behaviour's table: a header line, then one rule a line; # begins a comment."""
+    """Check a behaviour's table: a header line, then one rule per line; # begins a comment."""
     lines = [re.split(r"[\s,|]+", line.partition("#")[0].strip(" \t,|")) for line in text(value, where).splitlines()]
     header, *rows = [cells for cells in lines if cells != [""]] or [[""]]
     columns = tuple(header[1:])
@@ -122,13 +122,13 @@ def behaviour(value: object, name: str, where: str, variables: dict[str, Variabl
             f"got {' '.join(header)!r}" + (f"; add {', '.join(missing)}" if missing else "")
         )
     if not rows:
-        raise ConfigError(f"{where}: expected one rule a line below the header, got none")
+        raise ConfigError(f"{where}: expected one rule per line below the header, got none")
     rules: dict[int, Rule] = {}
     antecedents: dict[tuple[str, ...], int] = {}
     for cells in rows:
         rule = _rule(cells, columns, where, variables)
         if rule.number in rules:
-            raise ConfigError(f"{where}: rule {rule.number} is there twice; number each rule once")
+            raise ConfigError(f"{where}: rule {rule.number} appears twice; give each rule its own number")
         key = tuple(term for column, term in zip(columns, rule.terms, strict=True) if column in INPUTS)
         if key in antecedents:
             raise ConfigError(
@@ -152,16 +152,16 @@ def _rule(cells: list[str], columns: tuple[str, ...], where: str, variables: dic
     for column, term in zip(columns, cells[1:], strict=True):
         known = variables[column].names() + ((ANY,) if column in INPUTS else ())
         if term not in known:
-            raise ConfigError(f"{where}: {term!r} is no term of {column}; {nearest(term, known)}")
+            raise ConfigError(f"{where}: {term!r} is not a term of {column}; {nearest(term, known)}")
     return Rule(int(cells[0]), tuple(cells[1:]))
 
 
 def weighing(value: object, where: str, behaviours: Collection[str], inputs: dict[str, Variable]) -> Weighing | None:
-    """Take how two behaviours share the wheels; ``none`` when there is one."""
+    """Check how two behaviours share the wheels; one behaviour alone has ``none``."""
     if len(behaviours) == 1:
         if value != "none":
             raise ConfigError(
-                f"{where}: expected 'none' with one behaviour, got {shown(value)}; add a behaviour or weigh none"
+                f"{where}: expected 'none' with one behaviour, got {shown(value)}; add a behaviour or write 'none'"
             )
         return None
     fields = mapping(value, where, ("behaviour", "yields_to", "when"))
@@ -179,13 +179,13 @@ def weighing(value: object, where: str, behaviours: Collection[str], inputs: dic
             raise ConfigError(f"{where}.when: unknown input {name!r}; {nearest(name, inputs)}")
         if text(term, f"{where}.when.{name}") not in inputs[name].names():
             raise ConfigError(
-                f"{where}.when: {term!r} is no term of {name}; {nearest(str(term), inputs[name].names())}"
+                f"{where}.when: {term!r} is not a term of {name}; {nearest(str(term), inputs[name].names())}"
             )
     return Weighing(names[0], names[1], tuple((name, str(term)) for name, term in when.items()))
 
 
 def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
-    """Take how both speeds fall with the nearest distance."""
+    """Check how both speeds decrease with the nearest distance."""
     names = ("near", "far", "least")
     fields = mapping(value, where, names, example="careful")
     checked = []
@@ -199,7 +199,7 @@ def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
     if not 0.0 <= near < far <= most:
         raise ConfigError(
             f"{where}: expected 0 <= near < far <= {most:g} m, got near {near:g}, far {far:g}; "
-            "up to near a robot is slowest, from far on it drives as the tables say"
+            "below near a robot is slowest, above far it drives at the tables' speeds"
         )
     if not 0.0 < least < 1.0:
         raise ConfigError(
@@ -210,6 +210,6 @@ def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
 
 
 def shown(value: object) -> str:
-    """Show a value in an error, cut to a length a line can bear."""
+    """Return a value as text for an error, at most 60 characters."""
     words = "nothing" if value is None else repr(value)
     return words if len(words) <= 60 else f"{words[:57]}..."

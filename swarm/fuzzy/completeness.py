@@ -1,4 +1,4 @@
-"""Completeness of a rule base: wherever a behaviour weighs anything, a rule of it fires."""
+"""Completeness of a rule base: wherever a behaviour has a weight above 0, at least one of its rules fires."""
 
 from itertools import pairwise
 from math import isfinite
@@ -12,15 +12,18 @@ from swarm.fuzzy.vocabulary import ANY, INPUTS, Behaviour, Variable, Weighing
 def check_no_gap(
     behaviour: Behaviour, inputs: dict[str, Variable], weighing: Weighing | None, first: bool, where: str
 ) -> None:
-    """Refuse a behaviour that leaves a point of the input space without a rule, and name such a point.
+    """Check that some rule of a behaviour fires at every point of the input space where the behaviour has weight.
 
-    Exact, not sampled: between neighbouring corners of its terms a variable's set of active terms does not change, so
-    the corners and one point between each two stand for the whole universe. A behaviour need not cover where its weight
-    is 0: the ``first`` one weighs w = min(1 - membership) over the weighing's conditions, the other 1 - w.
+    The check is exact, not sampled: between neighbouring corners of its terms a variable's set of active terms does not
+    change, so the corners and one point between each two represent the whole universe. The ``first`` behaviour has the
+    weight w = min(1 - membership) over the weighing's conditions, the other one 1 - w.
+
+    Raises:
+        ConfigError: no rule fires at some point; the text names the point.
     """
     conditions = dict(weighing.when) if weighing else {}
     points = {name: _points(inputs[name]) for name in INPUTS}
-    # Whether a rule's antecedent holds at a point of an input, (points, rules), and which points take weight from w.
+    # Per input: does a rule's antecedent hold at a point, (points, rules), and which points reduce w.
     holds, takes, takes_all = {}, {}, {}
     for name in INPUTS:
         terms = {term.name: term for term in inputs[name].terms}
@@ -48,7 +51,7 @@ def check_no_gap(
 
 
 def _points(variable: Variable) -> list[float]:
-    """List points of a universe, one for each set of active terms it has, and of terms that hold in full."""
+    """Return points of a universe: one for each set of active terms, and for each set of terms of membership 1."""
     corners = {x for term in variable.terms for x in (term.a, term.b, term.c, term.d) if isfinite(x)}
     inside = sorted({variable.low, variable.high} | {x for x in corners if variable.low < x < variable.high})
     candidates = sorted(inside + [(a + b) / 2 for a, b in pairwise(inside)])

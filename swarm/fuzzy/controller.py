@@ -1,4 +1,4 @@
-"""The controller: a profile, ready to be asked."""
+"""The controller: inference over a profile."""
 
 from math import isfinite
 
@@ -14,13 +14,13 @@ from swarm.fuzzy.vocabulary import INPUTS
 
 
 class ControlInputError(SwarmError, ValueError):
-    """A distance or bearing no sensor can mean: not a number, infinite, or a negative distance."""
+    """An input that no sensor can measure: not a number, infinite, or a negative distance."""
 
 
 class Controller:
     """Mamdani min-max inference with the exact centroid (Mamdani and Assilian 1975), over any `Profile`.
 
-    It has no state: equal inputs give equal speeds, bit for bit, in any process.
+    It is stateless: equal inputs give equal speeds, bit for bit, in any process.
     """
 
     def __init__(self, profile: Profile) -> None:
@@ -32,11 +32,11 @@ class Controller:
         return Controller, (self.profile,)
 
     def wheel_speeds(self, left: float, front: float, right: float, heading_deg: float) -> tuple[float, float]:
-        """Infer the rim speeds of the left and right wheel [m/s].
+        """Return the rim speeds (left, right) [m/s].
 
-        ``left``, ``front`` and ``right`` are free distances from the robot's edge [m], clipped to the profile's
-        universe; ``heading_deg`` is the bearing of the target [degrees], positive when it is to the RIGHT (the paper's
-        sign, the opposite of REP-103), taken into -180..180.
+        ``left``, ``front`` and ``right`` are free distances from the robot's edge [m]; they are clipped to the
+        profile's universe. ``heading_deg`` is the bearing of the target [degrees], positive to the RIGHT (the paper's
+        sign, the opposite of REP-103); it is wrapped into -180..180.
 
         Raises:
             ControlInputError: an input is NaN or infinite, or a distance is negative.
@@ -47,7 +47,7 @@ class Controller:
         return left_v, right_v
 
     def explain(self, left: float, front: float, right: float, heading_deg: float) -> Explanation:
-        """Infer as `wheel_speeds` does, and say why: memberships, the behaviours' weights, the rules that fired.
+        """Return the speeds of `wheel_speeds` and why: memberships, the behaviours' weights, the rules that fired.
 
         Raises:
             ControlInputError: as `wheel_speeds`.
@@ -58,10 +58,10 @@ class Controller:
         return self._explainer.explain((left, front, right, heading_deg), left_v, right_v, w)
 
     def wheel_speeds_many(self, inputs: ArrayLike) -> NDArray[np.float64]:
-        """Infer for rows of left, front, right [m], heading [degrees], shape (n, 4): left_v, right_v [m/s], (n, 2).
+        """Return left_v, right_v [m/s], (n, 2), for rows of left, front, right [m], heading [degrees], (n, 4).
 
         Raises:
-            ControlInputError: as `wheel_speeds`, naming the first such row.
+            ControlInputError: as `wheel_speeds`; the text names the first such row.
         """
         rows = np.ascontiguousarray(inputs, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != len(INPUTS):
@@ -76,11 +76,11 @@ class Controller:
 
 
 def refusal(left: float, front: float, right: float, heading_deg: float) -> ControlInputError:
-    """Return a sentence on the input that cannot be."""
+    """Return the error for the first input that is not valid."""
     named = zip(INPUTS, (left, front, right, heading_deg), strict=True)
     for name, value in named:
         if not isfinite(value):
-            return ControlInputError(f"{name}: expected a finite number, got {value!r}; is the sensor alive?")
+            return ControlInputError(f"{name}: expected a finite number, got {value!r}; check the sensor")
         if name != "head_ang" and value < 0:
             return ControlInputError(f"{name}: expected a distance >= 0 m, got {value!r}")
-    raise AssertionError("every input is sound")
+    raise AssertionError("expected an input that is not valid")

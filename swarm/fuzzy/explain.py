@@ -1,4 +1,4 @@
-"""What `swarm explain LEFT FRONT RIGHT HEADING` prints and draws."""
+"""The command `swarm explain LEFT FRONT RIGHT HEADING`: what it prints and draws."""
 
 import json
 from pathlib import Path
@@ -18,13 +18,13 @@ def explain(
     as_json: bool = False,
     surface_png: str | Path | None = None,
 ) -> str:
-    """Return why the wheels would turn as they do, in words or as JSON; draw the control surface about it if asked.
+    """Return the wheel speeds and why, in words or as JSON; draw the control surface around this point if asked.
 
-    Distances in metres; the bearing in degrees, positive to the right. The surface is drawn over head_ang and
-    front_obs, the other two inputs as given.
+    Distances are in metres; the bearing is in degrees, positive to the right. The surface is drawn over head_ang and
+    front_obs; the other two inputs keep the given values.
 
     Raises:
-        ConfigError: the profile is not one, or the picture cannot be written.
+        ConfigError: the profile is not valid, or the picture cannot be written.
         ControlInputError: an input is NaN or infinite, or a distance is negative.
     """
     controller = Controller(load_profile(profile))

@@ -1,4 +1,4 @@
-"""Why the wheels turn as they do: memberships, weights, and the rules that fired, in words."""
+"""Explanation of one inference: memberships, weights, and the rules that fired, in words."""
 
 from dataclasses import asdict, dataclass
 
@@ -9,7 +9,7 @@ from swarm.fuzzy.vocabulary import ANY, INPUTS
 
 @dataclass(frozen=True, slots=True)
 class FiredRule:
-    """A rule whose every antecedent held to some degree, in a behaviour that weighs something."""
+    """A rule whose antecedents all have a membership above 0, in a behaviour whose weight is above 0."""
 
     behaviour: str
     rule: int  # its number in the behaviour's table
@@ -19,25 +19,25 @@ class FiredRule:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """One inference, laid open."""
+    """One inference with all its intermediate results."""
 
     profile: str
-    inputs: dict[str, float]  # m and degrees (right positive), as the terms met them: clipped to the universe
+    inputs: dict[str, float]  # m and degrees (right positive), clipped to the universe
     units: dict[str, str]
     memberships: dict[str, dict[str, float]]  # input, term: 0..1
-    weights: dict[str, float]  # behaviour: share of the wheels, together 1
+    weights: dict[str, float]  # behaviour: share of the wheels; they sum to 1
     rules: tuple[FiredRule, ...]  # strongest first within each behaviour
-    slowing: float  # 0..1, what both speeds were multiplied by
+    slowing: float  # 0..1, factor of both speeds
     left_v: float  # m/s
     right_v: float  # m/s
 
     @property
     def weight(self) -> float:
-        """Take w, the first behaviour's share: in the paper's profile goal seeking's."""
+        """Weight w of the first behaviour, 0..1: goal seeking in the paper's profile."""
         return next(iter(self.weights.values()))
 
     def to_json_dict(self) -> dict[str, object]:
-        """Return builtins: left_v, right_v, weight, weights, slowing, rules, memberships, inputs, profile."""
+        """Return the explanation as builtins: left_v, right_v, weight, weights, slowing, rules and so on."""
         return {
             "left_v": self.left_v,
             "right_v": self.right_v,
@@ -51,7 +51,7 @@ class Explanation:
         }
 
     def text(self) -> str:
-        """Lay it out for a terminal."""
+        """Return the explanation as lines for a terminal."""
         lines = [f"profile {self.profile}", ""]
         for name, memberships in self.memberships.items():
             labels = "  ".join(f"{term} {value:.2f}" for term, value in memberships.items() if value > 0)
@@ -70,7 +70,7 @@ class Explanation:
 
 
 class Explainer:
-    """A profile's rules with their words and antecedents looked up once, so that explaining is cheap."""
+    """A profile's rules with their words and antecedents, looked up once, so that each explanation is cheap."""
 
     def __init__(self, profile: Profile) -> None:
         self._profile = profile
@@ -84,7 +84,7 @@ class Explainer:
             self._rules.append((behaviour.name, rows))
 
     def explain(self, values: tuple[float, ...], left_v: float, right_v: float, w: float) -> Explanation:
-        """Lay one inference open: the four inputs as given, and what the kernel made of them."""
+        """Return the explanation of one inference: four inputs as given, and the kernel's speeds [m/s] and weight w."""
         *distances, heading = values
         variables, slow = self._profile.inputs, self._profile.slowing
         inputs = {

@@ -1,7 +1,7 @@
 """The compiled inference: Mamdani min-max with the exact centroid, over the flat arrays of `tables`.
 
-Compiled at import from explicit signatures and cached on disk; no fast-math, so that the same inputs give the same bits
-in every process, and in plain Python too.
+numba compiles it at import from explicit signatures and caches it on disk. There is no fast-math, so the same inputs
+give the same bits in every process, and in plain Python too.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 if TYPE_CHECKING:
 
     def njit(signature: str, *, cache: bool) -> Callable[[_F], _F]:
-        """Compile, as numba does; typed here because numba is not."""
+        """Compile as numba's njit does; this declaration adds the types that numba lacks."""
         ...
 
 else:
@@ -25,13 +25,13 @@ else:
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-TERMS = 9  # most of one variable: a bit a term and input must fit the rules' masks of 63
+TERMS = 9  # largest number of terms of one variable: one bit per term and input must fit a rule's mask of 63 bits
 TABLES = "f8[:,::1], f8[:,:,::1], i8[:,::1], i8[::1], i8[:,::1], f8[:,::1], f8[::1]"
 
 
 @njit("f8(f8, f8, f8, f8, f8)", cache=True)
 def membership(x: float, a: float, b: float, c: float, d: float) -> float:
-    """Evaluate the trapezoid (a, b, c, d) at x, as `Term.membership` does."""
+    """Return the membership [0..1] of x in the trapezoid (a, b, c, d), as `Term.membership` does."""
     if x < b:
         return (x - a) / (b - a) if x > a else 0.0
     if x > c:
@@ -41,7 +41,7 @@ def membership(x: float, a: float, b: float, c: float, d: float) -> float:
 
 @njit("f8(f8)", cache=True)
 def within_half_turn(heading: float) -> float:
-    """Return the same direction within -180..180 [degrees]."""
+    """Return the same direction [degrees] within -180..180."""
     if abs(heading) <= 180.0:
         return heading
     heading %= 360.0
@@ -50,9 +50,10 @@ def within_half_turn(heading: float) -> float:
 
 @njit("f8(i8, i8, i8, i8[:,::1], f8[:,::1], f8[::1])", cache=True)
 def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Floats, scratch: Floats) -> float:
-    """Defuzzify: the centroid of an output's clipped and joined consequents, by the closed form of `tables.pieces_of`.
+    """Return the centroid of an output's clipped and joined consequents, by the closed form of `tables.pieces_of`.
 
-    ``scratch`` holds the heights the terms are clipped at from ``levels`` on, and room to work from ``heights`` on.
+    From index ``levels`` on, ``scratch`` holds the heights at which the terms are clipped; from ``heights`` on it is
+    working memory.
     """
     area, moment = 0.0, 0.0
     for k in range(pieces.shape[0]):
@@ -71,9 +72,9 @@ def centroid(output: int, levels: int, heights: int, pieces: Integers, areas: Fl
 
 @njit("f8(f8, f8, f8, f8)", cache=True)
 def slowing_factor(nearest: float, near: float, far: float, least: float) -> float:
-    """Return what both speeds are multiplied by: ``least`` up to ``near`` [m], 1 from ``far`` [m] on, linear between.
+    """Return the factor of both speeds: ``least`` up to ``near`` [m], 1 from ``far`` [m] on, linear in between.
 
-    `infer_into` ends with it, so whoever asks the tables gets the same speeds.
+    `infer_into` applies it, so every caller gets the slowed speeds.
     """
     if nearest >= far:
         return 1.0
@@ -97,7 +98,7 @@ def infer_into(
     slowing: Floats,
     scratch: Floats,
 ) -> tuple[float, float, float]:
-    """Infer as `infer` does, with room to work in given by the caller: see `scratch_size`."""
+    """Infer as `infer` does, with working memory of `scratch_size` given by the caller."""
     if not (isfinite(left) and isfinite(front) and isfinite(right) and isfinite(heading)):
         return nan, nan, nan
     if left < 0.0 or front < 0.0 or right < 0.0:
@@ -119,12 +120,12 @@ def infer_into(
                 active |= 1 << slot
     scratch[always] = 1.0
 
-    # Weigh the behaviours: 0 weighs w, 1 the rest.
+    # Weigh the behaviours: behaviour 0 has the weight w, behaviour 1 has 1 - w.
     w = 1.0
     for k in range(yields.shape[0]):
         w = min(w, 1.0 - scratch[yields[k]])
 
-    # Fire: a rule whose every antecedent is active lifts its two consequents to its strength, joined by maximum.
+    # Fire: a rule whose antecedents are all active raises its two consequents to at least its strength (maximum).
     # Level (behaviour * 2 + output) * TERMS + term is the height at which that consequent is clipped.
     levels = always + 1
     heights = levels + 4 * TERMS
@@ -154,7 +155,7 @@ def infer_into(
 
 @njit("i8(f8[:,:,::1], i8[:,::1])", cache=True)
 def scratch_size(terms: Floats, pieces: Integers) -> int:
-    """Count the numbers `infer_into` works with: memberships, levels, and one height a piece."""
+    """Return the length of the working memory of `infer_into`: memberships, levels, and one height per piece."""
     return int(4 * terms.shape[1] + 1 + 4 * TERMS + pieces.shape[0])
 
 
@@ -172,9 +173,9 @@ def infer(
     areas: Floats,
     slowing: Floats,
 ) -> tuple[float, float, float]:
-    """Infer left_v, right_v [m/s] and w from three distances [m] and the target's bearing [degrees, right positive].
+    """Return left_v, right_v [m/s] and w for three distances [m] and the target's bearing [degrees, right positive].
 
-    NaN three times over when an input is not finite or a distance is negative.
+    All three are NaN if an input is not finite or a distance is negative.
     """
     scratch = np.empty(scratch_size(terms, pieces))
     return infer_into(left, front, right, heading, universes, terms, rules, yields, pieces, areas, slowing, scratch)

@@ -1,4 +1,4 @@
-"""Find and read a profile: one that comes with the project, or a YAML file of the user's."""
+"""Finds and reads a profile: a built-in one, or a YAML file of the user."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -9,11 +9,11 @@ from swarm.errors import ConfigError, nearest
 from swarm.fuzzy.profile import Profile
 
 PROFILES = Path(__file__).parent / "profiles"
-LARGEST_FILE = 256 * 1024  # bytes; the paper's profile is 4 KiB
+LARGEST_FILE = 256 * 1024  # bytes; the paper's profile has 4 KiB
 
 
 class _Loader(yaml.SafeLoader):
-    """SafeLoader that refuses a key written twice, where PyYAML would silently keep the last."""
+    """SafeLoader that refuses a key written twice; PyYAML would silently keep the last one."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
         """Construct a mapping whose keys are all different."""
@@ -21,25 +21,25 @@ class _Loader(yaml.SafeLoader):
         for key_node, _ in node.value:
             if isinstance(key_node, yaml.ScalarNode) and key_node.value in seen:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key_node.value!r} is there twice", key_node.start_mark
+                    None, None, f"the key {key_node.value!r} appears twice", key_node.start_mark
                 )
             seen.add(key_node.value if isinstance(key_node, yaml.ScalarNode) else id(key_node))
         return super().construct_mapping(node, deep)
 
 
 def built_in_profiles() -> tuple[str, ...]:
-    """List the names of the profiles that come with the project."""
+    """Return the names of the profiles that come with the project."""
     return tuple(sorted(path.stem for path in PROFILES.glob("*.yaml")))
 
 
 def load_profile(name_or_path: str | Path, base: Path | None = None) -> Profile:
     """Load a profile by its name ("paper", "wall_following"), or from a file whose name ends in .yaml or .yml.
 
-    A relative path is taken from ``base``, or from the working directory without one. With a ``base`` the file must lie
-    within it, symbolic links followed: a scenario from elsewhere reads only what came with it.
+    A relative path starts at ``base``, or at the working directory if ``base`` is None. With a ``base`` the file must
+    be within it, symbolic links followed, so that a foreign scenario can read only its own files.
 
     Raises:
-        ConfigError: the name or file is not there, or is not a profile; it says where, what was expected and what came.
+        ConfigError: the name or file does not exist, or is not a valid profile.
     """
     text = str(name_or_path)
     if Path(text).suffix.lower() not in {".yaml", ".yml"}:
@@ -50,7 +50,7 @@ def load_profile(name_or_path: str | Path, base: Path | None = None) -> Profile:
             )
         return _read(PROFILES / f"{text}.yaml", f"{text}.yaml")
     if "\0" in text:
-        raise ConfigError(f"controller {text!r}: expected a file's path, got one with a NUL in it")
+        raise ConfigError(f"controller {text!r}: expected a file's path, got one with a NUL character")
     path = ((base or Path()) / text).resolve()
     if base is not None and not path.is_relative_to(base.resolve()):
         raise ConfigError(f"controller {text!r}: expected a file within {base}, got {path}; copy it there")
@@ -60,9 +60,7 @@ def load_profile(name_or_path: str | Path, base: Path | None = None) -> Profile:
 def _read(path: Path, where: str) -> Profile:
     try:
         if not path.is_file():
-            raise ConfigError(
-                f"{where}: no such file ({path}); the profiles that need none: {', '.join(built_in_profiles())}"
-            )
+            raise ConfigError(f"{where}: no such file ({path}); built-in profiles: {', '.join(built_in_profiles())}")
         if path.stat().st_size > LARGEST_FILE:
             raise ConfigError(f"{where}: expected at most {LARGEST_FILE} bytes, got {path.stat().st_size}")
         source = path.read_text(encoding="utf-8")
@@ -75,7 +73,7 @@ def _read(path: Path, where: str) -> Profile:
 
 @lru_cache(maxsize=16)
 def _parsed(source: str, where: str) -> Profile:
-    """Read a profile's text; kept, since thousands of short runs read the same one."""
+    """Read a profile's text; the result is cached, since thousands of short runs read the same profile."""
     try:
         document = yaml.load(source, _Loader)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""A profile: everything a controller is, as data. The same shape in a YAML file, on the wire and in `to_builtins`."""
+"""A profile: a whole controller as data. It has the same shape in a YAML file, on the wire and in `to_builtins`."""
 
 from dataclasses import asdict, dataclass
 from math import isinf
@@ -12,22 +12,22 @@ from swarm.fuzzy.vocabulary import INPUTS, OUTPUTS, Behaviour, Slowing, Variable
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Variables, behaviours, how these are weighed and slowed. `load_profile` and `from_builtins` check it all."""
+    """Variables, behaviours, their weighing and slowing. `load_profile` and `from_builtins` check all of it."""
 
     name: str
     description: str
     inputs: dict[str, Variable]
     outputs: dict[str, Variable]
     behaviours: dict[str, Behaviour]
-    weighing: Weighing | None  # None: one behaviour, which weighs 1
-    slowing: Slowing | None  # None: the speeds stay as the tables say
+    weighing: Weighing | None  # None: there is one behaviour, of weight 1
+    slowing: Slowing | None  # None: the tables' speeds are not changed
 
     @classmethod
     def from_builtins(cls, document: object, where: str = "profile") -> Self:
-        """Check dicts, lists, texts and numbers, as a YAML file or `to_builtins` gives them.
+        """Return the profile of checked dicts, lists, texts and numbers, as a YAML file or `to_builtins` gives them.
 
         Raises:
-            ConfigError: at the first thing that is wrong, its place beginning with ``where``.
+            ConfigError: something is wrong; the text names the first place, which begins with ``where``.
         """
         fields = check.mapping(
             document, where, ("name", "inputs", "outputs", "behaviours", "weighing"), ("description", "slowing")
@@ -75,7 +75,7 @@ class Profile:
         }
 
     def by_weight(self) -> tuple[Behaviour, ...]:
-        """List the behaviour that weighs w, then, if there is one, the one that weighs 1 - w."""
+        """Return the behaviour of weight w, then, if there is one, the behaviour of weight 1 - w."""
         if not self.weighing:
             return tuple(self.behaviours.values())
         return self.behaviours[self.weighing.behaviour], self.behaviours[self.weighing.yields_to]

@@ -1,4 +1,4 @@
-"""Draw a control surface: both wheel speeds over two inputs, the other two held."""
+"""Draws a control surface: both wheel speeds over two inputs; the other two inputs are constant."""
 
 from collections.abc import Mapping
 from math import ceil, floor
@@ -18,7 +18,7 @@ LEFT, TOP, GAP, RIGHT, BOTTOM = 84, 76, 96, 96, 64  # px, around and between the
 SCALE = 14  # px, width of the colour scale
 CONTOUR = 0.25  # m/s between contour lines
 
-# Viridis (van der Walt and Smith 2015), nine of its colours: even steps to the eye, in grey too.
+# Nine colours of viridis (van der Walt and Smith 2015): perceptually even steps, also in grey.
 COLOURS = np.array(
     [
         (68, 1, 84), (71, 44, 122), (59, 81, 139), (44, 113, 142), (33, 144, 141),
@@ -36,8 +36,8 @@ def surface(
 ) -> None:
     """Write a PNG of left_v and right_v [m/s] over inputs ``x`` and ``y``, each over its whole universe.
 
-    ``at`` holds the other two inputs [m, degrees], by default far off and straight ahead; where it names ``x`` and
-    ``y`` too, a cross marks that point. Contour lines are 0.25 m/s apart.
+    ``at`` sets the other two inputs [m, degrees], by default far and straight ahead. If it names ``x`` and ``y`` too, a
+    cross marks that point. Contour lines are 0.25 m/s apart.
 
     Raises:
         ConfigError: an input's name is unknown, or the file cannot be written.
@@ -53,7 +53,7 @@ def surface(
         raise ConfigError(f"control surface: expected a file ending in .png, got {str(path)!r}")
     variables = controller.profile.inputs
     held = {name: 0.0 if name == "head_ang" else variables[name].high for name in INPUTS} | dict(at or {})
-    controller.wheel_speeds(*(held[name] for name in INPUTS))  # refuses what cannot be
+    controller.wheel_speeds(*(held[name] for name in INPUTS))  # raises if a value is not valid
     held["head_ang"] = within_half_turn(held["head_ang"])
 
     across, up = (_pixel_centres(variables[name]) for name in (x, y))

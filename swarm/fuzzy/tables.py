@@ -1,4 +1,4 @@
-"""A profile as the flat arrays the compiled kernel reads."""
+"""A profile as the flat arrays that the compiled kernel reads."""
 
 from collections.abc import Iterator
 from itertools import combinations, pairwise
@@ -11,24 +11,24 @@ from swarm.fuzzy.kernel import Floats, Integers
 from swarm.fuzzy.profile import Profile
 from swarm.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Slowing, Term, Variable
 
-_NEVER = (inf, inf, inf, inf)  # pads variables that have fewer terms than others
-_NO_SLOWING = Slowing(near=0.0, far=0.0, least=1.0)  # every distance is far: both speeds are multiplied by 1
+_NEVER = (inf, inf, inf, inf)  # a term without members: pads variables that have fewer terms than others
+_NO_SLOWING = Slowing(near=0.0, far=0.0, least=1.0)  # the factor of both speeds is always 1
 
 
 class Tables(NamedTuple):
-    """The arguments `kernel.infer` takes after the four inputs."""
+    """The arguments of `kernel.infer` after the four inputs."""
 
     universes: Floats  # (6, 2): low and high of each input, then of each output
     terms: Floats  # (4, t, 4): trapezoid j of input i; slot i * t + j holds its membership, slot 4 t is `any`
     rules: Integers  # (r, 8): behaviour, mask of the slots it needs, slots of its four antecedents, its two consequents
-    yields: Integers  # (k,): slots whose membership takes weight from behaviour 0
-    pieces: Integers  # (p, 3): output, an earlier piece whose height also bounds this one or -1, consequent term
-    areas: Floats  # (p, 7): heights it begins and ends at, two coefficients of its area, three of its moment
+    yields: Integers  # (k,): slots whose membership reduces the weight of behaviour 0
+    pieces: Integers  # (p, 3): output, an earlier piece whose height also limits this one or -1, consequent term
+    areas: Floats  # (p, 7): a piece's lowest and highest height, two coefficients of its area, three of its moment
     slowing: Floats  # (3,): near [m], far [m], least
 
 
 def tables(profile: Profile) -> Tables:
-    """Lay a profile out for the kernel."""
+    """Return a profile as arrays for the kernel."""
     inputs = [profile.inputs[name] for name in INPUTS]
     outputs = [profile.outputs[name] for name in OUTPUTS]
     per_variable = max(len(variable.terms) for variable in inputs)
@@ -53,7 +53,7 @@ def tables(profile: Profile) -> Tables:
     pieces: list[list[int]] = []
     areas: list[list[float]] = []
     for output, variable in enumerate(outputs):
-        first: dict[tuple[int, ...], int] = {}  # where the pieces of a set of terms begin
+        first: dict[tuple[int, ...], int] = {}  # set of terms: index of its first piece
         for chosen, area in pieces_of(variable):
             bound = first[chosen[:-1]] if len(chosen) > 1 else -1
             first.setdefault(chosen, len(pieces))
@@ -73,17 +73,17 @@ def tables(profile: Profile) -> Tables:
 
 
 def pieces_of(variable: Variable) -> Iterator[tuple[tuple[int, ...], list[float]]]:
-    """Yield what the exact centroid of clipped and joined consequents is made of.
+    """Yield the pieces of the exact centroid of clipped and joined consequents.
 
-    Inclusion and exclusion: the joined shape's area is the sum of the clipped terms' areas, less those of the overlaps
-    of two, plus those of three, and so on; an overlap of clipped terms is the overlap of the terms, clipped at the
-    least of their heights. An overlap's alpha-cut at height s is one interval [l(s), r(s)], l and r piecewise linear,
-    so clipped at height t its area is the integral of r - l over s from 0 to t, and its moment that of
-    (r - l)(r + l)/2: polynomials in t.
+    Inclusion and exclusion: the joined shape's area is the sum of the clipped terms' areas, minus those of the overlaps
+    of two, plus those of three, and so on. An overlap of clipped terms is the overlap of the terms, clipped at the
+    least of their heights. An overlap's alpha-cut at height s is one interval [l(s), r(s)]; l and r are piecewise
+    linear. So, clipped at height t, its area is the integral of r - l over s from 0 to t, and its moment is the
+    integral of (r - l)(r + l)/2. Both are piecewise polynomials in t.
 
-    Each item is a set of terms that overlap, and seven numbers: the heights s0 and s1 between which l and r are
-    straight, and with u = min(t, s1) - s0 the coefficients of the area, by u and u^2, and of the moment, by u, u^2 and
-    u^3, the sign of the set within them. Sets come after the sets they extend by one term.
+    Each item is a set of terms that overlap, and seven numbers. The first two are the heights s0 and s1 between which l
+    and r are straight. With u = min(t, s1) - s0, the others are the coefficients of the area (u, u^2) and of the moment
+    (u, u^2, u^3); they include the sign of the set. A set comes after the sets that have one term less.
     """
     for size in range(1, len(variable.terms) + 1):
         for chosen in combinations(range(len(variable.terms)), size):
@@ -95,7 +95,7 @@ def pieces_of(variable: Variable) -> Iterator[tuple[tuple[int, ...], list[float]
             for s0, s1 in pairwise(heights):
                 (l0, r0), (l1, r1) = _cut(overlap, s0), _cut(overlap, s1)
                 if r0 + r1 <= l0 + l1:
-                    break  # above the peak
+                    break  # the height is above the peak
                 width, width_slope = r0 - l0, (r1 - r0 - l1 + l0) / (s1 - s0)
                 middle, middle_slope = (r0 + l0) / 2, (r1 - r0 + l1 - l0) / (s1 - s0) / 2
                 area = (width, width_slope / 2)
@@ -108,7 +108,7 @@ def pieces_of(variable: Variable) -> Iterator[tuple[tuple[int, ...], list[float]
 
 
 def _cut(terms: list[Term], s: float) -> tuple[float, float]:
-    """Find the ends of the alpha-cut that all terms share at height s; they are out of order where there is none."""
+    """Return the ends of the alpha-cut that all terms share at height s; if there is none, left is above right."""
     return (
         max(term.a + s * (term.b - term.a) for term in terms),
         min(term.d - s * (term.d - term.c) for term in terms),
@@ -116,7 +116,7 @@ def _cut(terms: list[Term], s: float) -> tuple[float, float]:
 
 
 def _kinks(terms: list[Term]) -> list[float]:
-    """List 0, 1 and every height where two edges cross: between neighbours the ends of the shared cut are straight."""
+    """Return 0, 1 and every height at which two edges cross; between these the ends of the shared cut are straight."""
     edges = [(term.a, term.b - term.a) for term in terms] + [(term.d, term.c - term.d) for term in terms]
     heights = {0.0, 1.0}
     for (x, slope), (y, other) in combinations(edges, 2):

@@ -1,17 +1,17 @@
-"""The words of a profile: term, variable, rule, behaviour, weighing, slowing. Plain values, checked on reading."""
+"""The types of a profile: term, variable, rule, behaviour, weighing, slowing. They are plain values; `check` checks."""
 
 from dataclasses import dataclass
 
 INPUTS = ("left_obs", "front_obs", "right_obs", "head_ang")  # m, m, m, degrees; the order of `wheel_speeds`
 OUTPUTS = ("left_v", "right_v")  # m/s
-ANY = "any"  # an antecedent that holds whatever the input: membership 1
+ANY = "any"  # an antecedent that matches every input with membership 1
 
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """One label of a variable: the trapezoid that is 0 up to a, rises to 1 at b, stays to c and is 0 again from d.
+    """One label of a variable: a trapezoid that is 0 up to a, rises to 1 at b, stays 1 up to c and is 0 from d on.
 
-    A shoulder has a = b = -inf or c = d = +inf; a = b or c = d is a vertical edge, whose corner belongs to the term.
+    A shoulder has a = b = -inf or c = d = +inf. A vertical edge has a = b or c = d; its corner belongs to the term.
     """
 
     name: str
@@ -21,7 +21,7 @@ class Term:
     d: float
 
     def membership(self, x: float) -> float:
-        """Return how far ``x`` belongs to this term [0..1].
+        """Return the membership [0..1] of ``x`` in this term.
 
         >>> slow = Term("slow", 0.0, 1.0, 1.0, 2.0)
         >>> slow.membership(0.25), slow.membership(1.0), slow.membership(2.0)
@@ -45,13 +45,13 @@ class Variable:
     terms: tuple[Term, ...]
 
     def names(self) -> tuple[str, ...]:
-        """List the terms' names, in the file's order."""
+        """Return the terms' names, in the file's order."""
         return tuple(term.name for term in self.terms)
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One row of a behaviour's table: its number, and one term (or ``any``) a column."""
+    """One row of a behaviour's table: its number, and one term (or ``any``) per column."""
 
     number: int
     terms: tuple[str, ...]
@@ -59,14 +59,14 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """A rule base of its own: the columns of its table, inputs and outputs in the file's order, and its rules."""
+    """One rule base: the columns of its table (inputs and outputs, in the file's order) and its rules."""
 
     name: str
     columns: tuple[str, ...]
     rules: tuple[Rule, ...]
 
     def cell(self, rule: Rule, variable: str) -> str:
-        """Look up what a rule says of a variable."""
+        """Return a rule's term for a variable."""
         return rule.terms[self.columns.index(variable)]
 
     def text(self, rule: Rule) -> str:
@@ -81,7 +81,7 @@ class Behaviour:
 class Weighing:
     """How two behaviours share the wheels (paper section 3): ``behaviour`` yields to ``yields_to``.
 
-    ``behaviour`` weighs w, the least of 1 - membership over ``when``; ``yields_to`` weighs 1 - w.
+    ``behaviour`` has the weight w, the least of 1 - membership over ``when``; ``yields_to`` has 1 - w.
     """
 
     behaviour: str
@@ -91,7 +91,7 @@ class Weighing:
 
 @dataclass(frozen=True, slots=True)
 class Slowing:
-    """How both speeds fall with the nearest of the three distances: `kernel.slowing_factor` of these numbers."""
+    """How both speeds decrease with the nearest of the three distances: parameters of `kernel.slowing_factor`."""
 
     near: float  # m, where and below which the speeds are multiplied by ``least``
     far: float  # m, where and above which they stay as the tables say

@@ -44,7 +44,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     (lambda text: "? [1, 2]\n: 3", "mine.yaml: expected YAML as in profiles/paper.yaml: "),
     (lambda text: "1: 2", "mine.yaml: expected text as a key, got 1; put it in quotes"),
     (lambda text: text + " " * LARGEST_FILE, f"mine.yaml: expected at most {LARGEST_FILE} bytes, got "),
-    (lambda text: text + "name: again\n", "the key 'name' is there twice"),
+    (lambda text: text + "name: again\n", "the key 'name' appears twice"),
     (lambda text: text + "rules: []\n", "mine.yaml: unknown key 'rules'; known: behaviours, description, inputs"),
     (replace("weighing:", "weighting:"), "mine.yaml: unknown key 'weighting'; did you mean 'weighing'?"),
     (replace("name: paper", "name: "), "mine.yaml: name: expected text, got nothing"),
@@ -61,7 +61,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     (replace("{left_obs: near, f", "{left: near, f"), "weighing.when: unknown input 'left'; did you mean 'left_obs'?"),
     (
         replace("{left_obs: near, f", "{left_obs: nea, f"),
-        "weighing.when: 'nea' is no term of left_obs; did you mean 'near'",
+        "weighing.when: 'nea' is not a term of left_obs; did you mean 'near'",
     ),
     (
         replace("when: {left_obs: near, front_obs: near, right_obs: near}", "when: {}"),
@@ -74,7 +74,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
         replace("  right_v: *speed", "  right_v: 4"),
         "outputs.right_v: expected a mapping of unit, universe, terms, got 4",
     ),
-    (replace("unit: m\n", "unit: 1\n"), "inputs.left_obs.unit: expected 'm', got 1; nothing is converted"),
+    (replace("unit: m\n", "unit: 1\n"), "inputs.left_obs.unit: expected 'm', got 1; units are not converted"),
     (
         replace("[0, 1.6]", "[1.6, 0]"),
         "inputs.left_obs.universe: expected [low, high] with 0 <= low < high <= 1000, got [1.6, 0]",
@@ -88,7 +88,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     (replace("[0, 4]", "[0, 400]"), "left_v.universe: expected [low, high] with -20 <= low < high <= 20, got [0, 400]"),
     (
         replace("unit: degrees", "unit: rad"),
-        "inputs.head_ang.unit: expected 'degrees', got 'rad'; nothing",
+        "inputs.head_ang.unit: expected 'degrees', got 'rad'; units are",
     ),
     # terms
     (replace("near: ", "no: "), "inputs.left_obs.terms: expected text as a key, got False; put it in quotes"),
@@ -113,7 +113,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     (replace(NEAR, "near: [6, 6, 7, 8]"), "near: expected a term that is reached within the universe 0..1.6, got [6"),
     (
         replace(NEAR, "any: [-inf, -inf, 0.6, 1]"),
-        "terms.any: in a rule 'any' means whatever the input is; give the term",
+        "terms.any: in a rule 'any' matches every input; give the term",
     ),
     (
         replace(SLOW, "slow: [-1, 0, 0, 1]"),
@@ -125,19 +125,19 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     ),
     (replace(SLOW, "slow: [1, 1, 1, 1]"), "left_v.terms.slow: expected a trapezoid with some width, a < d, got [1, 1"),
     (replace(SLOW, "\n      ".join(f"t{k}: [0, 1, 2, 3]" for k in range(10))), "expected at most 9 terms, got 12"),
-    (replace(SLOW, "slwo: [0, 1, 1, 2]"), "rule 1: 'slow' is no term of left_v; did you mean 'slwo'?"),
+    (replace(SLOW, "slwo: [0, 1, 1, 2]"), "rule 1: 'slow' is not a term of left_v; did you mean 'slwo'?"),
     # rules
     (
         replace(RULE_5, RULE_5.replace("medium  slow", "medum  slow")),
-        "rule 5: 'medum' is no term of left_v; did you mean 'me",
+        "rule 5: 'medum' is not a term of left_v; did you mean 'me",
     ),
     (
         replace(RULE_5, RULE_5.replace("near  ", "nera  ")),
-        "avoidance: rule 5: 'nera' is no term of left_obs; did you mean 'n",
+        "avoidance: rule 5: 'nera' is not a term of left_obs; did you mean 'n",
     ),
     (
         replace(RULE_5, RULE_5.replace("medium  slow", "any slow")),
-        "rule 5: 'any' is no term of left_v; known: fast, medium",
+        "rule 5: 'any' is not a term of left_v; known: fast, medium",
     ),
     (
         replace(RULE_5, RULE_5.replace("slow", "")),
@@ -149,7 +149,10 @@ BAD: list[tuple[Callable[[str], str], str]] = [
         "expected a rule's number first, got 'near medium medium any medium slow'",
     ),
     (replace(RULE_5, RULE_5.replace("5", "-5")), "expected a rule's number first, got '-5 near medium medium any"),
-    (replace(RULE_5, RULE_5.replace("5", "4")), "obstacle_avoidance: rule 4 is there twice; number each rule once"),
+    (
+        replace(RULE_5, RULE_5.replace("5", "4")),
+        "obstacle_avoidance: rule 4 appears twice; give each rule its own number",
+    ),
     (
         replace(RULE_5, RULE_5.replace("medium     medium", "near medium")),
         "rule 5 has the antecedents of rule 2 (near, ne",
@@ -185,7 +188,7 @@ BAD: list[tuple[Callable[[str], str], str]] = [
     (slowing("{near: 0.6, far: 1.4, least: true}"), "slowing.least: expected a number, got True"),
     (
         slowing("{near: 0.6, far: 0.6, least: 0.3}"),
-        "slowing: expected 0 <= near < far <= 1.6 m, got near 0.6, far 0.6; up to",
+        "slowing: expected 0 <= near < far <= 1.6 m, got near 0.6, far 0.6; below",
     ),
     (
         slowing("{near: -0.1, far: 0.6, least: 0.3}"),

@@ -74,7 +74,7 @@ def test_commas_bars_comments_and_the_columns_order_do_not_matter(tmp_path: Path
         ("../outside.yaml", "controller '../outside.yaml': expected a file within "),
         ("/outside.yaml", "controller '/outside.yaml': expected a file within "),
         ("link.yaml", "controller 'link.yaml': expected a file within "),
-        ("nul\0.yaml", "expected a file's path, got one with a NUL in it"),
+        ("nul\0.yaml", "expected a file's path, got one with a NUL character"),
         ("latin.yaml", "latin.yaml: expected UTF-8 text, got the byte 0xe9"),
         (f"{'long' * 200}.yaml", "long.yaml: "),
     ],
