@@ -1,1 +1,1 @@
-"""How robots move: the differential drive, and where wheels lead, compiled."""
+"""Kinematics: the differential drive, and compiled predictions of where wheel commands lead."""

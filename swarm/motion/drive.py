@@ -39,5 +39,5 @@ class DifferentialDrive:
 
 @njit("f8(f8, f8, f8)", cache=True)
 def ramp(current: float, wanted: float, most: float) -> float:
-    """Change a rim speed towards what is wanted by at most ``most`` [m/s]: what wheels do in one control step."""
+    """Return a rim speed [m/s] one control step later: it approaches ``wanted`` by at most ``most`` [m/s]."""
     return min(current + most, max(current - most, wanted))

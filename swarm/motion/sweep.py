@@ -1,7 +1,7 @@
-"""Where wheels lead, and how near that comes to boxes, walls and bodies: compiled, since it is asked often.
+"""Compiled predictions of where wheel commands lead, and of the clearance to boxes, walls and bodies on the way.
 
-Rim speeds [m/s] follow what is wanted by at most ``most`` [m/s] in a step of ``dt`` [s]. Boxes are (n, 4): low x,
-low y, high x, high y [m]; whatever is measured against them is in their own frame.
+Rim speeds [m/s] approach the wanted ones by at most ``most`` [m/s] in a step of ``dt`` [s]. Boxes are (n, 4): low x,
+low y, high x, high y [m]. Points that are compared with boxes are in the boxes' own frame.
 """
 
 from math import cos, floor, hypot, sin
@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from swarm.motion.drive import ramp
 
 Boxes = NDArray[np.float64]
-STRIDE: Final = 0.05  # m, between two points tried on a line
+STRIDE: Final = 0.05  # m, between two tested points of a line
 NO_COMMANDS: Final = np.empty((0, 2))
-LONGEST: Final = 400  # ticks, of a braking path
-GRAZE: Final = 1e-3  # m of its clearance that a robot may lose in one look, since it drives along no wall exactly,
-TIGHT: Final = 0.01  # m of clearance from which on it may lose none: many looks would add up to a contact
+LONGEST: Final = 400  # ticks, the longest braking path
+GRAZE: Final = 1e-3  # m of clearance that a robot may lose per check: no robot drives exactly parallel to a wall
+TIGHT: Final = 0.01  # m; at less clearance a robot may lose none: the losses of many checks would end in a contact
 
 
 @njit("UniTuple(f8, 5)(f8, f8, f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
@@ -34,7 +34,7 @@ def advance(
     most: float,
     dt: float,
 ) -> tuple[float, float, float, float, float]:
-    """Return the pose and the rim speeds one step later; the step is the chord of its arc, at its middle heading."""
+    """Return the pose and the rim speeds one step later; the step is the straight chord at the arc's middle heading."""
     left, right = ramp(left, want_left, most), ramp(right, want_right, most)
     half = (right - left) / track_width * dt / 2
     reach = (left + right) / 2 * dt
@@ -43,19 +43,19 @@ def advance(
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
 def gap(boxes: Boxes, x: float, y: float) -> float:
-    """Return the distance [m] of a point to the nearest box."""
+    """Return the distance [m] from a point to the nearest box."""
     least = np.inf
     for k in range(boxes.shape[0]):
         dx = max(boxes[k, 0] - x, x - boxes[k, 2], 0.0)
         dy = max(boxes[k, 1] - y, y - boxes[k, 3], 0.0)
-        if dx < least and dy < least:  # else it is no nearer, and hypot is dear
+        if dx < least and dy < least:  # skips hypot, which is slow, for boxes that are not nearer
             least = min(least, hypot(dx, dy) if dx > 0.0 and dy > 0.0 else max(dx, dy))
     return least
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8)", cache=True)
 def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Return the least distance [m] to a box on the straight way from one point to another, its start left out."""
+    """Return the least distance [m] to a box on the straight line between two points, without its start."""
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
@@ -67,9 +67,9 @@ def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float
 def lines_are_clear(
     boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
 ) -> NDArray[np.bool_]:
-    """Return, for each of some points (n, 2), whether the straight way there keeps clear of the boxes.
+    """Return for each of ``points`` (n, 2) whether the straight line from (x, y) to it keeps clear of the boxes.
 
-    Clear is ``enough`` [m], or what there is at its start where that is less, but never less than ``least``.
+    The required clearance is ``enough`` [m], or the clearance at the start if that is less, but at least ``least`` [m].
     """
     need = min(enough, max(least, gap(boxes, x, y)))
     clear = np.empty(points.shape[0], np.bool_)
@@ -93,7 +93,7 @@ def path_room(
     dt: float,
     ticks: int,
 ) -> float:
-    """Return the least distance [m] to a box, told ``left`` and ``right`` for some ticks and to stop then."""
+    """Return the least distance [m] to a box while the wheels get ``left`` and ``right`` for ``ticks``, then stop."""
     least = gap(boxes, x, y)
     step = 0
     while step < ticks or left_now != 0.0 or right_now != 0.0:
@@ -118,10 +118,11 @@ def braking_points(
     dt: float,
     commands: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return where the centre would be ((n, 2), m) at each step until the wheels stand.
+    """Return the centre's positions ((n, 2), m) at each step until the wheels stand.
 
-    ``commands`` ((k, 2), m/s) are rim speeds that may be under way, oldest first, one a step: of the newest none, one
-    and so on to all may be carried out before the brake, and the points of each case follow each other.
+    ``commands`` ((k, 2), m/s) are rim speeds that may still be on their way to the wheels, oldest first, one per step.
+    The wheels may carry out any number of the newest ones before they brake. The result has the points of each case,
+    one case after the other.
     """
     known = commands.shape[0]
     points = np.empty(((known + 1) * LONGEST, 2))
@@ -149,7 +150,7 @@ def clearance_along(
     origin_x: float,
     origin_y: float,
     origin_yaw: float,
-    bodies: NDArray[np.float64],  # (count, 2): m, centres of others
+    bodies: NDArray[np.float64],  # (count, 2): m, centres of other robots
     body_radius: float,
     x: float,
     y: float,
@@ -163,9 +164,9 @@ def clearance_along(
     dt: float,
     ticks: int,
 ) -> float:
-    """Find the least distance [m] of the centre to what ``field`` is the clearance of, and to round bodies.
+    """Return the centre's least distance [m] to walls, by the clearance ``field`` [m], and to round bodies.
 
-    The wheels are told ``left`` and ``right`` for some ticks and to stop then. Beyond the field there is none: 0.
+    The wheels get ``left`` and ``right`` [m/s] for ``ticks``, then they stop. The clearance outside the field is 0.
     """
     rows, columns = field.shape
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
@@ -226,12 +227,13 @@ def first_clear(
     dt: float,
     ticks: int,
 ) -> tuple[float, float, float]:
-    """Find the first of some ``remedies``, (n, 2) of forward and yaw share, that keeps clear under the brake too.
+    """Return the number and the rim speeds [m/s] of the first remedy that keeps clear, braking included; -1 if none.
 
-    The twist (linear, angular) is shared out so, at most ``fastest`` [m/s] forward: along the same arc where both
-    shares are equal, as long as that is not slower than ``creep`` [m/s]. Clear is ``need`` [m] of the centre to the
-    boxes, in their own frame, and to the walls and bodies of ``clearance_along``, or what there is where it stands if
-    that is less. Returns the remedy's number (-1: none), and the rim speeds.
+    Each of ``remedies`` (n, 2) is a forward share and a yaw share of the twist (linear, angular). The forward speed is
+    limited to ``fastest`` [m/s]; if both shares are equal, the limited twist follows the same arc, and it is skipped if
+    ``fastest`` is below ``creep`` [m/s]. The required clearance of the centre is ``need`` [m], to the boxes in their
+    own frame and to the walls and bodies of ``clearance_along``. A robot that has less already may lose at most
+    ``GRAZE``, and nothing below ``TIGHT``.
     """
     here = min(
         gap(boxes, box_x, box_y),
