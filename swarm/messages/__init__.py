@@ -1,8 +1,8 @@
-"""Every message and every key of the wire: types with unit, meaning and bounds, and the one table of topics.
+"""All messages and keys of the wire: field types with unit, meaning and bounds, and the table of topics.
 
-Payloads are MessagePack maps of these fields and ``v``, the version. Lengths in metres, angles in radians, REP-103
-signs; poses are ``base_link`` in ``map``. Fields that a receiver does not know are ignored; a field that is missing,
-of a wrong type, out of its bounds or not a number makes the whole message refused (``PeerError``).
+A payload is a MessagePack map of the message's fields and of ``v``, the version. Lengths are in metres, angles in
+radians, signs as in REP-103; poses are ``base_link`` in ``map``. A receiver ignores fields that it does not know. It
+refuses the whole message (``PeerError``) if a field is missing, has a wrong type or value, or is not a number.
 """
 
 from swarm.messages.enums import Activity, Do, Kind, Phase, Steering

@@ -1,4 +1,4 @@
-"""The words that fields may hold. The comment beside each is its meaning in the documentation."""
+"""The enumerations of fields. The documentation shows the comment beside each value as its meaning."""
 
 from enum import StrEnum
 
@@ -6,45 +6,45 @@ from enum import StrEnum
 class Activity(StrEnum):
     """What a robot is doing, in one word."""
 
-    READY = "ready"  # nothing to do yet
-    DRIVE = "drive"  # under way to its target
-    GIVE_WAY = "give_way"  # stands for another robot
-    BLOCKED = "blocked"  # no path just now; it asks for one again and again
-    DONE = "done"  # the whole sequence, and home where that is asked for
+    READY = "ready"  # waits for its first task
+    DRIVE = "drive"  # drives to its target
+    GIVE_WAY = "give_way"  # waits for another robot
+    BLOCKED = "blocked"  # has no path now; it tries again and again
+    DONE = "done"  # all stops are finished, home included if the mission returns
 
 
 class Steering(StrEnum):
-    """What became of the fuzzy tables' wheel speeds, as the world works it out; the report gives the share of each."""
+    """How a command differs from the fuzzy tables' wheel speeds, computed by the world; the report has the shares."""
 
-    BRAKED = "braked"  # the wheels stand, though the tables would move
-    TABLES = "tables"  # unaltered, or slower in the same ratio
+    BRAKED = "braked"  # the wheels stand, although the tables would move
+    TABLES = "tables"  # unchanged, or slower in the same ratio
     TIGHTENED = "tightened"  # the same yaw rate with less forward speed
-    TURNED = "turned"  # a turn on the spot at another rate
+    TURNED = "turned"  # a turn in place at another rate
     BLENDED = "blended"  # anything else
 
 
 class Phase(StrEnum):
-    """Where the world's run stands."""
+    """The phase of a run."""
 
-    WAITING = "waiting"  # robots are still missing, or nobody said go
+    WAITING = "waiting"  # robots are missing, or the action `go` has not come
     RUNNING = "running"  # the clock runs
-    PAUSED = "paused"  # the clock stands until somebody says resume
+    PAUSED = "paused"  # the clock stands until the action `resume`
     OVER = "over"  # complete, given up or stopped
 
 
 class Do(StrEnum):
-    """The paper's buttons, and those beside them."""
+    """The actions that a user can request: the paper's buttons and some more."""
 
-    GO = "go"  # begin
-    PAUSE = "pause"  # let the clock stand
-    RESUME = "resume"  # let it run again
-    RESTART = "restart"  # all back to their starts, progress cleared
+    GO = "go"  # start the run
+    PAUSE = "pause"  # stop the clock
+    RESUME = "resume"  # start the clock again
+    RESTART = "restart"  # put all robots back to their starts and clear their progress
     STOP = "stop"  # end the run
 
 
 class Kind(StrEnum):
-    """What an edit puts on the floor."""
+    """What the cells of an edit become."""
 
     WALL = "wall"  # a wall
-    OBSTACLE = "obstacle"  # an obstacle: drawn in another colour, driven round like a wall
+    OBSTACLE = "obstacle"  # an obstacle: as solid as a wall, but drawn and counted separately
     FREE = "free"  # free floor

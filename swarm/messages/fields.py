@@ -1,4 +1,4 @@
-"""The types of fields, with their bounds, and what every message is."""
+"""The types of fields with their bounds, and the base of all messages."""
 
 from math import pi
 from typing import Annotated, Final
@@ -20,9 +20,9 @@ Point = tuple[Metres, Metres]
 
 
 def says(text: str) -> Meta:
-    """Return what a field means, its unit first: documentation and schemas are made from it."""
+    """Return a field's description, unit first; the documentation and the JSON Schema show it."""
     return Meta(description=text)
 
 
 class Message(Struct, frozen=True, kw_only=True):
-    """What every message is."""
+    """Base of all messages."""

@@ -1,4 +1,4 @@
-"""What one robot is told and what it tells: sense, command, broadcast, state, plan."""
+"""The messages to and from one robot: sense, command, broadcast, state, plan."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from swarm.messages.traffic import TrafficBroadcast
 
 
 class Edit(Message, frozen=True, kw_only=True):
-    """Walls added or removed while the fleet runs: all cells of the map that a rectangle touches."""
+    """A change of the map while the fleet runs: all cells that a rectangle touches."""
 
     kind: Annotated[Kind, says("what the cells become")]
     low: Annotated[Point, says("m; one corner")]
@@ -16,63 +16,63 @@ class Edit(Message, frozen=True, kw_only=True):
 
 
 class Sense(Message, frozen=True, kw_only=True):
-    """What the world lets one robot know at one tick."""
+    """Everything that the world tells one robot at one tick."""
 
-    run: Annotated[Count, says("goes up with each restart; everything of an older run is void")]
+    run: Annotated[Count, says("increases with each restart; messages of an older run are void")]
     tick: Annotated[Count, says("ticks since the run began")]
     time: Annotated[Seconds, says("s; since the run began")]
-    lockstep: Annotated[bool, says("the world waits for this robot's command, the robot for all that it `hears`")]
+    lockstep: Annotated[bool, says("the world waits for this robot's command; the robot waits for all it `hears`")]
     x: Annotated[Metres, says("m; the robot's middle in the map")]
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad; 0 along x, left is positive")]
-    linear: Annotated[Speed, says("m/s; as the wheels turn now")]
-    angular: Annotated[Speed, says("rad/s; as the wheels turn now")]
+    linear: Annotated[Speed, says("m/s; forward speed, from the wheels' present speeds")]
+    angular: Annotated[Speed, says("rad/s; yaw rate, from the wheels' present speeds")]
     left: Annotated[Length, says("m; free distance from the robot's edge: the nearest hit of the left sector's rays")]
     front: Annotated[Length, says("m; the same of the front sector")]
     right: Annotated[Length, says("m; the same of the right sector")]
-    bearings: Annotated[list[Angle | None], says("rad; of each stop, null where it is out of sight")]
+    bearings: Annotated[list[Angle | None], says("rad; bearing of each stop, null if it is out of sight")]
     hears: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that reach this robot")]
     rays: Annotated[list[Length], says("m; every ray of the left, front and right sector in turn")]
-    edits_before: Annotated[Count, says("how many edits there have been before those in `edits`")] = 0
+    edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
 
 
 class Command(Message, frozen=True, kw_only=True):
-    """What a robot's wheels shall do, and what the world must know at the same tick."""
+    """A robot's wheel speeds, and what the world must know about the robot at the same tick."""
 
-    run: Annotated[Count, says("of the sense that it answers")]
-    tick: Annotated[Count, says("of the sense that it answers")]
+    run: Annotated[Count, says("run of the sense that it answers")]
+    tick: Annotated[Count, says("tick of the sense that it answers")]
     left: Annotated[Speed, says("m/s; rim speed of the left wheel")]
     right: Annotated[Speed, says("m/s; rim speed of the right wheel")]
-    heading: Annotated[Angle, says("rad; what the fuzzy controller was asked to turn towards; left is positive")]
+    heading: Annotated[Angle, says("rad; bearing of the aim that the fuzzy controller got; left is positive")]
     activity: Annotated[Activity, says("what the robot is doing")]
     reached: Annotated[list[bool], says("of each stop: the targets, then home where the mission returns")]
-    unreachable: Annotated[list[Count], says("stops given up because no path led there")]
-    held: Annotated[list[Count], says("cells that it holds; the last is the head")] = []
-    scale: Annotated[Scale, says("the fuzzy controller was told the sensed distances divided by this")] = 1.0
-    unconstrained: Annotated[bool, says("nobody is near: it holds whatever cells its body and brake need")] = False
+    unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
+    held: Annotated[list[Count], says("cells that it has reserved; the last is the head")] = []
+    scale: Annotated[Scale, says("the fuzzy controller got the sensed distances divided by this")] = 1.0
+    unconstrained: Annotated[bool, says("no robot is near: it reserves only the cells of its body and brake")] = False
     waits: Annotated[list[Id], says("robots that it waits for")] = []
     members: Annotated[list[Id], says("robots of the joint plan that it follows")] = []
-    notes: Annotated[list[tuple[Id, Text]], says("what happened: kind, in words")] = []
-    sent: Annotated[bool, says("a broadcast of this tick was put on the radio before this")]
+    notes: Annotated[list[tuple[Id, Text]], says("events: (kind, text)")] = []
+    sent: Annotated[bool, says("a broadcast of this tick was sent before this command")]
     replans: Annotated[Count, says("paths planned so far")]
 
 
 class Broadcast(Message, frozen=True, kw_only=True):
-    """The paper's radio (section 3.1): position, how far from the target, whether reached; and what it is about."""
+    """What a robot sends by radio: position, distance to the target, stops reached (paper section 3.1), and traffic."""
 
     robot: Annotated[Id, says("who speaks")]
-    run: Annotated[Count, says("of the sense that it was said at")]
-    tick: Annotated[Count, says("of the sense that it was said at")]
+    run: Annotated[Count, says("run of the sense after which it was sent")]
+    tick: Annotated[Count, says("tick of the sense after which it was sent")]
     x: Annotated[Metres, says("m; position")]
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad")]
     activity: Annotated[Activity, says("what the robot is doing")]
     target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
     distance: Annotated[Length, says("m; to that stop, along its path")]
-    reached: Annotated[list[bool], says("of each stop")]
+    reached: Annotated[list[bool], says("whether each stop has been reached")]
     traffic: Annotated[
-        TrafficBroadcast | None, says("reservations, acknowledgements and joint plans, of the sender and of others")
+        TrafficBroadcast | None, says("reservations, acknowledgements and joint plans of the sender and of others")
     ] = None
     walls: Annotated[
         list[Count], says("cells it has learned to be solid (row * columns + column), where the map is unknown")
@@ -80,15 +80,15 @@ class Broadcast(Message, frozen=True, kw_only=True):
 
 
 class State(Message, frozen=True, kw_only=True):
-    """Where one robot's mission stands: on change and at least once a second."""
+    """The progress of one robot's mission: sent on change and at least once a second."""
 
     robot: Annotated[Id, says("whose mission")]
-    run: Annotated[Count, says("goes up with each restart")]
+    run: Annotated[Count, says("increases with each restart")]
     tick: Annotated[Count, says("ticks since the run began")]
     activity: Annotated[Activity, says("what the robot is doing")]
     target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
     reached: Annotated[list[bool], says("of each stop: the targets, then home where the mission returns")]
-    unreachable: Annotated[list[Count], says("stops given up because no path led there")]
+    unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
     distance: Annotated[Length, says("m; to the stop, along its path")]
     replans: Annotated[Count, says("paths planned so far")]
 
@@ -97,6 +97,6 @@ class Plan(Message, frozen=True, kw_only=True):
     """The path that a robot follows now."""
 
     robot: Annotated[Id, says("whose path")]
-    run: Annotated[Count, says("goes up with each restart")]
+    run: Annotated[Count, says("increases with each restart")]
     tick: Annotated[Count, says("ticks since the run began")]
-    points: Annotated[list[Point], says("m; from where it stands to its stop")]
+    points: Annotated[list[Point], says("m; from its position to its stop")]

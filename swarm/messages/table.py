@@ -1,4 +1,4 @@
-"""The one table of the wire: every key with its message, rate, timeout, reliability and limit."""
+"""The table of topics: every key with its message, rate, timeout, reliability and limit."""
 
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
@@ -16,10 +16,10 @@ class Topic(Generic[M]):
 
     key: str  # below swarm/v1/<fleet>/
     message: type[M]
-    rate: float  # Hz, as a rule; 0: on change or on request
-    timeout: float  # s; older than this is stale, for everyone; 0: never
-    reliable: bool = False  # the sender waits rather than drops
-    limit: int = 16_384  # bytes; a longer payload is refused unread
+    rate: float  # Hz, usual rate; 0: on change or on request
+    timeout: float  # s; an older message is stale; 0: never stale
+    reliable: bool = False  # a full queue makes the sender wait; otherwise it drops the message
+    limit: int = 16_384  # bytes; a longer payload is refused without decoding
 
 
 # fmt: off
@@ -33,7 +33,7 @@ TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    
 CLOCK     = Topic("world/clock",            Clock,     1.0,  3.0,     True,     131_072)
 EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
 MAP       = Topic("world/map",              Map,     0.0,  0.0,     True,     8_388_608)
-# queries: who asks sends the message, who answers sends the reply
+# queries: the message is the request; the answer is in REPLIES
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
 EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)

@@ -1,8 +1,8 @@
-"""What robots tell each other about traffic: one record a robot, in each of its broadcasts, passed on a few hops.
+"""What robots tell each other about traffic: one record per robot, in each of its broadcasts, relayed a few hops.
 
-Everything rides in it: reservations, claims, acknowledgements, calls for a joint plan, the plan itself, progress. So a
-lost broadcast only delays, and passing on the newest record of each robot needs no further code. Cells are numbers of
-the shared lattice (``swarm.traffic.cells``); ticks are those of the run.
+A record contains everything: reservations, claims, acknowledgements, calls for a joint plan, the plan itself, progress.
+So a lost broadcast only delays, and it is enough to relay the newest record of each robot. Cells are numbers of the
+shared lattice (``swarm.traffic.cells``); ticks are those of the run.
 """
 
 from typing import Annotated, Final, NamedTuple
@@ -14,18 +14,18 @@ from swarm.messages.fields import Count, Id, Metres, says
 Tick = Count
 Cell = Annotated[int, Meta(ge=-1, le=2**40)]
 Index = Annotated[int, Meta(ge=0, le=2**32)]
-MOST_SHUT: Final = 16  # joins told in one refusal
+MOST_SHUT: Final = 16  # shut joins listed in one refusal
 
 
 class Epoch(NamedTuple):
-    """Names a joint plan; later is newer."""
+    """The name of a joint plan; a later epoch is newer."""
 
     tick: Annotated[Tick, says("when its leader began to collect")]
     leader: Annotated[Id, says("who leads")]
 
 
 class Claim(NamedTuple):
-    """A cell that is wanted next."""
+    """A request for a reservation: a cell that a robot wants next."""
 
     cell: Annotated[Cell, says("which")]
     number: Annotated[Index, says("never used again by the same robot")]
@@ -33,54 +33,54 @@ class Claim(NamedTuple):
 
 
 class Collect(NamedTuple):
-    """A leader's call: these shall stand and say where."""
+    """A leader's call for a joint plan: its members stop and report where they stand."""
 
     epoch: Annotated[Epoch, says("of the plan to come")]
-    members: Annotated[tuple[Id, ...], says("whom it calls")]
+    members: Annotated[tuple[Id, ...], says("robots that it calls")]
 
 
 class Entry(NamedTuple):
-    """A turn: an entry into a cell waits until another robot has left a place of its own way."""
+    """A turn: a robot enters a cell of its way only after another robot has left a cell of that robot's way."""
 
-    step: Annotated[Index, says("which cell of the own way")]
-    robot: Annotated[Id, says("for whom it waits")]
-    place: Annotated[Index, says("which cell of that robot's way must have been left")]
+    step: Annotated[Index, says("index of the cell in the waiting robot's way")]
+    robot: Annotated[Id, says("robot that it waits for")]
+    place: Annotated[Index, says("index of the cell in that robot's way that must be left")]
 
 
 class JointPlan(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Who goes where, and who enters each cell after whom."""
+    """The way of each member, and the order in which the members enter each cell."""
 
     epoch: Annotated[Epoch, says("its name")]
     ways: Annotated[
-        dict[Id, tuple[Cell, ...]], says("cells of each member, from the one it stood in; none twice in a row")
+        dict[Id, tuple[Cell, ...]], says("way of each member: its cells from the first one; no cell twice in a row")
     ]
     after: Annotated[dict[Id, tuple[Entry, ...]], says("the turns that each member waits for")]
-    until: Annotated[tuple[Id, ...], says("the others stay where their ways end until these have arrived")] = ()
+    until: Annotated[tuple[Id, ...], says("those who must arrive before the others leave the ends of their ways")] = ()
 
 
 class Sighting(NamedTuple):
-    """A look at a cell that only silent robots keep, or at an unexpected body."""
+    """What a robot saw in a cell that only silent robots reserve, or in one with an unexpected body."""
 
     cell: Annotated[Cell, says("which")]
-    empty: Annotated[bool, says("nothing stands in it")]
+    empty: Annotated[bool, says("the cell is empty")]
     tick: Annotated[Tick, says("when it was seen")]
 
 
 class Refusal(NamedTuple):
-    """A joint plan that a member's own map does not allow."""
+    """A member's refusal of a joint plan that its own map does not allow."""
 
-    epoch: Annotated[Epoch, says("of that plan")]
+    epoch: Annotated[Epoch, says("epoch of that plan")]
     shut: Annotated[
-        tuple[tuple[Cell, Cell], ...], Meta(max_length=MOST_SHUT, description="joins of its ways that are shut there")
+        tuple[tuple[Cell, Cell], ...], Meta(max_length=MOST_SHUT, description="steps of its way that its map shuts")
     ]
 
 
 class Notice(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The part of a record that decides who may enter a cell."""
+    """The part of a record that reservations depend on."""
 
     robot: Annotated[Id, says("whose record")]
-    stamp: Annotated[Tick, says("when it was true")]
-    held: Annotated[tuple[Cell, ...], says("cells it holds, in the order of its way; the last is the head")] = ()
+    stamp: Annotated[Tick, says("tick at which it was true")]
+    held: Annotated[tuple[Cell, ...], says("cells it has reserved, in the order of its way; the last is the head")] = ()
     claims: Annotated[tuple[Claim, ...], says("cells it wants next")] = ()
     acks: Annotated[
         tuple[tuple[Id, Index], ...], says("claims of others that it does not object to: (robot, claim number)")
@@ -88,38 +88,38 @@ class Notice(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
-    """All that one robot tells about its traffic."""
+    """Everything that one robot tells others about its traffic."""
 
     x: Annotated[Metres, says("m; its middle in the map")]
     y: Annotated[Metres, says("m")]
-    goal: Annotated[Cell, says("where it wants to be; -1: nowhere")]
-    idle: Annotated[bool, says("wants to be nowhere: makes room, and chooses last where to stand")] = False
-    done: Annotated[bool, says("has no stop left: only goes back to where it has to stand")] = False
-    wants: Annotated[Tick, says("since when it has had this goal")] = 0
-    ahead: Annotated[tuple[Cell, ...], says("of its way, beyond the head")] = ()
+    goal: Annotated[Cell, says("cell it drives to; -1: none")]
+    idle: Annotated[bool, says("it has no goal: it makes room, and is the last to choose a place")] = False
+    done: Annotated[bool, says("it has no stop left and only returns to the place where it must stand")] = False
+    wants: Annotated[Tick, says("tick since which it has had this goal")] = 0
+    ahead: Annotated[tuple[Cell, ...], says("cells of its way beyond the head")] = ()
     waits: Annotated[tuple[Id, ...], says("robots that it waits for")] = ()
-    moved: Annotated[Tick, says("when it last left a cell or got a new one")] = 0
+    moved: Annotated[Tick, says("tick at which it last left a cell or got a new one")] = 0
     epoch: Annotated[Epoch | None, says("the joint plan that it follows")] = None
     left: Annotated[Index, says("cells of that plan's way that it has left")] = 0
-    entered: Annotated[Index, says("the number, within that way, of its head")] = 0
-    frozen: Annotated[Epoch | None, says("stands still for this plan to come")] = None
-    need: Annotated[Id | None, says("asks this robot to make a joint plan")] = None
-    collect: Annotated[Collect | None, says("whom it calls for a joint plan")] = None
+    entered: Annotated[Index, says("index of its head in that way")] = 0
+    frozen: Annotated[Epoch | None, says("the joint plan to come, for which it stands still")] = None
+    need: Annotated[Id | None, says("the robot that it asks to make a joint plan")] = None
+    collect: Annotated[Collect | None, says("its call for a joint plan")] = None
     plan: Annotated[JointPlan | None, says("the joint plan that it has made")] = None
-    refusal: Annotated[Refusal | None, says("a joint plan that its own map does not allow")] = None
-    listens: Annotated[bool, says("it has just begun or woken and claims nothing yet: who is near speaks up")] = False
-    seen: Annotated[tuple[Sighting, ...], says("what it knows of cells by looking, newest first")] = ()
+    refusal: Annotated[Refusal | None, says("its refusal of a joint plan")] = None
+    listens: Annotated[bool, says("it has just started or woken and claims nothing yet; robots near it answer")] = False
+    seen: Annotated[tuple[Sighting, ...], says("what it has seen in cells, newest first")] = ()
 
 
 class Relayed(NamedTuple):
-    """A record of somebody else that is passed on."""
+    """A record of another robot that the sender relays."""
 
-    hops: Annotated[int, Meta(ge=1, le=16, description="how many times it has been passed on")]
-    record: Annotated[Record, says("as it was told")]
+    hops: Annotated[int, Meta(ge=1, le=16, description="how many times it has been relayed")]
+    record: Annotated[Record, says("that record, unchanged")]
 
 
 class TrafficBroadcast(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The sender's own record and the newest that it has of others."""
+    """The sender's own record and the newest ones that it has of others."""
 
-    own: Annotated[Record, says("of the sender")]
-    others: Annotated[tuple[Relayed, ...], says("of others, nearest first")] = ()
+    own: Annotated[Record, says("the sender's own record")]
+    others: Annotated[tuple[Relayed, ...], says("records of others, nearest robot first")] = ()
