@@ -1,1 +1,1 @@
-"""The numbers the documentation states, each made anew by a command: ``python -m benchmarks.<name>``."""
+"""The measurements that the documentation states; ``python -m benchmarks.<name>`` repeats one of them."""

@@ -1,8 +1,8 @@
-"""Every benchmark, one after the other: ``python -m benchmarks [NAME ...] [--write | --stale] [-- ARGUMENT ...]``.
+"""Runs all benchmarks in turn: ``python -m benchmarks [NAME ...] [--write | --stale] [-- ARGUMENT ...]``.
 
-Each runs as a process of its own, so that none warms another up. ``--write`` puts what they printed, with the versions
-they ran on and the commit, into ``docs/benchmarks.md``. ``--stale`` runs none: it lists the sections of that page that
-are older than the code they measure. What comes after ``--`` is passed on to each of those named.
+Each benchmark runs in its own process, so that none warms up another. ``--write`` puts their output, the versions and
+the commit into ``docs/benchmarks.md``. ``--stale`` runs nothing: it lists the sections of that page that are older than
+the code they measure. Arguments after ``--`` are passed to each named benchmark.
 """
 
 import argparse
@@ -33,19 +33,19 @@ VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgp
 
 
 def names() -> list[str]:
-    """List the modules that are benchmarks; those ending in ``_peer`` are run by others."""
+    """Return the names of the benchmarks; a module that ends in ``_peer`` is started by another one."""
     stems = (path.stem for path in (ROOT / "benchmarks").glob("*.py"))
     return sorted(stem for stem in stems if stem not in NO_BENCHMARK and not stem.endswith("_peer"))
 
 
 def summary(name: str) -> str:
-    """Take the first line of a benchmark's docstring."""
+    """Return the first line of a benchmark's docstring."""
     text = (ROOT / "benchmarks" / f"{name}.py").read_text(encoding="utf-8")
     return text.split('"""')[1].split("\n")[0].split(": ``python")[0].rstrip(".") + "."
 
 
 def run(name: str, arguments: list[str]) -> tuple[int, str]:
-    """Run one and give its exit status and what it printed, which is shown as it comes."""
+    """Run one benchmark, show its output as it comes, and return its exit status and output."""
     command = [sys.executable, "-m", f"benchmarks.{name}", *arguments]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -57,12 +57,12 @@ def run(name: str, arguments: list[str]) -> tuple[int, str]:
 
 
 def section(name: str, stamped: str, text: str) -> str:
-    """Put a section together, without its heading."""
+    """Return the text of a section, without its heading."""
     return "\n\n".join(part for part in (summary(name), stamped, text.strip()) if part)
 
 
 def page(fresh: dict[str, str]) -> str:
-    """Put the page together: the sections made now, and those that stand."""
+    """Return the page: the sections made now, and those kept from before."""
     versions = ", ".join(f"{name} {version(name)}" for name in VERSIONS)
     parts = [
         "# Benchmarks",
@@ -75,13 +75,13 @@ def page(fresh: dict[str, str]) -> str:
 
 
 def divided(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Part one's own arguments from those after ``--``, which are for the benchmarks."""
+    """Return the arguments before ``--``, and those after it, which are for the benchmarks."""
     end = arguments.index("--") if "--" in arguments else len(arguments)
     return arguments[:end], arguments[end + 1 :]
 
 
 def kept() -> dict[str, str]:
-    """Read the sections that stand: a benchmark that is not run again keeps its own, with the load it ran under."""
+    """Return the sections of the page by name; a benchmark that does not run again keeps its section."""
     if not PAGE.exists():
         return {}
     _, *sections = re.split(r"^## `python -m benchmarks\.(\w+)`\n", PAGE.read_text(encoding="utf-8"), flags=re.M)
@@ -89,11 +89,11 @@ def kept() -> dict[str, str]:
 
 
 def main() -> int:
-    """Run them; 1 when one of them failed or missed what it has to reach, or, asked for them, some are stale."""
+    """Run the benchmarks; return 1 if one fails or misses its target, or, with ``--stale``, if a section is stale."""
     parser = argparse.ArgumentParser(description="Run benchmarks.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}; by default all")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"some of {', '.join(names())}; default: all")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
-    parser.add_argument("--stale", action="store_true", help="list the sections of docs/benchmarks.md to make anew")
+    parser.add_argument("--stale", action="store_true", help="list the outdated sections of docs/benchmarks.md")
     own, passed_on = divided(sys.argv[1:])
     options = parser.parse_args(own)
     if unknown := set(options.names) - set(names()):
@@ -110,10 +110,10 @@ def main() -> int:
         status, printed = run(name, passed_on)
         sections[name] = section(name, stamped, printed)
         failed += [name] if status else []
-        if options.write:  # after each: what an interrupted run has printed stays
+        if options.write:  # after each benchmark, so that an interrupted run keeps its finished sections
             PAGE.write_text(page(sections), encoding="utf-8")
     if failed:
-        print(f"not as it has to be: {', '.join(failed)}", file=sys.stderr)
+        print(f"failed, or missed the target: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
 
 

@@ -2,8 +2,9 @@
 
     python -m benchmarks.dashboard [--seconds 20]
 
-A rehearsal of the fleet is sent through a real router at its real rates. The first seconds, in which Python starts, are
-not counted; neither are router and sender, which are other processes. No viewer is attached.
+A sender plays a made-up run of the fleet through a real router at real rates. The first seconds, in which Python
+starts, are not counted. The router and the sender are other processes and are not counted either. No viewer is
+attached.
 """
 
 import argparse
@@ -27,7 +28,7 @@ from swarm.bus.router import run as route
 from tests.dashboard.actors import World
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
-BEGIN: Final = 35 * RATE  # tick at which all of eight robots are under way
+BEGIN: Final = 35 * RATE  # tick at which all eight robots drive
 WARM_UP: Final = 3.0  # s, sent but not counted
 
 
@@ -99,7 +100,7 @@ def measure(case: Case, seconds: float) -> tuple[str, ...]:
 
 @contextmanager
 def router() -> Iterator[Endpoint]:
-    """A router in a process of its own: it is not to be counted, nor to share the sender's threads."""
+    """Yield a router in its own process: it is not counted, and does not share the sender's threads."""
     endpoint = Endpoint("127.0.0.1", 0).claim()
     process = multiprocessing.get_context("spawn").Process(target=route, args=(endpoint, signal.pause))
     process.start()

@@ -2,7 +2,7 @@
 
     python -m benchmarks.fleet [--repeat 5] [--only determinism|start|memory|speed]
 
-Times depend on what else the machine does: each is repeated, and the best and the median are printed with the load.
+Times depend on the machine's load: each is repeated, and the best and the median are printed with the load.
 """
 
 import argparse
@@ -31,12 +31,12 @@ SETTLED: Final = 3.0  # s after the first tick: memory no longer grows
 
 
 def command(*arguments: str) -> list[str]:
-    """Say `swarm run` of the paper's scenario."""
+    """Return the command line of `swarm run` with the paper's scenario."""
     return [sys.executable, "-m", "swarm.cli", "run", str(SCENARIO), *arguments]
 
 
 def reported(*arguments: str) -> dict[str, Any]:
-    """Run a fleet to its end and give its report."""
+    """Run a fleet to its end and return its report."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "report.json"
         subprocess.run(
@@ -49,7 +49,7 @@ def reported(*arguments: str) -> dict[str, Any]:
 
 @contextmanager
 def burning() -> Iterator[None]:
-    """Let another process burn a core meanwhile."""
+    """Keep one core busy with another process inside the block."""
     process = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
         yield
@@ -74,7 +74,7 @@ def determinism(repeat: int) -> None:
 
 
 def first_tick(*arguments: str) -> float:
-    """Time [s] from the command until the launcher shows that the run is running (it looks ten times a second)."""
+    """Return the time [s] from the command until the launcher shows that the run runs (it checks at 10 Hz)."""
     began = perf_counter()
     process = subprocess.Popen(
         command("--robots", "8", "--limit", "5", *arguments), cwd=ROOT, stdout=subprocess.PIPE, text=True
@@ -87,7 +87,7 @@ def first_tick(*arguments: str) -> float:
 
 
 def start_up(repeat: int) -> None:
-    """Time from the command to the first tick."""
+    """Measure the time from the command to the first tick."""
     rows = [("8 robots, from the command to the first tick [s]", "best", "median", "needed")]
     for mode in ("off", "web"):
         times = [first_tick("--dashboard", mode) for _ in range(repeat)]
@@ -123,7 +123,7 @@ def _so_far(output: Any) -> str:  # noqa: ANN401, a temporary file
 
 
 def _robots(launcher: int) -> list[psutil.Process]:
-    """Find the robots: the youngest eight processes that the fork server made."""
+    """Return the robots' processes: the youngest eight that the fork server made."""
     deep = [child for child in psutil.Process(launcher).children(recursive=True) if child.ppid() != launcher]
     return sorted(deep, key=lambda child: child.pid)[-8:]
 

@@ -1,6 +1,6 @@
-"""At which commit each section of a page was measured, and whether the code it measures has changed since.
+"""Checks at which commit each section of a page was measured, and whether the measured code has changed since.
 
-A section says ``Measured at commit abc1234 (2026-11-21).`` below its summary; one that says nothing is stale.
+A section states ``Measured at commit abc1234 (2026-11-21).`` below its summary; a section without this line is stale.
 """
 
 import re
@@ -14,7 +14,7 @@ DRIVES: Final = (
     "swarm/robot", "swarm/scenario", "swarm/settings.py", "swarm/traffic", "world",
 )  # fmt: skip
 # fmt: off
-MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, beside its own file
+MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, in addition to its own file
     "dashboard":       ("dashboard", "swarm/bus", "swarm/messages", "tests/dashboard"),
     "fleet":           ("swarm", "world", "scenarios/paper.yaml"),
     "fuzzy":           ("swarm/fuzzy", "benchmarks/fuzzy_peer.py"),
@@ -33,14 +33,14 @@ STAMP: Final = re.compile(
 
 
 class GitError(Exception):
-    """Git cannot say: there is none, or no repository, or no such commit."""
+    """Git cannot answer: it is not installed, or there is no repository or no such commit."""
 
 
 def git(root: Path, *arguments: str) -> str:
-    """Ask git in a folder.
+    """Run git in a folder and return its output.
 
     Raises:
-        GitError: it cannot answer.
+        GitError: git is not there, or fails.
     """
     try:
         done = subprocess.run(["git", *arguments], cwd=root, capture_output=True, text=True, check=True)
@@ -50,12 +50,12 @@ def git(root: Path, *arguments: str) -> str:
 
 
 def measured(name: str) -> tuple[str, ...]:
-    """List the files and folders that a benchmark's numbers depend on."""
+    """Return the files and folders that a benchmark's numbers depend on."""
     return (f"benchmarks/{name}.py", "benchmarks/measure.py", *MEASURES[name])
 
 
 def stamp(root: Path, paths: tuple[str, ...]) -> str:
-    """Return the line that says at which commit these paths are measured now; empty where git cannot say."""
+    """Return the line that states the present commit of these paths; empty if git cannot answer."""
     try:
         commit, date = git(root, "log", "-1", "--format=%h %cs").split()
         dirty = " + uncommitted changes" if git(root, "status", "--porcelain", "--", *paths) else ""
@@ -65,7 +65,7 @@ def stamp(root: Path, paths: tuple[str, ...]) -> str:
 
 
 def staleness(root: Path, section: str, paths: tuple[str, ...]) -> str | None:
-    """Say in what way a section is older than the code it measures; None where it is not."""
+    """Return why a section is older than the code that it measures; None if it is not."""
     found = STAMP.search(section)
     if found is None:
         return "commit unknown"
@@ -85,7 +85,7 @@ def staleness(root: Path, section: str, paths: tuple[str, ...]) -> str | None:
 
 
 def stale(root: Path, sections: Mapping[str, str], paths: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-    """Say of each benchmark whose section is missing or stale why; ``paths`` are what each measures."""
+    """Return for each benchmark whose section is missing or stale the reason; ``paths`` are what each measures."""
     found = {}
     for name, its_paths in sorted(paths.items()):
         why = staleness(root, sections[name], its_paths) if name in sections else "not on the page"

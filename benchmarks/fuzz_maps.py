@@ -1,7 +1,7 @@
-"""Throw damaged map files at every loader: ``python -m benchmarks.fuzz_maps [INPUTS [SEED]]``.
+"""Feeds damaged map files to every loader: ``python -m benchmarks.fuzz_maps [INPUTS [SEED]]``.
 
-A loader may make a map of them or refuse them with one sentence of ours; anything else is printed with what brings it
-back, and the exit status is 1. Uses the same files and the same damage as ``tests/maps/test_fuzz.py``.
+A loader may return a map or raise a ``ConfigError`` of one sentence. Anything else is printed with the input that
+reproduces it, and the exit status is 1. The files and the damage are those of ``tests/maps/test_fuzz.py``.
 """
 
 import random
@@ -16,7 +16,7 @@ from tests.maps.test_fuzz import damaged
 
 
 def main(inputs: int = 120_000, seed: int = 1) -> int:
-    """Try that many inputs; give the exit status."""
+    """Try ``inputs`` damaged files; return the exit status."""
     warnings.simplefilter("error")
     draw = random.Random(seed)
     kinds = sorted(FILES)
@@ -30,7 +30,7 @@ def main(inputs: int = 120_000, seed: int = 1) -> int:
         start = perf_counter()
         try:
             outcomes[kind, "read" if read(kind, content) else "refused"] += 1
-        except BaseException as error:  # whatever it is, it is what this looks for
+        except BaseException as error:  # any other error is a finding
             if isinstance(error, KeyboardInterrupt):
                 raise
             outcomes[kind, "SURPRISE"] += 1

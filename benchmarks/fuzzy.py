@@ -1,7 +1,7 @@
 """The fuzzy controller beside plain C and the fuzzy libraries, one inference a call: ``python -m benchmarks.fuzzy``.
 
-All are timed in turn within each round, over the same random inputs; each library runs in an environment of its own
-(.venv-peers-*), made at the first run.
+Each round times all of them in turn, with the same random inputs. Each library runs in its own environment
+(.venv-peers-*), which the first run creates.
 """
 
 import json
@@ -26,14 +26,14 @@ PEERS = {
     "simpful": ["simpful==2.12.0"],
     "pyfuzzylite": ["pyfuzzylite==8.0.6"],  # wants numpy < 2, hence the environments
 }
-INPUTS, PEER_INPUTS, ROUNDS = 1000, 4, 15  # inferences a round: ours and C, a peer's
+INPUTS, PEER_INPUTS, ROUNDS = 1000, 4, 15  # inferences per round of ours and C, of a peer; rounds
 REQUIRED_OF_PEERS, ALLOWED_OF_C = 1000, 10  # times slower than ours, times slower than C
 
 Speeds = list[tuple[float, float]]
 
 
 def yardstick(folder: Path) -> tuple[Callable[[float, float, float, float], tuple[float, float]], object]:
-    """Compile the yardstick, to be called by cffi once an inference; the second is the library, to be kept open."""
+    """Compile the yardstick in C; return a function of one inference (cffi), and the library, which must stay open."""
     library = folder / "fuzzy.so"
     subprocess.run(["cc", "-O3", "-march=native", "-shared", "-fPIC", YARDSTICK, "-o", library], check=True)
     ffi = FFI()
@@ -50,7 +50,7 @@ def yardstick(folder: Path) -> tuple[Callable[[float, float, float, float], tupl
 
 
 class Peer:
-    """A peer library in an environment and process of its own."""
+    """A peer library in its own environment and process."""
 
     def __init__(self, name: str, document: dict[str, object]) -> None:
         python = ROOT / f".venv-peers-{name}" / "bin" / "python"
@@ -73,13 +73,13 @@ class Peer:
         print(json.dumps(message), file=self.process.stdin, flush=True)
 
     def wheel_speeds(self, rows: list[list[float]]) -> Speeds:
-        """Have it infer row by row."""
+        """Return the peer's wheel speeds [m/s] for rows of inputs."""
         self._send(rows)
         assert self.process.stdout is not None
         return [(left, right) for left, right in json.loads(self.process.stdout.readline())]
 
     def close(self) -> None:
-        """End its process."""
+        """End the peer's process."""
         assert self.process.stdin is not None
         self.process.stdin.close()
         self.process.wait()
@@ -94,7 +94,7 @@ def main() -> None:
     controller = Controller(profile)
     rows = np.random.default_rng(1).uniform([0.3, 0.3, 0.3, -90], [1.6, 1.6, 1.6, 90], (INPUTS, 4)).tolist()
     ours = each(controller.wheel_speeds, rows)
-    slices = {name: iter(range(0, INPUTS, PEER_INPUTS)) for name in PEERS}  # inputs no cache has seen
+    slices = {name: iter(range(0, INPUTS, PEER_INPUTS)) for name in PEERS}  # new inputs in each round: no cache helps
     print(machine())
 
     with TemporaryDirectory() as folder:

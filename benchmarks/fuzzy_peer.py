@@ -1,7 +1,7 @@
-"""One peer library, run by `benchmarks.fuzzy` in an environment of its own: it imports nothing of this project.
+"""One peer library, run by `benchmarks.fuzzy` in its own environment: it imports nothing of this project.
 
-Reads a profile as JSON, then inputs, a list of [left, front, right, head_ang] a line; answers each line with the wheel
-speeds [[left_v, right_v], ...]. Each behaviour is a rule base of its own, and both are weighed as the profile says.
+It reads a profile as JSON, then inputs, one list of [left, front, right, head_ang] per line. It answers each line with
+the wheel speeds [[left_v, right_v], ...]. Each behaviour is a separate rule base; both are weighed as in the profile.
 """
 
 import json
@@ -16,13 +16,13 @@ Base = Callable[[dict[str, float]], Speeds]
 
 
 def rules_of(table: str) -> list[dict[str, str]]:
-    """Read a behaviour's table: a column's name to a term, a rule."""
+    """Return the rules of a behaviour's table, each as a dict from column to term."""
     header, *rows = [line.split() for line in table.splitlines()]
     return [dict(zip(header, row, strict=True)) for row in rows]
 
 
 def corners_of(variable: dict, term: str) -> list[float]:
-    """Take a term's trapezoid, its shoulders cut off at the universe."""
+    """Return a term's trapezoid, with its shoulders cut off at the universe."""
     low, high = variable["universe"]
     return [min(max(float(corner), low), high) for corner in variable["terms"][term]]
 

@@ -1,6 +1,6 @@
 """Ground that changes, ground unknown: ``python -m benchmarks.ground``.
 
-World and robots are stepped in one process; every number is of whole missions of the scenarios named.
+World and robots run in one process; every number is of whole missions of the named scenarios.
 """
 
 from pathlib import Path
@@ -18,34 +18,34 @@ from world.world import World
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
 ALONE, FOUR, LEARN, SHARE, ROUGH = range(1, 21), range(1, 11), range(1, 11), range(1, 6), range(1, 4)  # seeds
-WALL: Final = ((6.5, 9.0), (7.0, 10.5)), ((15.0, 5.0), (16.0, 6.0))  # m, rectangles put in the way
+WALL: Final = ((6.5, 9.0), (7.0, 10.5)), ((15.0, 5.0), (16.0, 6.0))  # m, two rectangles on the robots' ways
 PUT: Final = 100  # tick
 
 
 def runs(scenario: Scenario, robots: int, seeds: range) -> tuple[list[dict[str, Any]], float]:
-    """Run whole missions; give their reports and the mean wall time of one [s]."""
+    """Run whole missions; return their reports and the mean wall time of one [s]."""
     began = perf_counter()
     reports = [Simulation.of(scenario, robots, seed).run() for seed in seeds]
     return reports, (perf_counter() - began) / len(reports)
 
 
 def total(reports: list[dict[str, Any]], field: str) -> float:
-    """Add a field up over all robots of all runs."""
+    """Return the sum of a field over all robots of all runs."""
     return float(sum(row[field] for report in reports for row in report["per_robot"].values()))
 
 
 def contacts(reports: list[dict[str, Any]], kind: str) -> int:
-    """Count begun contacts of a kind."""
+    """Return the number of contacts of a kind."""
     return sum(report["contacts"][kind] for report in reports)
 
 
 def complete(reports: list[dict[str, Any]]) -> str:
-    """Say how many runs were complete."""
+    """Return how many runs were complete, as text."""
     return f"{sum(report['complete'] for report in reports)} of {len(reports)}"
 
 
 def edits() -> str:
-    """Put two walls on the paper's ways at a tick: who has a new plan when, and does anybody touch them."""
+    """Put two walls on the paper's ways at a tick; return the table of new plans and contacts."""
     rows = [("robots", "complete", "plans of that tick", "most ticks to a new plan", "wall + obstacle contacts")]
     paper = load(SCENARIOS / "paper.yaml")
     for robots, seeds in ((1, SHARE), (4, ROUGH)):
@@ -61,7 +61,7 @@ def edits() -> str:
 
 
 def put(world: World) -> None:
-    """Put the walls at their tick."""
+    """Put the walls onto the map at tick ``PUT``."""
     if world.tick == PUT:
         for low, high in WALL:
             world.edit(wall(low, high))
@@ -72,7 +72,7 @@ def wall(low: Point, high: Point) -> Edit:
 
 
 def movers() -> str:
-    """Let movers that stop for nobody cross the robots' ways."""
+    """Let moving obstacles that never stop cross the robots' ways; return the table."""
     rows = [("robots", "complete", "contacts with movers", "of those, robot moving", "wall contacts", "mean time [s]")]
     scenario = load(SCENARIOS / "movers.yaml")
     for robots, seeds in ((1, ALONE), (4, FOUR)):
@@ -87,7 +87,7 @@ def movers() -> str:
 
 
 def unknown() -> str:
-    """Return nobody the map: alone, shared and not, with noise and a lossy radio."""
+    """Run robots without a map: alone, sharing or not, with noise and radio loss; return the table."""
     rows = [
         ("unknown floor", "runs complete", "wall + obstacle contacts", "smallest gap [m]", "driven in all [m]",
          "mean time [s]", "wall time of a run [s]")

@@ -1,10 +1,10 @@
-"""Planted faults that no test can see, for they change nothing that anybody relies on; each with the reason."""
+"""Planted faults that no test can find, because they change no behaviour; each with its reason."""
 
 from typing import Final
 
-_FAR: Final = "any number that no way is as long as will do"
+_FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
-_SHORT_CUT: Final = "a short cut for a disc within one cell: without it, the general way finds the same"
+_SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
 )
@@ -22,8 +22,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
-     "1 becomes 2 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
+     "1 becomes 2 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
-     "1 becomes 100 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
+     "1 becomes 100 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
 }
 # fmt: on

@@ -1,4 +1,4 @@
-"""What every benchmark shares: cases timed in turn, a table, and what machine it was."""
+"""Shared by all benchmarks: timing cases in turn, a table, and a description of the machine."""
 
 import os
 import platform
@@ -8,10 +8,10 @@ from time import perf_counter
 
 
 def interleave(cases: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Call each case once a round, one after the other, and give the seconds of each call.
+    """Call each case once per round, one after the other, and return the times [s] of each case's calls.
 
-    Cases that compete are timed side by side, so that whatever else the machine does falls on all of them: compare the
-    medians of ratios within a round rather than absolute times. One round before goes untimed.
+    Competing cases are timed in the same round, so that other load on the machine affects all of them. Compare medians
+    of ratios within a round rather than absolute times. A first round is not timed.
     """
     seconds: dict[str, list[float]] = {name: [] for name in cases}
     for timed in range(rounds + 1):
@@ -24,7 +24,7 @@ def interleave(cases: dict[str, Callable[[], object]], rounds: int) -> dict[str,
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
-    """Lay rows of text out as a Markdown table, the first one its head; all columns but the first are set right."""
+    """Return rows of text as a Markdown table; the first row is the head, all columns but the first align right."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     ruler = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
     lines = []
@@ -35,7 +35,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def machine() -> str:
-    """Describe the machine in a line: processor, cores, load, Python."""
+    """Return a line about the machine: processor, cores, load, Python."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():

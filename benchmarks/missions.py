@@ -1,6 +1,6 @@
 """The paper's mission without any bus: ``python -m benchmarks.missions``.
 
-World and robots are stepped in one process; every line is one run of ``scenarios/paper.yaml``.
+World and robots run in one process; every line is one run of ``scenarios/paper.yaml``.
 """
 
 from pathlib import Path
@@ -12,23 +12,23 @@ from world.simulate import Simulation
 from world.world import PAPER_TOP_SPEED
 
 SCENARIO: Final = Path(__file__).parents[1] / "scenarios" / "paper.yaml"
-CRUISE: Final = 1.5  # m/s, the paper's tables straight ahead in the open, before speed_scale
+CRUISE: Final = 1.5  # m/s, speed of the paper's tables straight ahead with nothing near, before speed_scale
 ALONE, FOUR, EIGHT = range(1, 21), range(1, 11), range(1, 6)  # seeds
 
 
 def run(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
-    """Run one mission to its end and give its report."""
+    """Run one mission to its end and return its report."""
     return Simulation.of(scenario, robots, seed).run()
 
 
 def ideal(scenario: Scenario, report: dict[str, Any]) -> float:
-    """Time [s] of the slowest robot's shortest way at cruising speed."""
+    """Return the time [s] that the slowest robot needs for its shortest way at cruising speed."""
     speed = min(CRUISE, PAPER_TOP_SPEED) * scenario.settings.robot.speed_scale
     return float(max(row["shortest_length"] for row in report["per_robot"].values()) / speed)
 
 
 def line(scenario: Scenario, report: dict[str, Any]) -> tuple[str, ...]:
-    """Tell one run in a row of the table."""
+    """Return one run as a row of the table."""
     gap, contacts = report["clearance_min"], report["contacts"]
     return (
         str(report["seed"]),
@@ -50,7 +50,7 @@ HEAD: Final = (
 
 
 def summary(scenario: Scenario, reports: list[dict[str, Any]]) -> str:
-    """Say the worst of many runs in a sentence."""
+    """Return a sentence with the worst values of many runs."""
     contacts = sum(sum(report["contacts"].values()) for report in reports)
     return (
         f"{sum(report['complete'] for report in reports)} of {len(reports)} complete, {contacts} contacts, "

@@ -1,7 +1,7 @@
 """Which planted faults does a storm find? ``python -m benchmarks.mutants [NAME ...] [--seeds N] [--patience S]``.
 
-Each fault is one line of code changed in a copy of the tree. ``swarm storm`` then runs seeds of the profiles that suit
-it until one breaks a law which it keeps without the fault. The table says which law, and at which seed.
+Each fault changes one line of code in a copy of the tree. ``swarm storm`` then runs seeds of suitable profiles until
+one breaks a law that it keeps without the fault. The table has the law and the seed.
 """
 
 import argparse
@@ -24,17 +24,17 @@ ROOT: Final = Path(__file__).parents[1]
 ROOMS: Final = ("swarm", "world", "dashboard")
 SEEDS: Final = 100  # of each profile
 PATIENCE: Final = 600.0  # s for one fault
-BROKE: Final = re.compile(r"^(\S+) (\d+): ([^,]+), tick \d+: ")  # what swarm storm says of a seed that failed
+BROKE: Final = re.compile(r"^(\S+) (\d+): ([^,]+), tick \d+: ")  # the line of swarm storm about a failed seed
 TRAFFIC: Final = "swarm/traffic/"
 ROBOT: Final = "swarm/robot/"
 MOTION: Final = "swarm/motion/"
 
 
 class Mutant(NamedTuple):
-    """One planted fault: in ``file``, ``before`` (there exactly once) becomes ``after``."""
+    """One planted fault: in ``file``, ``before``, which occurs exactly once, becomes ``after``."""
 
     name: str
-    profiles: str  # that should find it
+    profiles: str  # profiles of storm that should find it
     file: str
     before: str
     after: str
@@ -62,9 +62,9 @@ MUTANTS: Final = (
            '"I have an older claim":                _i_have_no_older_claim,', ""),
     Mutant("take unacknowledged", "contest", TRAFFIC + "holds.py",
            '"not all have acknowledged":            _all_acknowledge,', ""),
-    # TAKE without its rule about older claims is no row: all have one clock here, so who has agreed to a claim makes no
-    # older one after it. Only a robot that took the cell and fell silent before it said so is left to that rule, which
-    # no seed in sixty drew. The order of claims itself is.
+    # There is no row for TAKE without its rule about older claims. All robots have one clock here, so a robot that has
+    # acknowledged a claim never makes an older one. The rule matters only if a robot takes a cell and falls silent
+    # before it says so; none of sixty seeds drew that. The next row is about the order of claims itself.
     Mutant("no order among claims of one tick", "contest", TRAFFIC + "holds.py",
            "return (one.stamp, who) < (other.stamp, whose)", "return one.stamp < other.stamp"),
     Mutant("unsolvable unproven", "asleep,unsolvable", TRAFFIC + "leading.py",
@@ -126,7 +126,7 @@ MUTANTS: Final = (
 
 
 class Caught(NamedTuple):
-    """The first seed that failed with the fault and not without."""
+    """The first seed that fails with the fault and not without it."""
 
     law: str
     profile: str
@@ -134,7 +134,7 @@ class Caught(NamedTuple):
 
 
 def missing(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
-    """Name the faults whose text is not in its file exactly once: the code has changed, and the row has to follow."""
+    """Return the faults whose text is not exactly once in its file: the code has changed, so the row must change."""
     found = []
     for mutant in mutants:
         path = ROOT / mutant.file
@@ -145,24 +145,24 @@ def missing(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
 
 
 def copy_to(folder: Path) -> None:
-    """Copy the tree with its compiled kernels; what numba keeps is of the same source, by its time."""
+    """Copy the tree with numba's cache and with the files' times, by which numba knows that the cache is valid."""
     for room in ROOMS:
         shutil.copytree(ROOT / room, folder / room)
 
 
 def plant(mutant: Mutant, folder: Path) -> None:
-    """Change the copy."""
+    """Plant the fault in the copy."""
     path = folder / mutant.file
     path.write_text(path.read_text(encoding="utf-8").replace(mutant.before, mutant.after), encoding="utf-8")
 
 
 def mend(mutant: Mutant, folder: Path) -> None:
-    """Put the file back, its time too."""
+    """Restore the file and its time."""
     shutil.copy2(ROOT / mutant.file, folder / mutant.file)
 
 
 def broken(folder: Path, profiles: str, seeds: str, jobs: int, patience: float) -> Iterator[Caught]:
-    """Run a storm in a tree and give what breaks, as it comes. Leaving the iteration ends it."""
+    """Run a storm in a tree and yield the failures as they come. Leaving the iteration ends the storm."""
     command = [sys.executable, "-m", "swarm.cli", "storm", "--profile", profiles, "--seeds", seeds, "--jobs", str(jobs)]
     process = subprocess.Popen(
         command, cwd=folder, env=os.environ | {"PYTHONPATH": str(folder)}, text=True,
@@ -186,13 +186,13 @@ def broken(folder: Path, profiles: str, seeds: str, jobs: int, patience: float) 
 
 
 class Baseline:
-    """Which laws a seed breaks without any fault; each is run once."""
+    """The laws that seeds break without any fault; each seed runs once."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, int], set[str]] = {}
 
     def breaks(self, caught: Caught) -> bool:
-        """Return True if that seed breaks that law anyhow."""
+        """Return True if the seed breaks the law without the fault, too."""
         key = caught.profile, caught.seed
         if key not in self._known:
             seeds = f"{caught.seed}:{caught.seed + 1}"
@@ -201,7 +201,7 @@ class Baseline:
 
 
 def hunt(mutant: Mutant, folder: Path, baseline: Baseline, options: argparse.Namespace) -> Caught | None:
-    """Run seeds with the fault planted until one fails that does not fail without."""
+    """Run seeds with the fault planted until one fails that does not fail without the fault."""
     plant(mutant, folder)
     storm = broken(folder, mutant.profiles, f"0:{options.seeds}", options.jobs, options.patience)
     try:
@@ -213,7 +213,7 @@ def hunt(mutant: Mutant, folder: Path, baseline: Baseline, options: argparse.Nam
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Plant faults and let storms find them.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="faults whose name has this in it; by default all")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="faults whose name contains this; default: all")
     parser.add_argument("--seeds", type=int, default=SEEDS)
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--patience", type=float, default=PATIENCE, help="s of wall time for one fault")

@@ -1,10 +1,10 @@
 """Which planted faults do the tests catch? ``python -m benchmarks.mutation [--room ROOM] [--count N] [--seed N]``.
 
-Draws places in the code of a room, plants one small fault (``benchmarks.plantable``) at a time in a copy of the tree,
-and runs the quick tests that matter for it. A fault is caught if a test fails, if the code no longer imports or
-crashes, or if the tests take far too long; each line says which. A run of pytest that went wrong by itself ends this
-program: it says nothing about the fault. A fault that survives asks for a test, or does no harm: then it is listed in
-``benchmarks.harmless`` with the reason. This measures no speed, and is not run with the benchmarks.
+The program draws places in the code of a room, plants one small fault (``benchmarks.plantable``) at a time in a copy of
+the tree, and runs the quick tests of that code. A fault is caught if a test fails, if the code does not import or
+crashes, or if the tests take far too long; each line says which. If pytest itself fails, the program ends: such a run
+says nothing about the fault. A fault that survives needs a test, or it is harmless: then ``benchmarks.harmless`` lists
+it with the reason. This measures no speed and does not run with the benchmarks.
 
     python -m benchmarks.mutation --room swarm/traffic --count 40 --seed 1 [--jobs 2] [--only holds.py]
 """
@@ -36,12 +36,12 @@ ROOT: Final = Path(__file__).parents[1]
 QUICK: Final = "not processes and not slow"
 
 # fmt: off
-# what runs as a process of its own is tested with real ones: a room apart, which takes long
+# code that runs as a process is tested with real processes: a separate room, since these tests take long
 PROCESSES: Final = (
     "world/process.py", "world/lobby.py", "world/controls.py", "world/answers.py",
     "swarm/robot/process.py", "swarm/robot/radio.py",
 )
-ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
+ROOMS: Final[dict[str, tuple[str, ...]]] = {  # room: folders and files from which faults are drawn
     "swarm/fuzzy":   ("swarm/fuzzy",),
     "swarm/motion":  ("swarm/motion",),
     "swarm/robot":   ("swarm/robot",),
@@ -53,7 +53,7 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
 DRIVER: Final = (
     "tests/traffic/test_look.py", "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
 )
-TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
+TESTS: Final[dict[str, tuple[str, ...]]] = {  # start of a file's path: its tests; the longest match counts
     "swarm/fuzzy":            ("tests/fuzzy", "tests/cli"),
     "swarm/motion":           ("tests/motion", "tests/robot"),
     "swarm/robot":            ("tests/robot", "tests/ground", *DRIVER),
@@ -68,13 +68,13 @@ TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path b
 
 
 def room_of(file: str) -> str:
-    """Find the room that a file belongs to: the one with the longest path to it."""
+    """Return the room of a file: the one with the longest matching path."""
     bases = {base: room for room, bases in ROOMS.items() for base in bases}
     return bases[max((base for base in bases if file.startswith(base)), key=len)]
 
 
 def drawn(room: str, number: int, seed: int, only: str = "") -> list[Mutation]:
-    """Draw mutations of a room: each place is as likely as any other, and drawn once."""
+    """Draw mutations of a room: each place is equally likely and is drawn at most once."""
     places = [ROOT / base for base in ROOMS[room]]
     files = {file for place in places for file in ([place] if place.is_file() else place.rglob("*.py"))}
     names = sorted(file.relative_to(ROOT).as_posix() for file in files)
@@ -88,22 +88,22 @@ def drawn(room: str, number: int, seed: int, only: str = "") -> list[Mutation]:
 
 
 class Usual(NamedTuple):
-    """How the tests of a room go without a fault."""
+    """The result of a room's tests without a fault."""
 
     seconds: float
     tests: tuple[str, ...]  # files, the quickest first
-    leaving_out: tuple[str, ...]  # options for what fails anyhow
+    leaving_out: tuple[str, ...]  # options that deselect tests that fail without a fault
 
     def tests_for(self, file: str) -> tuple[str, ...]:
-        """Order the tests: those named after the module first, for they fail first."""
+        """Return the tests in order; those named after the module come first, since they are likely to fail first."""
         return tuple(sorted(self.tests, key=lambda test: Path(file).stem not in Path(test.split("::")[0]).stem))
 
 
 def verdict(code: int | None, said: str) -> str | None:
-    """Return what the end of a run of pytest says of a planted fault: what caught it, or None if it survived.
+    """Return what caught a planted fault, from pytest's exit code and output; None if the fault survived.
 
     Raises:
-        RuntimeError: pytest itself went wrong, so that nothing is known.
+        RuntimeError: pytest itself failed, so nothing is known about the fault.
     """
     if code is None:
         return "no end"
@@ -122,13 +122,13 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        # with the times of change, by which numba knows that what it compiled is still good
+        # the copy keeps the files' times, by which numba knows that its cache is valid
         shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns("*.pyc", ".*", "*.egg-info", "pictures"))
-        self._times = count(1_000_000_000, 10)  # s, of faults: Python takes a file of the same time for unchanged
+        self._times = count(1_000_000_000, 10)  # s; Python treats a file with an equal time as unchanged
         self._usual: dict[tuple[str, ...], Usual] = {}
 
     def caught_by(self, mutation: Mutation) -> str | None:
-        """Return what catches a fault: a test, or how the tests ended. None where all of them pass."""
+        """Return what catches a fault: a test, or the way in which the tests ended; None if all tests pass."""
         tests = TESTS[max((path for path in TESTS if mutation.file.startswith(path)), key=len)]
         if tests not in self._usual:
             self._usual[tests] = self._as_it_is(tests)
@@ -139,13 +139,13 @@ class Copy:
         return verdict(code, said)
 
     def _as_it_is(self, tests: tuple[str, ...]) -> Usual:
-        """Test the code without a fault; find out how long each file of tests takes, and what fails anyhow."""
+        """Test the code without a fault; measure the time of each test file, and find tests that fail already."""
         code, said, seconds = self._test(tests, 3600.0, "--durations=0", "--durations-min=0.01")
         if code not in {0, 1}:
             raise SystemExit(f"the tests cannot be run: pytest ended with {code}\n{said}")
         failing = re.findall(r"^FAILED (\S+)", said, re.MULTILINE)
         for test in failing:
-            print(f"left out, for it fails as it is: {test}", flush=True)
+            print(f"left out, since it fails without a fault: {test}", flush=True)
         took = defaultdict[str, float](float)
         for spent, file in re.findall(r"^([\d.]+)s \w+ +([^:\s]+)::", said, re.MULTILINE):
             took[file] += float(spent)
@@ -159,7 +159,7 @@ class Copy:
 
     @contextmanager
     def _planted(self, mutation: Mutation) -> Iterator[None]:
-        """Plant a fault for a while. What numba compiled is put aside: within a folder, kernels are part of others."""
+        """Plant a fault inside the block. numba's cache is put aside: kernels of a folder contain each other's code."""
         path = self.folder / mutation.file
         before, stat = path.read_bytes(), path.stat()
         compiled = path.parent / "__pycache__"
@@ -181,7 +181,7 @@ class Copy:
                 aside.rename(compiled)
 
     def _test(self, tests: tuple[str, ...], limit: float, *options: str) -> tuple[int | None, str, float]:
-        """Run tests; return pytest's exit code (None: it took too long), what it printed, and the seconds it took."""
+        """Run tests; return pytest's exit code (None: it took too long), its output, and its time [s]."""
         marks = "not slow" if any(test.startswith("tests/launch") for test in tests) else QUICK
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", marks, *options, *tests]
         start = perf_counter()
@@ -199,15 +199,15 @@ class Copy:
 
 
 def main() -> int:
-    """Plant faults, a line each, and say how many survived in each room."""
+    """Plant faults, print a line for each, and print how many survived in each room."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument(
-        "--room", action="append", choices=ROOMS, help="again for several; by default all but processes"
+        "--room", action="append", choices=ROOMS, help="repeat it for several rooms; default: all but processes"
     )
-    parser.add_argument("--count", type=int, default=40, help="mutations a room")
+    parser.add_argument("--count", type=int, default=40, help="mutations per room")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="copies of the tree tested side by side")
-    parser.add_argument("--only", default="", metavar="TEXT", help="only in files whose path has this in it")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only files whose path contains this")
     options = parser.parse_args()
     rooms = options.room or ["swarm/robot", "swarm/traffic", "world"]
     planted, survived = Counter[str](), Counter[str]()
@@ -233,7 +233,7 @@ def main() -> int:
         (room, str(planted[room]), str(survived[room]), f"{survived[room] / max(1, planted[room]):.0%}")
         for room in rooms
     ]
-    print(f"\nseed {options.seed}; {len(HARMLESS)} are known to do no harm and are not drawn\n")
+    print(f"\nseed {options.seed}; {len(HARMLESS)} mutations are known to be harmless and are not drawn\n")
     print(table([("room", "planted", "survived", "share"), *rows]))
     return 0
 

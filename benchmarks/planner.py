@@ -1,8 +1,8 @@
 """A* beside plain C and the planners of other libraries, one path a call: ``python -m benchmarks.planner [QUERIES]``.
 
-Every planner answers the same queries in turn, query by query; ratios are of the same query. Peers run in an
-environment of their own (.venv-peers-planner), made at the first run. Only planners with the same rule (8-connected,
-no corner cutting) and right lengths are compared; each answer is checked.
+Every planner answers the same queries in turn; ratios compare times of the same query. Peers run in their own
+environment (.venv-peers-planner), which the first run creates. Only planners with the same rule (8-connected, no corner
+cutting) and right lengths are compared; each answer is checked.
 """
 
 import base64
@@ -29,14 +29,14 @@ from swarm.planning.path import line_is_free, path_is_free, plan
 ROOT = Path(__file__).parents[1]
 YARDSTICK = ROOT.parent / "shared" / "yardsticks" / "astar.c"
 ENVIRONMENT = ROOT / ".venv-peers-planner"
-PEERS = {  # queries of a map each answers: the slow ones only the first few
+PEERS = {  # number of queries of a map that each peer answers: few for slow ones
     "tcod": ("tcod==21.2.2", 1000),
     "scipy": ("scipy==1.17.1", 1000),
     "rustworkx": ("rustworkx==0.18.1", 5),
     "networkx": ("networkx==3.6.1", 3),
     "pathfinding": ("pathfinding==1.0.23", 3),
 }
-ALLOWED_OF_C = 1.5  # times as long as C, at most
+ALLOWED_OF_C = 1.5  # the largest ratio of our time to C's time
 Solve = Callable[[int, int], tuple[float, float]]  # start and goal as cell numbers, to seconds and length
 
 
@@ -73,7 +73,7 @@ def maze_map(side: int, seed: int) -> NDArray[np.bool_]:
 
 
 def queries_of(lattice: Lattice, count: int, seed: int) -> list[tuple[int, int]]:
-    """Draw connected starts and goals at least half the side apart."""
+    """Draw starts and goals that are connected and at least half the map's side apart."""
     draw, queries = np.random.default_rng(seed), []
     cells, columns = np.flatnonzero(lattice.free), lattice.shape[1]
     while len(queries) < count:
@@ -99,7 +99,7 @@ def ours(lattice: Lattice) -> Solve:
 
 
 def yardstick(folder: Path) -> Callable[[NDArray[np.bool_]], Solve] | None:
-    """Compile the yardstick, to be called by ctypes; None, with a sentence, where it is not there."""
+    """Compile the yardstick in C for ctypes; print a sentence and return None if its source is not there."""
     if not YARDSTICK.exists():
         print(f"left out: C, for {YARDSTICK} is not there")
         return None
@@ -119,7 +119,7 @@ def yardstick(folder: Path) -> Callable[[NDArray[np.bool_]], Solve] | None:
             began = perf_counter()
             length = compiled.astar(*cells.shape, address, start, goal, room, ctypes.byref(count))
             seconds = perf_counter() - began
-            assert path[0] == start  # also keeps ``path`` alive, which C knows by its address alone
+            assert path[0] == start  # also keeps ``path`` alive: C only has its address
             return seconds, length
 
         return solve
@@ -128,7 +128,7 @@ def yardstick(folder: Path) -> Callable[[NDArray[np.bool_]], Solve] | None:
 
 
 class Peer:
-    """A peer library on one map, in a process of its own."""
+    """A peer library on one map, in its own process."""
 
     def __init__(self, name: str, lattice: Lattice) -> None:
         self.columns = lattice.shape[1]
@@ -147,7 +147,7 @@ class Peer:
         return answer
 
     def solve(self, start: int, goal: int) -> tuple[float, float]:
-        """Have it find one path; its length is measured here."""
+        """Return the time [s] and the length of one path of the peer; the length is measured here."""
         seconds, path = self._ask([start, goal])
         cells = np.stack(np.divmod(np.array(path), self.columns), axis=1)
         steps = np.abs(np.diff(cells, axis=0))
@@ -155,13 +155,13 @@ class Peer:
         return seconds, float(np.where(steps.sum(axis=1) == 2, sqrt(2), 1.0).sum())
 
     def close(self) -> None:
-        """Let it go."""
+        """End the peer's process."""
         self.process.stdin.close()  # type: ignore[union-attr]
         self.process.wait(timeout=60)
 
 
 def install() -> bool:
-    """Make the peers' environment where it is missing; False, with a sentence, where that does not work."""
+    """Create the peers' environment if it is missing; print a sentence and return False if that fails."""
     if (ENVIRONMENT / ".ready").exists():
         return True
     print("installing the peers ...", file=sys.stderr)
@@ -170,7 +170,7 @@ def install() -> bool:
     if subprocess.run(
         [*pip, *(requirement for requirement, _ in PEERS.values())], stderr=subprocess.DEVNULL
     ).returncode:
-        print("left out: the peers, for they could not be installed")
+        print("left out: the peers, which could not be installed")
         return False
     (ENVIRONMENT / ".ready").touch()
     return True
@@ -179,7 +179,7 @@ def install() -> bool:
 def compare(
     name: str, free: NDArray[np.bool_], count: int, c_on: Callable[[NDArray[np.bool_]], Solve] | None, peers: bool
 ) -> bool:
-    """Print one map's table; tell whether ours is as fast as it has to be."""
+    """Print one map's table; return True if ours is fast enough."""
     lattice = Lattice.of(free)
     queries = queries_of(lattice, count, seed=7)
     running = {each: Peer(each, lattice) for each in PEERS} if peers else {}
@@ -189,7 +189,7 @@ def compare(
     solvers |= {each: (peer.solve, PEERS[each][1]) for each, peer in running.items()}
     seconds: dict[str, list[float]] = {each: [] for each in solvers}
     right = dict.fromkeys(solvers, True)
-    for number, query in enumerate([queries[0], *queries]):  # the first one once more, untimed
+    for number, query in enumerate([queries[0], *queries]):  # the first query runs twice, the first time untimed
         lengths = {}
         for each, (solve, most) in solvers.items():
             if number <= most:
@@ -226,7 +226,7 @@ def floor_plan(metres: int, seed: int) -> OccupancyMap:
 
 
 def robot_grid(metres: int, rounds: int) -> list[str]:
-    """Time what a robot does on its own grid: the first plan, and one after a wall appeared on its way."""
+    """Time a robot's planning on its own grid: the first plan, and a new plan after a wall appears on its way."""
     floor = floor_plan(metres, seed=5)
     radius, margin, resolution = 0.2, 0.1, 0.1
     grid = Grid.grown(floor, radius, margin, resolution)
@@ -261,7 +261,7 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
 
 
 def main(count: int = 15) -> int:
-    """Print every table; the exit status is 1 where ours is not as fast as it has to be."""
+    """Print all tables; return exit status 1 if ours is too slow somewhere."""
     print(machine())
     peers = install()
     fast = True

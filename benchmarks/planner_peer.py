@@ -1,8 +1,8 @@
-"""Peer path planners, run by `benchmarks.planner` in an environment of their own: this imports nothing of the project.
+"""Peer path planners, run by `benchmarks.planner` in their own environment: this imports nothing of the project.
 
-Started with a peer's name. Reads a line of JSON with rows, columns, the legal moves of every cell (base64 of a byte
-each, bit k set where a step in direction k is legal), builds its graph and says "ready"; then answers each line
-[start, goal] (cell numbers) with [seconds, path as cell numbers].
+The argument is a peer's name. The program reads a line of JSON with rows, columns and the legal moves of every cell
+(base64, one byte per cell, bit k is set where a step in direction k is legal). It builds its graph and prints "ready".
+Then it answers each line [start, goal] (cell numbers) with [seconds, path as cell numbers].
 """
 
 import base64
@@ -20,7 +20,7 @@ Solve = Callable[[int, int], list[int]]
 
 
 def edges_of(moves: Moves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """List every legal step: from, to, length."""
+    """Return all legal steps as three arrays: from, to, length."""
     columns = moves.shape[1]
     sources, targets, lengths = [], [], []
     for k in range(8):
@@ -32,7 +32,7 @@ def edges_of(moves: Moves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def octile_to(goal: int, columns: int) -> Callable[[int], float]:
-    """Make the heuristic towards one goal."""
+    """Return the heuristic towards one goal."""
     goal_row, goal_column = divmod(goal, columns)
 
     def octile(cell: int) -> float:
@@ -49,7 +49,7 @@ def tcod(moves: Moves) -> Solve:
     graph = CustomGraph(moves.shape)
     for k in range(8):
         legal = np.ascontiguousarray(moves >> k & 1, dtype=np.int8)
-        # the cost stands at a step's target, the condition at its source
+        # tcod reads the cost at a step's target, and the condition at its source
         graph.add_edge((ROWS[k], COLUMNS[k]), 99 if k % 2 else 70, cost=np.ones(moves.shape, np.int8), condition=legal)
     graph.set_heuristic(cardinal=70, diagonal=99)
     columns = moves.shape[1]
@@ -111,7 +111,7 @@ def pathfinding(moves: Moves) -> Solve:
     from pathfinding.core.grid import Grid
     from pathfinding.finder.a_star import AStarFinder
 
-    # every free cell of these maps but the lonely ones has a move
+    # on these maps every free cell has a move, except isolated cells
     grid = Grid(matrix=(moves > 0).astype(int).tolist())
     finder = AStarFinder(diagonal_movement=DiagonalMovement.only_when_no_obstacle)
     columns = moves.shape[1]

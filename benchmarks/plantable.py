@@ -1,9 +1,9 @@
-"""Every small fault that could be planted in a file: see ``benchmarks.mutation``.
+"""All small faults that can be planted in a file: see ``benchmarks.mutation``.
 
-A comparison is turned round, and and or are swapped, as are plus and minus, times and divided by, least and most; a
-minus or a not is left out, a number is another, a condition never holds, an answer is the opposite, a call for its
-effect is not made. A constant that a module or a class declares is made 100 times larger and nothing less: twice is
-another tuning, and no fault. Nor is ``<=`` for ``<``: with real numbers, hardly ever does anything depend on it.
+A comparison is reversed. ``and``/``or``, ``+``/``-``, ``*``/``/`` and ``min``/``max`` are swapped. A minus or a ``not``
+is left out. A number changes, a condition is never true, a returned truth is negated, a call for its effect is left
+out. A constant of a module or a class becomes 100 times larger: a factor of two would be another tuning, not a fault.
+``<=`` for ``<`` is not planted: with real numbers it hardly ever makes a difference.
 """
 
 import ast
@@ -19,12 +19,12 @@ FLIPPED: Final = {
 SWAPPED: Final = {
     ast.Add: ("-", ast.Sub()), ast.Sub: ("+", ast.Add()), ast.Mult: ("/", ast.Div()), ast.Div: ("*", ast.Mult()),
 }  # fmt: skip
-SKIPPED: Final = (ast.Raise, ast.Assert, ast.JoinedStr, ast.Import, ast.ImportFrom)  # error texts, what types want
+SKIPPED: Final = (ast.Raise, ast.Assert, ast.JoinedStr, ast.Import, ast.ImportFrom)  # error texts, imports
 LEFT_OUT: Final = {"strict", "frozen", "slots", "kw_only", "cache", "omit_defaults", "maxsize"}  # keywords
 
 
 class Mutation(NamedTuple):
-    """A stretch of a file, in bytes, and what to put there."""
+    """A part of a file, in bytes, and its replacement."""
 
     file: str
     line: int
@@ -39,19 +39,19 @@ class Mutation(NamedTuple):
 
     @property
     def harmless(self) -> bool:
-        """Whether it is known that no test can see it."""
+        """True if it is known that no test can find it."""
         return any((self.file, self.code) == key[:2] and self.what.startswith(key[2]) for key in HARMLESS)
 
 
 def mutations(file: str, text: str) -> Iterator[Mutation]:
-    """List every fault that could be planted in a file."""
+    """Yield all faults that can be planted in a file."""
     lines = text.encode().splitlines(keepends=True)
     starts = [0]
     for line in lines:
         starts.append(starts[-1] + len(line))
 
     def put(node: ast.AST, new: str, what: str, end: ast.AST | None = None) -> Mutation:
-        """Put new text from where ``node`` begins to where it ends, or to where ``end`` begins."""
+        """Return the replacement of the text from the start of ``node`` to its end, or to the start of ``end``."""
         first = starts[node.lineno - 1] + node.col_offset  # type: ignore[attr-defined]
         place = (node.end_lineno, node.end_col_offset) if end is None else (end.lineno, end.col_offset)  # type: ignore[attr-defined]
         last = starts[place[0] - 1] + place[1]
@@ -105,7 +105,7 @@ def _other(value: float, *, declared: bool) -> list[str]:
 
 
 def _code(node: ast.AST) -> Iterator[ast.AST]:
-    """Walk what is code: no annotations, decorators, error texts or keywords that say how a class is made."""
+    """Yield the nodes that are code: no annotations, decorators, error texts or keywords that configure a class."""
     if isinstance(node, SKIPPED):
         return
     if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "Annotated":

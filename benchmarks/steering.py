@@ -1,16 +1,15 @@
 """Steering: how much the fuzzy tables steer, and what wrong tables still reach.
 
-The first table is the paper's mission, once with the profile `careful` too, the second other floors. How many runs were
-complete; time, the mean; contacts and overlapping holds in all; of all the angle turned, the share that the tables
-steered, and the same with turns at their rate that lead forward less; of the robots' time, the share in which the
-tables were told scaled distances, and the mean scale then. All of it is worked out by the world
-(``world/steering.py``).
+The first table is the paper's mission, also with the profile `careful`; the second is other floors. The columns are:
+complete runs; mean time; contacts; overlapping reservations; the share of the turned angle that the tables steered; the
+same with ``tightened`` turns added (same yaw rate, less forward speed); the share of the robots' time in which the
+tables got scaled distances; and the mean scale then. The world computes all of it (``world/steering.py``).
 
-The third table is the control: tables that say nothing of use, in three times the paper's mean time. What they reach
-was steered by something else.
+The third table is the control: useless tables, in three times the paper's mean time. If such a run reaches a stop,
+something other than the tables has steered.
 
-The cases on MAPF maps need the benchmark data beside the project: without it they are left out, and the page says so.
-``--few`` is a short run. Several runs go side by side, one a core.
+The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the page says so.
+``--few`` is a short run. Several runs go in parallel, one per core.
 """
 
 import argparse
@@ -30,7 +29,7 @@ from tests.shared import constant_rules, with_consequents
 from world.simulate import Simulation
 
 LIMIT: Final = 900.0  # s, simulated
-PATIENCE: Final = 3.0  # times the paper's mean time, for wrong tables
+PATIENCE: Final = 3.0  # limit for wrong tables, in multiples of the paper's mean time
 FLOORS: Final = (
     ("doorway", 8), ("circle 8", 8), ("circle 16", 16), ("crossing", 8), ("office", 4), ("depot", 4), ("corridor", 2),
     ("l_corner", 2),
@@ -39,7 +38,7 @@ MAPF: Final = "random-32-32-20"
 
 
 class Amount(NamedTuple):
-    """How much is run."""
+    """How many robots and seeds to run."""
 
     robots: tuple[int, ...]  # in the paper's mission
     seeds: int  # of each
@@ -52,7 +51,7 @@ FEW: Final = Amount((1, 2, 4), 3, 1, (1, 2))
 
 
 def always(left: str, right: str) -> Callable[[Profile], Profile]:
-    """Make every rule say the same pair."""
+    """Return a change of a profile after which every rule has the same consequents."""
     return partial(constant_rules, left=left, right=right)
 
 
@@ -62,7 +61,7 @@ def swapped(profile: Profile) -> Profile:
 
 
 def aimless(profile: Profile) -> Profile:
-    """Make the goal seeking rules alone say medium/medium."""
+    """Return the profile with the consequents medium/medium in all goal seeking rules."""
 
     def choose(behaviour: str, terms: tuple[str, ...]) -> tuple[str, ...]:
         return (*terms[:-2], "medium", "medium") if behaviour == "goal_seeking" else terms
@@ -79,14 +78,14 @@ WRONG: Final[dict[str, Callable[[Profile], Profile]]] = {
 
 
 def run(floor: str, robots: int, seed: int, limit: float = LIMIT, rules: str = "") -> dict[str, Any]:
-    """Run a floor, perhaps with wrong tables or a built-in profile, and give its report."""
+    """Run a floor, optionally with wrong tables or a built-in profile, and return its report."""
     scenario = rows_for(scenario_of(floor), seed)
     profile = WRONG[rules](scenario.profile) if rules in WRONG else load_profile(rules) if rules else scenario.profile
     return Simulation.of(Scenario(scenario.settings, scenario.map, profile), robots, seed).run(limit)
 
 
 def floors() -> Iterator[tuple[str, int]]:
-    """List the other floors, and how many robots drive there."""
+    """Yield the other floors, and the number of robots on each."""
     yield from FLOORS
     if DATA.is_dir():
         yield MAPF, 16
@@ -101,22 +100,22 @@ WRONG_HEAD: Final = ("within [s]", "stops reached", "contacts", "overlaps", "ang
 
 
 def contacts(reports: Reports) -> str:
-    """Count the contacts of all kinds."""
+    """Return the number of contacts of all kinds."""
     return str(sum(sum(one["contacts"].values()) for one in reports))
 
 
 def overlaps(reports: Reports) -> str:
-    """Count the overlapping holds."""
+    """Return the number of overlapping reservations."""
     return str(sum(one["traffic"]["overlaps"] for one in reports))
 
 
 def angle(reports: Reports, *labels: str) -> str:
-    """Compute the mean share of the angle that these labels steered."""
+    """Return the mean share of the turned angle with these steering labels."""
     return f"{mean(sum(one['steering']['angle'][label] for label in labels) for one in reports):.2f}"
 
 
 def row(reports: Reports) -> tuple[str, ...]:
-    """Sum the runs of a case up."""
+    """Return the row of a case."""
     scaled = [one["steering"]["scaled"] for one in reports]
     time = sum(part["time"] for part in scaled)
     robot_time = sum(one["sim_time"] * one["robots"] for one in reports)
@@ -133,7 +132,7 @@ def row(reports: Reports) -> tuple[str, ...]:
 
 
 def wrong_row(limit: float, reports: Reports) -> tuple[str, ...]:
-    """Sum up what wrong tables reached within ``limit`` [s]."""
+    """Return the row of a case with wrong tables within ``limit`` [s]."""
     times = [time for one in reports for robot in one["per_robot"].values() for time in robot["reached"]]
     reached = f"{len(times) - times.count(None)} of {len(times)}"
     return f"{limit:.0f}", reached, contacts(reports), overlaps(reports), angle(reports, "tables")
@@ -143,11 +142,11 @@ Runs = dict[str, list[Future[dict[str, Any]]]]
 
 
 def done(runs: Runs) -> dict[str, Reports]:
-    """Await the runs of every case."""
+    """Wait for the runs of all cases; return their reports."""
     found: dict[str, Reports] = {}
     for name, futures in runs.items():
         found[name] = [future.result() for future in futures]
-        print(name, *row(found[name]), sep=" | ", file=sys.stderr, flush=True)  # how far it is: no part of the page
+        print(name, *row(found[name]), sep=" | ", file=sys.stderr, flush=True)  # progress, not on the page
     return found
 
 

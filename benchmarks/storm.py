@@ -1,7 +1,7 @@
 """Storm: random worlds held against the laws, how often they fail, and whether a seed means the same run again.
 
-``--share 1`` runs as many seeds as it takes to accept a version; by default few. The seeds begin at ``--start``: fresh
-ones say more than those that were looked at.
+``--share 1`` runs all seeds that are needed to accept a version; the default is a small share. Seeds begin at
+``--start``: use seeds that nobody has looked at yet.
 """
 
 import argparse
@@ -41,7 +41,7 @@ CASES: Final = (
 
 
 def storm(case: Case, seeds: int, start: int, jobs: int) -> dict[str, Any]:
-    """Run a storm and give its summary."""
+    """Run a storm and return its summary."""
     command = [
         sys.executable, "-m", "swarm.cli", "storm", *case.arguments, "--json",
         "--seeds", str(seeds), "--start", str(start), "--jobs", str(jobs),
@@ -54,7 +54,7 @@ def storm(case: Case, seeds: int, start: int, jobs: int) -> dict[str, Any]:
 
 
 def row(name: str, counted: dict[str, Any]) -> tuple[str, ...]:
-    """Lay counts out: runs, failed, rate, interval, silent."""
+    """Return counts as a row: runs, failed, rate, interval, silent."""
     low, high = counted["interval"]
     rate, interval = f"{100 * counted['rate']:.1f} %", f"{100 * low:.1f}-{100 * high:.1f} %"
     return name, str(counted["runs"]), str(counted["failed"]), rate, interval, str(counted["silent"])
@@ -62,7 +62,7 @@ def row(name: str, counted: dict[str, Any]) -> tuple[str, ...]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Run storms and print how often they fail.")
-    parser.add_argument("--share", type=float, default=0.02, help="of the seeds that it takes to accept a version")
+    parser.add_argument("--share", type=float, default=0.02, help="share of the seeds needed to accept a version")
     parser.add_argument("--start", type=int, default=100_000, help="the first seed")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     options = parser.parse_args()

@@ -1,14 +1,19 @@
 """Traffic: whole fleets under the rule of holds, in physics, with the paper's controller.
 
-One row a case over ``--seeds`` seeds, every run judged by the world's own watch, which knows no planner. How many were
-complete (with a dead robot: in how many all arrived whose target could still be reached); contacts; overlapping holds
-and bodies outside them (in brackets: overlaps with one that was suspended or killed); time over the longest robot's
-shortest way at cruising speed; driven over shortest length (on the MAPF maps of a 4-connected grid); share of the angle
-turned that the fuzzy tables steered; share of time spent waiting; joint plans; how long it took from the need of one to
-following it, and the search for it (median and longest).
+There is one row per case, over ``--seeds`` seeds. The world's own watch, which knows no planner, judges every run. The
+columns are:
 
-The cases on MAPF maps need the benchmark data beside the project: without it they are left out, and the table says so.
-Several runs go side by side, one a core.
+- complete runs (with a dead robot: runs in which all others arrived whose target could still be reached);
+- contacts;
+- overlapping reservations, and bodies outside theirs (in brackets: overlaps with a suspended or killed robot);
+- time, also as a multiple of the longest shortest way of a robot at cruising speed;
+- driven length over shortest length (on the MAPF maps: on a 4-connected grid);
+- share of the turned angle that the fuzzy tables steered;
+- share of the time spent waiting;
+- joint plans, the time from the need of one to following it, and the search time (median and longest).
+
+The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the table says so.
+Several runs go in parallel, one per core.
 """
 
 import argparse
@@ -44,7 +49,7 @@ DATA: Final = ROOT.parent / "shared" / "data" / "mapf"
 CIRCLES: Final = {8: 14.0, 16: 19.0, 32: 29.0}  # robots: diameter [m]
 HARD: Final = ("tree", "corners", "tunnel", "string")
 MAPS: Final = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
-ROWS: Final = 50  # of a benchmark's file, for one seed
+ROWS: Final = 50  # rows of a benchmark's file that one seed uses
 SCENARIOS: Final = (
     ("corridor", 2),
     ("l_corner", 2),
@@ -66,7 +71,7 @@ class Case(NamedTuple):
     robots: int
     radio: dict[str, Any] = {}  # noqa: RUF012  # read only
     faults: Faults = Faults()
-    share: float = 1.0  # of the seeds asked for: rows that take long are run on fewer
+    share: float = 1.0  # of the requested seeds; slow rows run on fewer
 
 
 HARSH: Final = {"range": 5.0, "loss": 0.3}
@@ -76,7 +81,7 @@ LATE: Final = Faults(late=0.2)
 
 
 def cases() -> Iterator[Case]:
-    """List the rows."""
+    """Yield the rows."""
     for robots in (1, 2, 4, 8, 12):
         yield Case(f"paper {robots}", "paper", robots)
     for robots in CIRCLES:
@@ -104,7 +109,7 @@ def cases() -> Iterator[Case]:
 
 
 def drills(*of: tuple[str, int], share: float = 1.0) -> Iterator[Case]:
-    """List the rows of one scenario with a bad radio and with robots that stand or sleep."""
+    """Yield the rows of scenarios with a bad radio, and with robots that are held up or suspended."""
     for name, robots in of:
         for text, radio, faults in (
             ("8 m", {"range": 8.0}, Faults()),
@@ -120,7 +125,7 @@ def drills(*of: tuple[str, int], share: float = 1.0) -> Iterator[Case]:
 
 @cache
 def scenario_of(name: str) -> Scenario:
-    """Make the scenario that a row names."""
+    """Return the scenario that a row names."""
     if name.startswith("circle"):
         diameter = CIRCLES[int(name.split()[1])]
         return changed(load(ROOT / "scenarios" / "circle.yaml"), start={"circle": (18.0, 18.0, diameter)})
@@ -132,7 +137,7 @@ def scenario_of(name: str) -> Scenario:
 
 
 def rows_for(scenario: Scenario, seed: int) -> Scenario:
-    """Take other rows of a benchmark's file for another seed: the next ROWS of them, from the top again at the end."""
+    """Return the scenario with the seed's own ``ROWS`` rows of the benchmark's file, cyclically."""
     settings = scenario.settings
     blocks = len(settings.own_targets) // ROWS
     if scenario.settings.name not in MAPS or blocks < 1:
@@ -145,7 +150,7 @@ def rows_for(scenario: Scenario, seed: int) -> Scenario:
 
 
 def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
-    """Change fields of a scenario's sections."""
+    """Return the scenario with some fields of its sections changed."""
     settings = scenario.settings
     for name, fields in sections.items():
         section = msgspec.structs.replace(getattr(settings, name), **fields)
@@ -154,25 +159,25 @@ def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
 
 
 class Ran(NamedTuple):
-    """One run, summed up."""
+    """The figures of one run."""
 
     complete: bool
     contacts: int
-    faults: int  # overlaps and bodies outside, of robots that were never suspended nor killed
-    others: int  # overlaps with one that was
+    faults: int  # overlaps, and bodies outside their reservations, of robots that were never suspended or killed
+    others: int  # overlaps with a robot that was
     time: float  # s
-    ratio: float  # over the longest shortest way at cruising speed
-    length: float  # driven over shortest
-    tables: float  # share of the angle turned
-    waiting: float  # share of robots' time
+    ratio: float  # time over that of the longest shortest way at cruising speed
+    length: float  # driven length over shortest length
+    tables: float  # share of the turned angle that the tables steered
+    waiting: float  # share of the robots' time
     plans: int
-    settling: list[float]  # s, from need to a plan adopted
+    settling: list[float]  # s, from the need of a joint plan to following one
     searches: list[float]  # s of processor time, of each search for a joint plan
     wall: float  # s
 
 
 def run(case: Case, seed: int) -> Ran:
-    """Run one case with one seed, to the end."""
+    """Run one case with one seed to its end."""
     scenario = changed(rows_for(scenario_of(case.scenario), seed), radio=case.radio)
     simulation = Simulation.of(scenario, case.robots, seed, case.faults)
     world, settings = simulation.world, scenario.settings
@@ -209,7 +214,7 @@ def run(case: Case, seed: int) -> Ran:
 
 
 def timed(into: list[float]) -> type[JointSearch]:
-    """Make a search that notes how much time it takes."""
+    """Return a search class that appends the processor time of each search to ``into``."""
 
     class Timed(JointSearch):
         begun = False
@@ -227,13 +232,13 @@ def timed(into: list[float]) -> type[JointSearch]:
 
 
 def bound(cells: CellMap, start: Pose, stops: tuple[tuple[float, float], ...]) -> float:
-    """Measure the shortest way over joined cells [m]."""
+    """Return the length [m] of the shortest way over joined cells."""
     at = [cells.cell_of(*point[:2]) for point in (start, *stops)]
     return cells.side * sum(cells.distances(b)[a] for a, b in pairwise(at))
 
 
 def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
-    """Name the living that have not been at all their stops, though a way leads there past the dead."""
+    """Return the living robots that missed a stop although a way past the dead robots leads there."""
     world = simulation.world
     pose = dict(zip(world.robots, world.poses(), strict=True))
     dead = simulation.drill.dead
@@ -250,7 +255,7 @@ def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
 
 
 class Settling:
-    """Measures on the radio how long robots that need a joint plan wait until they follow one."""
+    """The times that robots wait from the need of a joint plan until they follow one, read from broadcasts."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.times: list[float] = []
@@ -258,7 +263,7 @@ class Settling:
         self._asked: dict[str, tuple[float, object]] = {}
 
     def look(self, world: World) -> None:
-        """Take what was said in a tick."""
+        """Read the broadcasts of one tick."""
         for name, broadcast in self._simulation.spoken.items():
             if broadcast.traffic is None:
                 continue
@@ -270,11 +275,11 @@ class Settling:
             elif began is None and own.need is not None:
                 self._asked[name] = (world.time, own.epoch)
             elif began is not None and own.need is None and own.frozen is None and own.collect is None:
-                del self._asked[name]  # it went by itself
+                del self._asked[name]  # the need ended without a plan
 
 
 def row(case: Case, runs: list[Ran]) -> tuple[str, ...]:
-    """Sum a case's runs up."""
+    """Return the row of a case."""
     settling = [time for one in runs for time in one.settling]
     searches = [time for one in runs for time in one.searches]
     return (
@@ -299,7 +304,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--only", default="", help="cases whose name begins so")
+    parser.add_argument("--only", default="", help="only cases whose name begins with this")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args()
     head = "case|complete|contacts|overlaps, outside|time [s]"
@@ -314,7 +319,7 @@ def main() -> None:
         ]
         for case, futures in work:
             rows.append(row(case, [future.result() for future in futures]))
-            print(" | ".join(rows[-1]), file=sys.stderr, flush=True)  # how far it is: no part of the page
+            print(" | ".join(rows[-1]), file=sys.stderr, flush=True)  # progress, not on the page
     print(f"\n{machine()}\n\n{table(rows)}")
     if not DATA.is_dir():
         print("\nThe MAPF maps are not beside the project: their cases are left out.")

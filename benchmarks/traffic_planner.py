@@ -1,9 +1,9 @@
 """Joint plans on public maps: ``python -m benchmarks.traffic_planner [SEEDS]``.
 
-For each map and number of robots: milliseconds to the first plan and to the kept one of several starts, and how far
-both are from the lower bounds (each robot's own shortest way). Every plan passes a checker that shares no line with
-the planner. ``steps`` is the makespan, ``order`` the time of the last arrival if each robot goes as soon as the order
-of entries lets it, in steps, turns included.
+For each map and number of robots, the table has the time [ms] to the first plan and to the best of several starts, and
+how far both are from the lower bounds (each robot's own shortest way). A checker that shares no code with the planner
+checks every plan. ``steps`` is the makespan. ``order`` is the time of the last arrival, in steps, turns included, if
+each robot moves as soon as the order of entries allows it.
 """
 
 import sys
@@ -30,18 +30,18 @@ SIDE = 1.2  # m
 
 
 class Figures(NamedTuple):
-    """What one search gave."""
+    """The figures of one search."""
 
     milliseconds: float
     soc: float  # sum of costs over its lower bound
     moves: float  # moves over their lower bound
     steps: float  # makespan over its lower bound
     order: float  # steps
-    looks: int  # control steps it took
+    looks: int  # control steps that the search took
 
 
 def load(map_path: Path, scen_path: Path, robots: int | None) -> tuple[CellMap, tuple[int, ...], tuple[int, ...]]:
-    """Read an instance: one cell of the map is one cell of traffic."""
+    """Return the cells, starts and goals of an instance; one cell of the map is one cell of traffic."""
     occupancy = load_movingai(map_path, SIDE)
     rows = load_scen(scen_path, occupancy)[:robots]
     cells = CellMap(occupancy, side=SIDE, radius=0.23)
@@ -53,7 +53,7 @@ def load(map_path: Path, scen_path: Path, robots: int | None) -> tuple[CellMap, 
 
 
 def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], budget: Budget, seed: int) -> Figures:
-    """Search once, and check the plan."""
+    """Search once, check the plan, and return the figures."""
     tables = [cells.distances(goal) for goal in goals]
     bounds = [table[start] for table, start in zip(tables, starts, strict=True)]
     began = perf_counter()
@@ -87,7 +87,7 @@ def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], bud
 
 
 def row(name: str, robots: int | None, seeds: int) -> list[str]:
-    """Measure one line of the table: medians over seeds, the worst time beside."""
+    """Return one line of the table: medians over the seeds, and the worst time."""
     folder = DATA / "hard" if name in HARD else DATA
     scen = folder / (f"{name}.scen" if name in HARD else f"{name}-random-1.scen")
     cells, starts, goals = load(folder / f"{name}.map", scen, robots)
