@@ -1,4 +1,4 @@
-"""Tables of fields, made from the types of scenario files and of the wire, and the JSON Schema of the wire."""
+"""Makes the tables of fields from the types of scenario files and of the wire, and the JSON Schema of the wire."""
 
 import inspect
 import json
@@ -17,7 +17,7 @@ SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
 
 
 def topics() -> str:
-    """List every topic."""
+    """Return the table of topics."""
     body = [
         (
             f"`{topic.key}`",
@@ -35,7 +35,7 @@ def topics() -> str:
 
 
 def messages() -> str:
-    """Describe every type of the wire, traffic's too, field by field."""
+    """Return the sections on all types of the wire, traffic included, field by field."""
     shapes = _wire_shapes()
     meanings = _meanings()
     parts = []
@@ -51,18 +51,18 @@ def messages() -> str:
 
 
 def schema() -> str:
-    """Write the wire as one JSON Schema: `topics` maps a key to its message and answer, `$defs` has every type."""
+    """Return the wire as one JSON Schema: `topics` maps a key to its message and answer, `$defs` has every type."""
     keys = {
         topic.key: {"message": {"$ref": f"#/$defs/{topic.message.__name__}"}}
         | ({"answer": {"$ref": f"#/$defs/{REPLIES[topic.key].__name__}"}} if topic.key in REPLIES else {})
         for topic in TOPICS
     }
     whole = {"$schema": SCHEMA, "title": f"swarm/v{VERSION}", "topics": keys, "$defs": _wire_shapes()}
-    return json.dumps(whole, indent=1).replace("\\\\Z", "$") + "\n"  # the end of a text in JSON Schema's expressions
+    return json.dumps(whole, indent=1).replace("\\\\Z", "$") + "\n"  # JSON Schema writes the end of a text as $
 
 
 def scenario() -> str:
-    """Describe every field of a scenario file, section by section."""
+    """Return the sections on a scenario file, field by field."""
     _, shapes = msgspec.json.schema_components([Settings])
     order = ["Settings", *(name for name in shapes if name != "Settings")]
     places = {name: place for place, name in _places()}
@@ -84,7 +84,7 @@ def _wire_shapes() -> dict[str, dict[str, Any]]:
 
 
 def _meanings() -> dict[str, list[tuple[str, str]]]:
-    """Find the values of each enumeration, and what the comment beside each says."""
+    """Return for each enumeration its values and the comments beside them."""
     found = {}
     for name, kind in vars(enums).items():
         if inspect.isclass(kind) and issubclass(kind, StrEnum) and kind is not StrEnum:
@@ -94,7 +94,7 @@ def _meanings() -> dict[str, list[tuple[str, str]]]:
 
 
 def _body(shape: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Lay out the fields of one type."""
+    """Return the rows on the fields of one type."""
     if shape["type"] == "array":
         items: list[dict[str, Any]] = shape["prefixItems"]
         return [
@@ -112,7 +112,7 @@ def _link(name: str) -> str:
 
 
 def _places() -> list[tuple[str, str]]:
-    """Find under which field each section stands."""
+    """Return for each section the field that contains it."""
     kinds = [kind.__name__ for kind in Section.__subclasses__()]
     found = [("", "Settings")]
     for field in msgspec.structs.fields(Settings):

@@ -1,18 +1,18 @@
-"""Draws the paper's figure 5, the flow of a robot's mission, from the table that drives it."""
+"""Draws the paper's figure 5, the flow of a robot's mission, from the table of transitions."""
 
 from html import escape
 from typing import Final
 
 from swarm.robot.mission import TRANSITIONS, Occasion, Stage
 
-WIDE, HIGH, GAP, LEFT, TOP = 150, 56, 120, 210, 30  # px: a stage's box, the room between two, where the first one is
+WIDE, HIGH, GAP, LEFT, TOP = 150, 56, 120, 210, 30  # px: a stage's box, the gap between two, the first one's place
 SAYS: Final = {
     Stage.READY: "told to go?",
     Stage.OUTBOUND: "drives to a target",
     Stage.RETURNING: "drives home",
     Stage.DONE: "stands",
 }
-STEP: Final = 90  # px; how much farther out the next arc on the same side lies
+STEP: Final = 90  # px; distance between two arcs on the same side
 STYLE: Final = (
     "text{font:13px sans-serif;fill:#222;text-anchor:middle}.stage{font-weight:bold}.why{font-size:12px;fill:#555}"
     "rect{fill:#eef3fa;stroke:#4a6fa5}path{fill:none;stroke:#4a6fa5}.back{stroke-dasharray:4 3}"
@@ -20,7 +20,7 @@ STYLE: Final = (
 
 
 def svg() -> str:
-    """Lay the table out from top to bottom: on in straight lines, past others on the right, back on the left."""
+    """Return the figure, top to bottom: straight lines lead to the next stage, arcs skip (right) or return (left)."""
     stages = list(TRANSITIONS)
     top = {stage: TOP + number * (HIGH + GAP) for number, stage in enumerate(stages)}
     middle = LEFT + WIDE / 2
@@ -48,7 +48,7 @@ def svg() -> str:
 
 
 def _arrow(occasion: Occasion, start: int, end: int, arcs: dict[str, int]) -> list[str]:
-    """Draw one row of the table: from the box at height ``start`` to the one at ``end`` [px]."""
+    """Return the arrow of one transition, from the box at height ``start`` to the one at ``end`` [px]."""
     middle, right = LEFT + WIDE / 2, LEFT + WIDE
     words = escape(occasion.value)
     if end == start + HIGH + GAP:  # the next stage
@@ -56,7 +56,7 @@ def _arrow(occasion: Occasion, start: int, end: int, arcs: dict[str, int]) -> li
             f'<path d="M{middle:g},{start + HIGH} V{end}" marker-end="url(#tip)"/>',
             _words(words, middle, (start + HIGH + end) / 2),
         ]
-    if end > start:  # one farther on
+    if end > start:  # a later stage
         arcs["right"] += 1
         out = right + arcs["right"] * STEP
         return [
@@ -64,7 +64,7 @@ def _arrow(occasion: Occasion, start: int, end: int, arcs: dict[str, int]) -> li
             f'V{end + 2} Q{out},{end + 12} {out - 10},{end + 12} H{right}" marker-end="url(#tip)"/>',
             _words(words, out, (start + HIGH + end) / 2),
         ]
-    if end == start:  # itself
+    if end == start:  # the same stage
         side, turn, at = (LEFT, -36, LEFT - 75) if occasion is Occasion.RESTART else (right, 36, right + 90)
         return [
             f'<path d="M{side},{start + 14} C{side + turn},{start + 4} {side + turn},{start + 40} {side},{start + 30}" '
@@ -81,7 +81,7 @@ def _arrow(occasion: Occasion, start: int, end: int, arcs: dict[str, int]) -> li
 
 
 def _words(words: str, x: float, y: float) -> str:
-    """Write on a white ground, so that a line may pass below."""
+    """Return text on a white background, so that it stays readable over a line."""
     wide = 6.2 * len(words) + 6
     ground = f'<rect x="{x - wide / 2:g}" y="{y - 8:g}" width="{wide:g}" height="17" style="fill:#fff;stroke:none"/>'
     return ground + f'<text class="why" x="{x:g}" y="{y + 4:g}">{words}</text>'

@@ -1,8 +1,8 @@
 """Writes the parts of the documentation that are made from the code: ``python -m docs.generate``.
 
-A page says where with ``<!-- generated: NAME -->`` and ``<!-- end -->``; NAME is a key of ``PARTS``. With ``--check``
-nothing is written, and exit status 1 says that a page is out of date. Whole files that
-are made from the code, pictures and the JSON Schema, are written and checked with the pages: ``FILES``.
+In a page, a generated part is between ``<!-- generated: NAME -->`` and ``<!-- end -->``; NAME is a key of ``PARTS``.
+``FILES`` are files that are generated as a whole: pictures and the JSON Schema. With ``--check`` nothing is written;
+exit status 1 means that a page or file is out of date.
 """
 
 import argparse
@@ -29,17 +29,17 @@ MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re
 
 
 def process_table() -> str:
-    """List the kinds of process a launcher starts."""
+    """Return the table of the kinds of process that a launcher starts."""
     roles = [role for role in vars(processes).values() if isinstance(role, processes.Role)]
     body = [(role.name, said(role.load).rstrip("."), role.on_success.value, role.on_failure.value) for role in roles]
     head = ("process", "what runs", "when it ends well", "when it fails")
-    order = f"They are ended in this order: {', '.join(role.name for role in processes.STOP_ORDER)}."
-    again = f"One process is started again at most {processes.RESTARTS} times."
+    order = f"The launcher ends them in this order: {', '.join(role.name for role in processes.STOP_ORDER)}."
+    again = f"It restarts a process at most {processes.RESTARTS} times."
     return f"{rows(head, *body)}\n\n{order} {again}"
 
 
 def rooms() -> str:
-    """List the packages, what each is, and which others it imports."""
+    """Return the table of packages: what each is, and which others it imports."""
     body = []
     for room in _rooms():
         text = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
@@ -56,7 +56,7 @@ def _rooms() -> list[Path]:
 
 
 def imports(room: Path) -> list[str]:
-    """Find the other rooms and single files of the project that a room's files import."""
+    """Return the other rooms and single files of the project that a room's files import."""
     found: set[str] = set()
     top = {"swarm", "world", "dashboard"}
     own = ".".join(room.relative_to(ROOT).parts)
@@ -78,12 +78,12 @@ def imports(room: Path) -> list[str]:
 
 
 def laws() -> str:
-    """List every law."""
+    """Return the table of laws."""
     return rows(("law", "checks"), *((name, said(law).removeprefix("Check ")) for name, law in LAWS.items()))
 
 
 def profiles() -> str:
-    """List every profile by what it draws otherwise than the calm one."""
+    """Return the table of profiles: how each differs from the calm one."""
     body = []
     for name, profile in PROFILES.items():
         differs = [
@@ -109,7 +109,7 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "profiles": profiles,
     "speeds": speeds.numbers,
 }
-# whole files, below docs/
+# files that are generated as a whole, relative to docs/
 FILES: Final[dict[str, Callable[[], str]]] = {
     "mission.svg": figure5.svg,
     "speeds.svg": speeds.svg,
@@ -118,19 +118,19 @@ FILES: Final[dict[str, Callable[[], str]]] = {
 
 
 def renewed(text: str) -> str:
-    """Return a page with its generated parts made again."""
+    """Return a page with its generated parts renewed."""
     return MARKED.sub(lambda match: f"{match[1]}\n{PARTS[match[2]]()}\n\n{match[3]}", text)
 
 
 def made(name: str, before: str) -> str:
-    """Return a page or a picture as it should be; ``before`` is its text as it is."""
+    """Return the correct text of a page or a picture; ``before`` is its present text."""
     return FILES[name]() if name in FILES else renewed(before)
 
 
 def main() -> int:
-    """Write, or check, every page and picture."""
+    """Write or check all pages and pictures."""
     parser = argparse.ArgumentParser(description="Make the generated parts of the documentation.")
-    parser.add_argument("--check", action="store_true", help="write nothing; 1 when something is out of date")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit status 1 if something is out of date")
     check, stale = parser.parse_args().check, 0
     for name in (*PAGES, *FILES):
         path = ROOT / "docs" / name

@@ -1,4 +1,4 @@
-"""Draws how fast the tables drive over the distance to what is near, for the paper's profile and for `careful`."""
+"""Draws the tables' speeds over the distance to an obstacle, for the profiles `paper` and `careful`."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple, cast
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from swarm.fuzzy import Controller, load_profile
 from swarm.fuzzy.vocabulary import Slowing
 
-PROFILES: Final = {"paper": "#4a6fa5", "careful": "#c8662b"}  # and the colour each is drawn in
+PROFILES: Final = {"paper": "#4a6fa5", "careful": "#c8662b"}  # profile: colour of its lines
 CAREFUL: Final = load_profile("careful")
 SLOWING: Final = cast(Slowing, CAREFUL.slowing)
 FAR: Final = 1.6  # m, the end of the universe
 FASTEST: Final = 3.5  # m/s, of the axis
 TOLD: Final = (0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6)  # m, the table's columns
-WIDE, HIGH, LEFT, TOP, GAP, BOTTOM = 300, 210, 60, 84, 70, 50  # px: one panel, and what is around and between the two
+WIDE, HIGH, LEFT, TOP, GAP, BOTTOM = 300, 210, 60, 84, 70, 50  # px: one panel, its margins, and the gap between two
 STYLE: Final = (
     "text{font:12px sans-serif;fill:#222;text-anchor:middle}.title{font-weight:bold;font-size:13px}"
     ".left{text-anchor:start}.right{text-anchor:end}path{fill:none;stroke:#ddd}polyline{fill:none;stroke-width:2.5}"
@@ -25,7 +25,7 @@ LINES: Final = {"forward": "forward", "left_v": "left wheel", "right_v": "right 
 
 
 class Case(NamedTuple):
-    """A way to come near something, the target straight ahead and all other distances far."""
+    """One way to approach an obstacle; the target is straight ahead and all other distances are far."""
 
     title: str
     axis: str
@@ -48,17 +48,17 @@ CASES: Final = (
 
 
 def speeds(case: Case, profile: str, distances: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Ask a profile: the forward speed, which is the mean of the two wheels, and each wheel [m/s]."""
+    """Return a profile's forward speed, which is the mean of the two wheels, and each wheel's speed [m/s]."""
     wheels = Controller(load_profile(profile)).wheel_speeds_many(case.rows(distances))
     return {"forward": wheels.mean(axis=1), "left_v": wheels[:, 0], "right_v": wheels[:, 1]}
 
 
 def svg() -> str:
-    """Draw one panel for each case: forward speeds thick, wheels thin."""
+    """Return the picture: one panel per case, thick lines for forward speeds, thin ones for wheels."""
     width, height = LEFT + 2 * WIDE + GAP + 20, TOP + HIGH + BOTTOM
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">',
-        "<title>Speeds that the tables ask for over the distance to what is near</title>",
+        "<title>Speeds that the tables ask for over the distance to an obstacle</title>",
         f"<style>{STYLE}</style>",
         f'<rect width="{width}" height="{height}" fill="#fff"/>',
         *_legend(),
@@ -107,7 +107,7 @@ def _panel(case: Case, left: float) -> list[str]:
 
 
 def numbers() -> str:
-    """Say the same in numbers, as a paragraph and a Markdown table."""
+    """Return the same in numbers, as a paragraph and a Markdown table."""
     at = np.array(TOLD)
     near = TOLD.index(SLOWING.near)
     told = [

@@ -1,4 +1,4 @@
-"""Hear every robot of a fleet, with plain zenoh-python and msgpack: python listen.py tcp/HOST:PORT FLEET [COUNT]."""
+"""Prints a fleet's broadcasts, with plain zenoh-python and msgpack: python listen.py tcp/HOST:PORT FLEET [COUNT]."""
 
 import json
 import sys
