@@ -1,4 +1,4 @@
-"""What many tests share: a router in a thread, buses on it, the paper's scenario and its planning grid."""
+"""Shared fixtures: a router in a thread, buses on it, the paper's scenario and its planning grid."""
 
 import threading
 from collections.abc import Callable, Iterator

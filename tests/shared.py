@@ -1,4 +1,4 @@
-"""What tests draw scenarios from: edits of a small valid one, and of the paper's rules."""
+"""Scenarios for tests: changes of a small valid one, and of the paper's rules."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,7 +27,7 @@ ROOM = """\
 
 
 def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: object) -> Scenario:
-    """Make a scenario of a drawing with 1 m cells; ``fields`` are those of a scenario file."""
+    """Return a scenario of a drawing with 1 m cells; ``fields`` are those of a scenario file."""
     raw: dict[str, Any] = {
         "name": "small",
         "map": {"text": text, "cell": 1.0},
@@ -41,14 +41,14 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
 
 
 def with_block(floor: OccupancyMap, low: Cell, high: Cell, kind: int) -> OccupancyMap:
-    """Return the same map with a block of cells, ``high`` excluded, made one kind."""
+    """Return the map with all cells from ``low`` up to, but not including, ``high`` changed to ``kind``."""
     cells = floor.cells.copy()
     cells[max(low[0], 0) : max(high[0], 0), max(low[1], 0) : max(high[1], 0)] = kind
     return replace(floor, cells=cells)
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:
-    """Return the same scenario with some settings changed; a section's dict changes only the fields it names."""
+    """Return the scenario with some settings changed; a section's dict changes only the fields it names."""
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
@@ -56,7 +56,7 @@ def with_settings(scenario: Scenario, **sections: object) -> Scenario:
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:
-    """Return the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
+    """Return the profile with other consequents: ``choose(behaviour, terms)`` returns a rule's new terms."""
     document = profile.to_builtins()
     tables = dict(document["behaviours"])  # type: ignore[call-overload]
     for name, behaviour in profile.behaviours.items():
@@ -67,5 +67,5 @@ def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], 
 
 
 def constant_rules(profile: Profile, left: str, right: str) -> Profile:
-    """Return the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
+    """Return the profile with the same consequents in every rule: terms of the ``left`` and ``right`` wheel."""
     return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], left, right))

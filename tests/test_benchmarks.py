@@ -1,4 +1,4 @@
-"""Each section of docs/benchmarks.md says at which commit it was measured, and what is older than its code is listed."""
+"""Each section of docs/benchmarks.md states the commit at which it was measured; stale sections are listed."""
 
 import ast
 import shutil

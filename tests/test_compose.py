@@ -1,4 +1,4 @@
-"""compose.yaml without containers: the same commands as plain processes, an embedded router in the router image's place."""
+"""compose.yaml without containers: the same commands as plain processes, with an embedded router."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""The documentation says what the code says: generated parts are up to date, links lead somewhere, examples run."""
+"""The documentation matches the code: generated parts are up to date, links have targets, examples run."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""Poses, angles and arcs against closed forms that know nothing of the code under test."""
+"""Poses, angles and arcs, compared with independent closed forms."""
 
 from cmath import exp, phase, rect
 from math import cos, hypot, isclose, pi, sin

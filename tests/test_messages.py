@@ -1,4 +1,4 @@
-"""The table of messages, and what decoding makes of anything at all: the message, or a PeerError."""
+"""The table of messages, and decoding of arbitrary bytes: it returns the message or raises PeerError."""
 
 import re
 import struct

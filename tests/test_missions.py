@@ -1,4 +1,4 @@
-"""Whole missions, World and Robot stepped in one process: what the project promises of a run."""
+"""Whole missions, World and Robot in one process: what the project promises about a run."""
 
 from dataclasses import replace
 from typing import Any

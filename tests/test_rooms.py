@@ -1,4 +1,4 @@
-"""The house: which room may import which, and how large a file may become."""
+"""The layout: which room may import which, and the largest size of a file."""
 
 import ast
 import subprocess

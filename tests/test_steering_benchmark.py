@@ -1,4 +1,4 @@
-"""The wrong tables of the steering benchmark are wrong as they say, and its rows add up."""
+"""The steering benchmark: its wrong tables are wrong as named, and its rows are computed correctly."""
 
 from typing import Any
 

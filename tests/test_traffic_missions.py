@@ -1,4 +1,4 @@
-"""Fleets under the rule of holds, in physics, with the paper's controller: the world's own watch is the judge."""
+"""Fleets that reserve cells, in physics, with the paper's controller; the world's own watch checks them."""
 
 from pathlib import Path
 from typing import Any

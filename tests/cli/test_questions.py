@@ -1,4 +1,4 @@
-"""`swarm plan` and `swarm explain`: what they print, and one sentence for whatever is wrong."""
+"""`swarm plan` and `swarm explain`: their output, and one sentence per error."""
 
 import json
 import os

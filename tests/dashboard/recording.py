@@ -1,4 +1,4 @@
-"""Reads a recording back, with none of the code that wrote it."""
+"""Reads a recording back without the code that wrote it."""
 
 from pathlib import Path
 from typing import Any

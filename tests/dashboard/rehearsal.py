@@ -1,4 +1,4 @@
-"""A made-up run that sends what a real fleet would: for looking at the dashboard without a fleet.
+"""A made-up run that sends the messages of a real fleet, to see the dashboard without a fleet.
 
 Robots follow a drawn way past three targets and home, one after the other, and give way now and then. To the
 first and the third stop they go by a joint plan. It is a function of the tick; nothing here simulates anything.

@@ -1,4 +1,4 @@
-"""Rerun's own viewer draws a recording, and none of its views complains."""
+"""Rerun's own viewer draws a recording without errors in any view."""
 
 from ctypes.util import find_library
 from io import BytesIO

@@ -1,4 +1,4 @@
-"""Laws of the fold, whatever arrives in whatever order."""
+"""Laws of the fold over messages, for any messages in any order."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""What is drawn is read back from the file and compared with what was sent."""
+"""The recording is read back from the file and compared with the messages that were sent."""
 
 import socket
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The paper's controller from its definition, in plain numpy, knowing nothing of the code it judges."""
+"""The paper's controller from its definition, in plain numpy, without the code under test."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Profiles unlike the paper's, drawn at random, against the definition read straight from their plain builtins."""
+"""Random profiles unlike the paper's, compared with the definition, evaluated from their builtins."""
 
 from itertools import product
 from typing import Any

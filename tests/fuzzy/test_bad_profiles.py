@@ -1,4 +1,4 @@
-"""Every way a profile can be wrong, and the sentence that says so."""
+"""Every way in which a profile can be wrong, and its error text."""
 
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""The closed form against dense integration, for any output terms clipped at any heights."""
+"""The closed form of the centroid, compared with dense integration, for any terms clipped at any heights."""
 
 import numpy as np
 import pytest

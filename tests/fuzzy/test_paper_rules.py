@@ -1,4 +1,4 @@
-"""The paper's rules are the data file's, and what their asymmetries do."""
+"""The data file has the paper's rules; the effects of their asymmetries."""
 
 import csv
 from pathlib import Path

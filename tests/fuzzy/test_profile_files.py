@@ -1,4 +1,4 @@
-"""Profiles as files and on the wire: what is read, and what comes back."""
+"""Profiles as files and on the wire: reading, and round trips."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""scikit-fuzzy as a second judge: it clips, joins and takes centroids by code of its own."""
+"""The controller, compared with scikit-fuzzy, which clips, joins and takes centroids with its own code."""
 
 from functools import cache
 from typing import Any

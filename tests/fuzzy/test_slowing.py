@@ -1,4 +1,4 @@
-"""A profile with `slowing`: the same tables, slower near obstacles, for whoever asks them."""
+"""A profile with `slowing`: the same tables, slower near obstacles, for every caller."""
 
 import json
 from dataclasses import replace

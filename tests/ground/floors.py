@@ -1,4 +1,4 @@
-"""Small floors for edits, and somebody who overhears what robots say while they drive on them."""
+"""Small floors for edits, and a listener to the broadcasts of robots that drive on them."""
 
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,4 +1,4 @@
-"""Walls that come and go while robots drive, World and Robot stepped in one process."""
+"""Walls that appear and disappear while robots drive; World and Robot run in one process."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

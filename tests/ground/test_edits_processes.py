@@ -1,4 +1,4 @@
-"""Walls that come and go across real processes: asked for over the wire and by the command."""
+"""Edits of the map with real processes, requested over the wire and by the command."""
 
 from pathlib import Path
 

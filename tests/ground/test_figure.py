@@ -1,4 +1,4 @@
-"""The paper's figure 5 in the docs shows the whole of the mission's table."""
+"""The paper's figure 5 in the docs shows all transitions of the mission's table."""
 
 from xml.etree import ElementTree
 

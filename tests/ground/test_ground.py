@@ -1,4 +1,4 @@
-"""What one robot believes about an unknown floor: learned, told, heard, forgotten."""
+"""What one robot knows of an unknown floor: from its rays, from edits and from the radio, and what it forgets."""
 
 from collections.abc import Callable
 from itertools import chain, pairwise

@@ -1,4 +1,4 @@
-"""Moving obstacles: where they are, and that robots stand when one runs into them."""
+"""Moving obstacles: their positions, and that a robot stands still when one runs into it."""
 
 from math import hypot, pi
 from typing import Any

@@ -1,4 +1,4 @@
-"""Rays over solid cells, against shapely, which knows squares and lines and nothing of cells."""
+"""Rays over solid cells, compared with shapely, which works on squares and lines without cells."""
 
 from math import cos, floor, hypot, pi, sin
 

@@ -1,4 +1,4 @@
-"""The three proximity sectors: which body angles they look at."""
+"""The three proximity sectors: the body angles of their rays."""
 
 from itertools import pairwise
 from math import pi, radians

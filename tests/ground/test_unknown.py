@@ -1,4 +1,4 @@
-"""Whole missions on a floor that nobody is given."""
+"""Whole missions on an unknown floor."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Real fleets under test: launched by the command, watched over their own wire, ended by their own process ids."""
+"""Real fleets under test: started by the command, watched over the wire, ended by process id."""
 
 import json
 import os

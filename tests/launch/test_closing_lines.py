@@ -1,4 +1,4 @@
-"""What `swarm run` says at the end, for people."""
+"""The last lines of `swarm run`."""
 
 from pathlib import Path
 from typing import Any

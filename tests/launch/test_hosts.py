@@ -1,4 +1,4 @@
-"""Processes started one by one, as on many hosts: who joins, is refused, leaves; and strangers on the wire."""
+"""Processes started one by one, as on many hosts: joining, refusal, leaving, and foreign messages on the wire."""
 
 import json
 import signal

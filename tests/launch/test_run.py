@@ -1,4 +1,4 @@
-"""`swarm run` with real processes: the whole way from the command to the report, undisturbed and ended early."""
+"""`swarm run` with real processes: from the command to the report, complete and ended early."""
 
 import signal
 from pathlib import Path

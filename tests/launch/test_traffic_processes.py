@@ -1,4 +1,4 @@
-"""Robots as real processes among others: suspended, and killed while they lead, they cost time and touch nobody."""
+"""Robots as real processes: if one is suspended, or killed while it leads, others lose time but nobody is touched."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""No bytes make a loader fail in any way but one sentence of ours; what the fuzzer once found stays here."""
+"""Any bytes make a loader return a map or raise an error of one sentence; earlier findings of the fuzzer are kept."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""The one map type."""
+"""The occupancy map."""
 
 from math import cos, pi, sin
 

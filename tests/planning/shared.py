@@ -1,4 +1,4 @@
-"""What the tests of planning draw from: public benchmark data where it is there, and random grids."""
+"""Maps for the tests of planning: public benchmark data, if it is present, and random grids."""
 
 from pathlib import Path
 

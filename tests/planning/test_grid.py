@@ -1,4 +1,4 @@
-"""The grown grid against plain definitions."""
+"""The grown grid, compared with plain definitions."""
 
 from math import hypot
 

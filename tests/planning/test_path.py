@@ -1,4 +1,4 @@
-"""Paths in metres, judged by shapely, and the arithmetic along them."""
+"""Paths in metres, checked with shapely, and the arithmetic along them."""
 
 from math import dist, hypot, inf
 

@@ -1,4 +1,4 @@
-"""The judge itself: every bad path is faulted by name, and good ones are not."""
+"""The path checker: it names the fault of every bad path and finds none in good ones."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What ``swarm plan`` prints."""
+"""The output of ``swarm plan``."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A body that tests drive by hand: kinematics and the wheels' ramp in plain Python, and what shapely says of it."""
+"""A body that tests drive by hand: kinematics and the wheels' ramp in plain Python, and its clearance by shapely."""
 
 from collections.abc import Iterable
 

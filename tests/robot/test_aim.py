@@ -1,4 +1,4 @@
-"""Aims: the farthest point of the way that is reached straight through held cells, clear of walls."""
+"""Aims: the farthest point of the way that a straight line reaches through reserved cells, clear of walls."""
 
 from dataclasses import replace
 from math import cos, hypot, pi, sin

@@ -1,4 +1,4 @@
-"""One robot, stepped by hand: how long it believes what it heard, and what it takes up from the process before it."""
+"""One robot, stepped by hand: how long it uses what it heard, and what it takes over from the process before it."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The brake: the cells that traffic keeps for it are those that the wheels then drive through."""
+"""The brake: the cells that a robot keeps reserved for it are those that the wheels drive through."""
 
 from math import pi
 

@@ -1,4 +1,4 @@
-"""Driving by holds, one robot stepped by hand: when it only turns, what its tables are told, where it stays at last."""
+"""Driving in reserved cells, one robot stepped by hand: when it only turns, what its tables get, where it stays."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The way out of a place where the tables get nowhere: what they are told, when, and until when."""
+"""The detour where the tables make no progress: which aim they get, from when, and until when."""
 
 from math import pi
 

@@ -1,4 +1,4 @@
-"""What a robot's process takes in: only a sense that fits its scenario, whoever sent it."""
+"""The inbox of a robot's process accepts only a sense that fits its scenario."""
 
 from typing import Any
 from unittest.mock import Mock

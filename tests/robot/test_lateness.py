@@ -1,4 +1,4 @@
-"""Whether the wheels obey at once: told from what was commanded and what they did."""
+"""Detection of late wheels, from the commands and the wheels' speeds."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The mission's table: what leads where, and that nothing else does."""
+"""The mission's table: every transition, and that there are no others."""
 
 from itertools import product
 

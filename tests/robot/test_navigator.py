@@ -1,4 +1,4 @@
-"""A robot's own path: how it is followed, and when it is given up."""
+"""A robot's own path: how the robot follows it, and when it gives it up."""
 
 import pytest
 

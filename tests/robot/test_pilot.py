@@ -1,4 +1,4 @@
-"""What the tables are asked, in their own units."""
+"""The tables' inputs, in their own units."""
 
 from math import pi
 from typing import cast

@@ -1,4 +1,4 @@
-"""Where the tables would drive: the compiled rollout is the controller and the kinematics, stepped by hand."""
+"""The compiled rollout of the tables equals the controller and the kinematics, stepped by hand."""
 
 from math import inf, pi
 

@@ -1,4 +1,4 @@
-"""What keeps a robot clear: the filter against shapely, its kernel against stepping by hand in plain Python."""
+"""The safety filter, compared with shapely; its kernel, compared with plain Python."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Every way a scenario can be wrong: one sentence, exit status 2, no traceback, nothing started."""
+"""Every way in which a scenario can be wrong: one sentence, exit status 2, no traceback, no process started."""
 
 from collections.abc import Callable
 from pathlib import Path

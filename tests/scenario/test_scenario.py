@@ -1,4 +1,4 @@
-"""Good scenarios: over the wire and back, starts drawn with the seed, and what paper.yaml promises."""
+"""Good scenarios: the round trip over the wire, starts from the seed, and the contents of paper.yaml."""
 
 from itertools import combinations, pairwise
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The scenarios that come with the project are found by name, from any folder."""
+"""The project's own scenarios are found by name, from any folder."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A short real run to plant faults in, and how to alter what was written down."""
+"""A short real run in which tests plant faults, and functions that change its history."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""`swarm storm`: what it prints, where its findings go, and one sentence for whatever is wrong."""
+"""`swarm storm`: its output, the files of its findings, and one sentence per error."""
 
 import json
 import signal

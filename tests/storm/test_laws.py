@@ -1,4 +1,4 @@
-"""Each law speaks of the violation it is for, and of nothing else: violations planted into a run that keeps them all."""
+"""Each law finds its own violation and no other; the violations are planted into a run that keeps all laws."""
 
 from collections.abc import Callable
 from dataclasses import replace

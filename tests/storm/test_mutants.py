@@ -1,4 +1,4 @@
-"""Planting a fault changes one line of a copy, and what a storm says of it is understood."""
+"""Planting a fault changes one line of a copy; the output of a storm about it is parsed."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Plans: a seed means one plan, a plan is its file, and a file that is none gets one sentence."""
+"""Plans: a seed gives one plan, a plan equals its file, and a bad file gets an error of one sentence."""
 
 import pickle
 from pathlib import Path

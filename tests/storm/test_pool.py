@@ -1,4 +1,4 @@
-"""Jobs on worker processes: each gets its answer, whoever dies takes only its own job along."""
+"""Jobs on worker processes: each gets its answer; a worker that dies loses only its own job."""
 
 from collections.abc import Iterator
 

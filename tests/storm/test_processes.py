@@ -1,4 +1,4 @@
-"""Plans over real processes: the same run; what only the simulation has is refused or left out."""
+"""Plans over real processes give the same run; features of the simulation only are refused or left out."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Fixed seeds, and plans that once failed: every law holds in each of them."""
+"""Fixed seeds, and plans that failed once: they keep every law."""
 
 import os
 from collections.abc import Iterable

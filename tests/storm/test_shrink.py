@@ -1,4 +1,4 @@
-"""Shrinking keeps the law broken, makes the plan smaller, and every candidate is a world of its own."""
+"""Shrinking makes a plan smaller while the law stays broken; every candidate is an independent world."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""The summary counts what the results say; the interval is Wilson's."""
+"""The summary's counts match the results; the interval is Wilson's."""
 
 import json
 

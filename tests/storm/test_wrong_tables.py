@@ -1,4 +1,4 @@
-"""Whatever the tables say, nobody touches anything and nobody leaves its cells: safety does not rest on who steers."""
+"""No table makes a robot touch anything or leave its reserved cells: safety does not depend on the tables."""
 
 from collections.abc import Callable
 from math import nan

@@ -1,4 +1,4 @@
-"""What worker processes do in tests: module functions, since the workers import them."""
+"""Jobs of worker processes in tests; they are module functions, since the workers import them."""
 
 import json
 import os

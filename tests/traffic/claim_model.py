@@ -1,4 +1,4 @@
-"""Every run of the claim protocol, for a few robots and cells: which states can be reached, and do holds overlap?
+"""All runs of the claim protocol for a few robots and cells: which states are reachable, and do holds overlap?
 
 A state is each robot's ledger, the newest notice it has of each other, and what is on its way on each channel. Notices
 travel as slowly as they like, overtake each other (then the older is dropped on arrival) and get lost. Stamps of

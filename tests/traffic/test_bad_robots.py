@@ -1,4 +1,4 @@
-"""Robots that lie, repeat themselves, go by another's name or ignore a plan: nobody is touched, and an event names them."""
+"""Robots that lie, repeat old records, use another's name or ignore a plan: no contact, and an event names them."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

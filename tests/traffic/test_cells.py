@@ -1,4 +1,4 @@
-"""The lattice of cells against the map it was made from."""
+"""The lattice of cells, compared with the map from which it is made."""
 
 from math import hypot, pi
 

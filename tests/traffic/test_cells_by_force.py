@@ -1,4 +1,4 @@
-"""Cells, and what fits between the walls in them, against shapely; ways against networkx."""
+"""Cells and the space between their walls, compared with shapely; ways, compared with networkx."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What a scenario makes of traffic's constants."""
+"""The constants of traffic for a scenario."""
 
 import pytest
 

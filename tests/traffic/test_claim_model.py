@@ -1,4 +1,4 @@
-"""The claim protocol, tried in every order and with every loss of messages."""
+"""The claim protocol, in every order and with every loss of messages."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What robots tell each other is merged, passed on, and not believed blindly."""
+"""Peer records: they are merged and relayed, and are not trusted blindly."""
 
 from dataclasses import replace as replaced
 

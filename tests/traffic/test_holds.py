@@ -1,4 +1,4 @@
-"""The rules of holds, one by one, and who has to acknowledge: each case as a row, since the model needs only one side."""
+"""The rules of holds one by one, and who must acknowledge; each case is a row, since the model needs only one side."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What a leader makes of those it hears, and of those it does not."""
+"""A leader's joint plan, with the robots that it hears and those that it does not."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""The life of a joint plan, tick by tick: who is asked, who stands for whom, for how long, and who is named."""
+"""The life of a joint plan, tick by tick: who is asked, who waits for whom, for how long, and who is reported."""
 
 import re
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Joint plans: found where there are some, judged by a checker of its own, and refused where there are none."""
+"""The search for joint plans: a separate checker accepts its plans, and it reports if there is none."""
 
 from collections.abc import Sequence
 from random import Random

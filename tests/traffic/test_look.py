@@ -1,4 +1,4 @@
-"""What the rays say about bodies: who explains what, how long a stop lasts, and when a thing is taken to stay."""
+"""Bodies that rays show: which robot explains them, how long a stop lasts, and when a body counts as fixed."""
 
 from collections.abc import Sequence
 from math import cos, pi, sin

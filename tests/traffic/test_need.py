@@ -1,4 +1,4 @@
-"""When a robot asks for a joint plan: each reason alone, just so and just not so."""
+"""When a robot asks for a joint plan: each reason alone, on both sides of its limit."""
 
 from collections.abc import Mapping
 

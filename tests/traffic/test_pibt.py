@@ -1,4 +1,4 @@
-"""One step for everybody: what is never done, who comes nearer, and how two change places."""
+"""One PIBT step for all robots: what never happens, who comes nearer, and how two robots swap."""
 
 from random import Random
 

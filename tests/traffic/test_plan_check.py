@@ -1,4 +1,4 @@
-"""The judge of plans knows a bad one when it sees it."""
+"""The checker of joint plans finds every kind of fault."""
 
 import pytest
 

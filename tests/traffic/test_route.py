@@ -1,4 +1,4 @@
-"""A robot's own way over the cells: shortest where nothing is said, and near the path where one is given."""
+"""A robot's own way over the cells: the shortest one, or one near a given path."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""What the constants of traffic have to be to each other, whatever they are."""
+"""Relations that the constants of traffic must keep."""
 
 from dataclasses import fields, replace
 from itertools import pairwise

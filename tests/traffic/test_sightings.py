@@ -1,4 +1,4 @@
-"""What robots saw of cells and tell each other: the newest counts, old news is forgotten, the living are believed."""
+"""Sightings of cells: the newest counts, old ones are forgotten, and live robots count more than sightings."""
 
 import pytest
 

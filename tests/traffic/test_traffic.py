@@ -1,4 +1,4 @@
-"""Whole fleets on small maps, in physics: nobody touches, nobody stands stuck, and what cannot be is said."""
+"""Whole fleets on small maps, in physics: no contacts, no deadlocks, and impossible goals are reported."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Where a robot is on its way: each move of the walk on named cases, and what no move may do."""
+"""Route progress: each move on named cases, and invariants of all moves."""
 
 import pytest
 from hypothesis import given

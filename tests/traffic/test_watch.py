@@ -1,4 +1,4 @@
-"""The watch is fed ticks made by hand: each planted fault is counted once, as it begins, and nothing else is."""
+"""The watch on ticks that are made by hand: it counts each planted fault once, at its beginning, and nothing else."""
 
 from collections.abc import Iterable, Sequence
 

@@ -1,4 +1,4 @@
-"""What a drill does to robots: drawn with a seed, lasting as long as it says."""
+"""Faults of a drill: drawn from the seed, and of the stated duration."""
 
 from collections.abc import Mapping
 from itertools import groupby

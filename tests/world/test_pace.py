@@ -1,4 +1,4 @@
-"""The timetable and the stopwatch, on a clock that is set by hand."""
+"""The timetable and the stopwatch, on a clock that the test sets."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Bodies, contacts and rays, against the closed form of the arc and an independent ray caster."""
+"""Bodies, contacts and rays, compared with the closed form of the arc and an independent ray caster."""
 
 from itertools import product
 from math import cos, pi, sin

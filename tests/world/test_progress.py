@@ -1,4 +1,4 @@
-"""Who gets nowhere, and from when on: robots moved by hand over the floor's squares."""
+"""Detection of robots without progress, and of the time it began; robots are moved by hand over the floor."""
 
 from math import inf
 

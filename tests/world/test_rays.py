@@ -1,4 +1,4 @@
-"""The compiled rays of the world, judged by pymunk's own segment queries over random scenes.
+"""The compiled rays of the world, compared with pymunk's segment queries in random scenes.
 
 Where a ray grazes a corner or a disc, the last bit of a number decides whether it hits. So each scene is given to pymunk
 three times: with all shapes a little larger, a little smaller, and as they are. What it measures among the larger ones

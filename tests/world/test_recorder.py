@@ -1,4 +1,4 @@
-"""The recorder is fed ticks made by hand, and each of its numbers is what they add up to."""
+"""The recorder's numbers for ticks that are made by hand."""
 
 import hashlib
 import struct

@@ -1,4 +1,4 @@
-"""What a run does beside driving: when it is over, edits at their times, what watchers see, spells of faults."""
+"""A run apart from driving: its end, edits at their times, what watchers get, faults for a time."""
 
 from math import inf, pi
 

@@ -1,4 +1,4 @@
-"""The noise of the sensors: on both sides of the truth, as wide as asked for, and independent from ray to ray."""
+"""The sensors' noise: zero mean, the requested deviation, and independent from ray to ray."""
 
 from math import radians
 from statistics import fmean, pstdev

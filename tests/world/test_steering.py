@@ -1,4 +1,4 @@
-"""Who steers, as the world works it out: commands planted beside tables whose answers a hand knows."""
+"""The world's steering labels: given commands, compared with tables whose speeds are known."""
 
 from math import degrees, nan, pi
 

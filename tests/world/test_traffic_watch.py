@@ -1,4 +1,4 @@
-"""What the world's own watch is shown: true poses, what robots declare, and only what is said again."""
+"""The input of the world's traffic watch: true poses and the robots' declarations, only while they are repeated."""
 
 import msgspec
 

@@ -1,4 +1,4 @@
-"""The world itself: sensors, wheels, commands that expire, the radio model, the judge of gaps, and whom it believes."""
+"""The world: sensors, wheels, commands that expire, the radio model, clearances, and which reports it accepts."""
 
 from math import pi
 
