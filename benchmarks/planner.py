@@ -161,7 +161,7 @@ class Peer:
 
 
 def install() -> bool:
-    """Create the peers' environment if it is missing; print a sentence and return False if that fails."""
+    """Install the peers' environment if it is missing; print a sentence and return False if that fails."""
     if (ENVIRONMENT / ".ready").exists():
         return True
     print("installing the peers ...", file=sys.stderr)

@@ -8,7 +8,7 @@ tables got scaled distances; and the mean scale then. The world computes all of 
 The third table is the control: useless tables, in three times the paper's mean time. If such a run reaches a stop,
 something other than the tables has steered.
 
-The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the page says so.
+The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the page states it.
 ``--few`` is a short run. Several runs go in parallel, one per core.
 """
 

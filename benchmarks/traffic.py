@@ -12,7 +12,7 @@ columns are:
 - share of the time spent waiting;
 - joint plans, the time from the need of one to following it, and the search time (median and longest).
 
-The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the table says so.
+The cases on MAPF maps need the benchmark data beside the project; without it they are left out, and the page states it.
 Several runs go in parallel, one per core.
 """
 

@@ -33,7 +33,7 @@ class MapSettings(Section, frozen=True, kw_only=True):
 class StartSettings(Section, frozen=True, kw_only=True):
     """One of ``area`` (random poses in it, from the seed), ``poses`` (robot i takes the i-th) or ``circle``.
 
-    On a circle the robots stand evenly spaced and face the middle. Each robot's target is the point opposite its start.
+    On a circle the robots stand evenly spaced and face the centre. Each robot's target is the point opposite its start.
     """
 
     area: Annotated[tuple[Metres, Metres, Metres, Metres], Meta(description="m; x and y of two corners")] | None = None
@@ -42,7 +42,7 @@ class StartSettings(Section, frozen=True, kw_only=True):
     ] = None
     circle: (
         Annotated[
-            tuple[Metres, Metres, Annotated[float, Meta(gt=0, le=1e4)]], Meta(description="m; middle, then diameter")
+            tuple[Metres, Metres, Annotated[float, Meta(gt=0, le=1e4)]], Meta(description="m; centre, then diameter")
         ]
         | None
     ) = None
@@ -66,7 +66,7 @@ class SensorSettings(Section, frozen=True, kw_only=True):
 
     range: Annotated[float, _metres(0.1, 50, "reach of a ray")] = 1.6
     rays: Annotated[int, Meta(ge=1, le=99, description="rays in each sector")] = 5
-    side_deg: Annotated[float, Meta(gt=0, lt=180, description="degrees; side sectors' middle, from ahead")] = 60.0
+    side_deg: Annotated[float, Meta(gt=0, lt=180, description="degrees; side sectors' centre, from ahead")] = 60.0
     side_half_width_deg: Annotated[float, Meta(ge=0, le=90, description="degrees")] = 25.0
     front_half_width_deg: Annotated[float, Meta(ge=0, le=90, description="degrees")] = 25.0
     noise: Annotated[float, Meta(ge=0, le=1, description="m; standard deviation of a distance")] = 0.0

@@ -22,7 +22,7 @@ class Sense(Message, frozen=True, kw_only=True):
     tick: Annotated[Count, says("ticks since the run began")]
     time: Annotated[Seconds, says("s; since the run began")]
     lockstep: Annotated[bool, says("the world waits for this robot's command; the robot waits for all it `hears`")]
-    x: Annotated[Metres, says("m; the robot's middle in the map")]
+    x: Annotated[Metres, says("m; the robot's centre in the map")]
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad; 0 along x, left is positive")]
     linear: Annotated[Speed, says("m/s; forward speed, from the wheels' present speeds")]
@@ -46,7 +46,7 @@ class Command(Message, frozen=True, kw_only=True):
     right: Annotated[Speed, says("m/s; rim speed of the right wheel")]
     heading: Annotated[Angle, says("rad; bearing of the aim that the fuzzy controller got; left is positive")]
     activity: Annotated[Activity, says("what the robot is doing")]
-    reached: Annotated[list[bool], says("of each stop: the targets, then home where the mission returns")]
+    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
     unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
     held: Annotated[list[Count], says("cells that it has reserved; the last is the head")] = []
     scale: Annotated[Scale, says("the fuzzy controller got the sensed distances divided by this")] = 1.0
@@ -70,7 +70,7 @@ class Broadcast(Message, frozen=True, kw_only=True):
     activity: Annotated[Activity, says("what the robot is doing")]
     target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
     distance: Annotated[Length, says("m; to that stop, along its path")]
-    reached: Annotated[list[bool], says("whether each stop has been reached")]
+    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
     traffic: Annotated[
         TrafficBroadcast | None, says("reservations, acknowledgements and joint plans of the sender and of others")
     ] = None
@@ -87,7 +87,7 @@ class State(Message, frozen=True, kw_only=True):
     tick: Annotated[Count, says("ticks since the run began")]
     activity: Annotated[Activity, says("what the robot is doing")]
     target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
-    reached: Annotated[list[bool], says("of each stop: the targets, then home where the mission returns")]
+    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
     unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
     distance: Annotated[Length, says("m; to the stop, along its path")]
     replans: Annotated[Count, says("paths planned so far")]

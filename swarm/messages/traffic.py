@@ -90,7 +90,7 @@ class Notice(Struct, frozen=True, kw_only=True, omit_defaults=True):
 class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     """Everything that one robot tells others about its traffic."""
 
-    x: Annotated[Metres, says("m; its middle in the map")]
+    x: Annotated[Metres, says("m; its centre in the map")]
     y: Annotated[Metres, says("m")]
     goal: Annotated[Cell, says("cell it drives to; -1: none")]
     idle: Annotated[bool, says("it has no goal: it makes room, and is the last to choose a place")] = False

@@ -11,7 +11,7 @@ class Body(Message, frozen=True, kw_only=True):
     """The true state of one robot."""
 
     robot: Annotated[Id, says("its name")]
-    x: Annotated[Metres, says("m; its middle in the map")]
+    x: Annotated[Metres, says("m; its centre in the map")]
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad; 0 along x, left is positive")]
     left_v: Annotated[Speed, says("m/s; rim speed of the left wheel now")]
@@ -31,7 +31,7 @@ class Body(Message, frozen=True, kw_only=True):
 class Mover(Message, frozen=True, kw_only=True):
     """The true state of a moving obstacle: a disc, or a box aligned with its way."""
 
-    x: Annotated[Metres, says("m; its middle in the map")]
+    x: Annotated[Metres, says("m; its centre in the map")]
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad; its direction of motion")]
     radius: Annotated[Length, says("m; 0 for a box")]
