@@ -109,7 +109,7 @@ class Overlays:
         return [drawn(plan, cells, bodies) for plan in followed(heard, self._plans)]
 
     def boxes(self, body: Body) -> list[Box]:
-        """Give the cells a robot holds."""
+        """Return the cells a robot holds."""
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]

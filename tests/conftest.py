@@ -60,6 +60,6 @@ def make_bus(endpoint: Endpoint, request: pytest.FixtureRequest) -> Iterator[Mak
 
 @pytest.fixture
 def tmp_runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Give fleets a folder of their own for their cards, so that nobody else's fleet is found."""
+    """Return fleets a folder of their own for their cards, so that nobody else's fleet is found."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     return tmp_path

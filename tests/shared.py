@@ -41,14 +41,14 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
 
 
 def with_block(floor: OccupancyMap, low: Cell, high: Cell, kind: int) -> OccupancyMap:
-    """Give the same map with a block of cells, ``high`` excluded, made one kind."""
+    """Return the same map with a block of cells, ``high`` excluded, made one kind."""
     cells = floor.cells.copy()
     cells[max(low[0], 0) : max(high[0], 0), max(low[1], 0) : max(high[1], 0)] = kind
     return replace(floor, cells=cells)
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:
-    """Give the same scenario with some settings changed; a section's dict changes only the fields it names."""
+    """Return the same scenario with some settings changed; a section's dict changes only the fields it names."""
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
@@ -56,7 +56,7 @@ def with_settings(scenario: Scenario, **sections: object) -> Scenario:
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:
-    """Give the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
+    """Return the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
     document = profile.to_builtins()
     tables = dict(document["behaviours"])  # type: ignore[call-overload]
     for name, behaviour in profile.behaviours.items():
@@ -67,5 +67,5 @@ def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], 
 
 
 def constant_rules(profile: Profile, left: str, right: str) -> Profile:
-    """Give the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
+    """Return the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
     return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], left, right))

@@ -42,7 +42,7 @@ class Answers:
 
 
 def merged(one: Command, other: Command) -> Command:
-    """Give the later of two commands of one robot (the second, of one tick), with all that either tells only once.
+    """Return the later of two commands of one robot (the second, of one tick), with all that either tells only once.
 
     A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
     what happened nor that it broadcast may be lost.

@@ -103,7 +103,7 @@ class Host:
         self._timetable = Timetable(self._world.dt, 1.0 if pace == "max" else pace)
 
     def open(self) -> None:
-        """Listen, answer, and be present."""
+        """Declare what this process listens to, answers and is."""
         bus = self._bus
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
@@ -126,7 +126,7 @@ class Host:
         self._speaker.tell(self._world.event(kind, text, robot))
 
     def serve(self, stop: Flag) -> None:
-        """Run until the run is over, or we are told to stop."""
+        """Run until the run is over or this process is told to stop."""
         self._tell_clock()
         while self.phase is not Phase.OVER:
             if stop.is_set():
@@ -155,7 +155,7 @@ class Host:
         self._go_to(Phase.OVER)
 
     def _tick(self, stop: Flag) -> None:
-        """One tick: sense for all, wait for their commands or for the time to pass, move all."""
+        """Run one tick: sense for all, wait for their commands or for the time to pass, move all."""
         self._stopwatch.go()
         world, bus = self._world, self._bus
         lockstep = self._pace == "max"
@@ -225,7 +225,7 @@ class Host:
             self._tell_clock()
 
     def _answer(self, request: Request) -> None:
-        """Do what is asked, or say why not."""
+        """Do what is asked, or refuse and say why."""
         try:
             match request.message:
                 case Action(do=do):
@@ -240,7 +240,7 @@ class Host:
             request.accept(reply)
 
     def _welcome(self, asked: str | None) -> Welcome:
-        """Give a robot process its place."""
+        """Assign a robot process its place in the fleet."""
         name = self._lobby.place(asked, monotonic())
         state = self._answers.states.get(name)
         return Welcome(
@@ -253,7 +253,7 @@ class Host:
         )
 
     def _press(self, do: Do) -> Accepted:
-        """Do what a button says, if the table of buttons lets it."""
+        """Do what a button says, if it may be pressed in this phase."""
         phase = pressed(self.phase, do, self._lobby.absent)
         self._held = self._held and do is not Do.GO
         if do is Do.RESTART:
@@ -265,7 +265,7 @@ class Host:
         return Accepted(text=f"the run is {self.phase.value}")
 
     def _edit(self, edit: Edit) -> Accepted:
-        """Add or remove walls, and let those who watch know."""
+        """Add or remove walls, and send the new map to everybody who watches."""
         self._world.edit(edit)
         text = f"{edit.kind.value} from {edit.low} to {edit.high}"
         self._tell("edit", text)
@@ -273,12 +273,12 @@ class Host:
         return Accepted(text=text)
 
     def _tell_map(self) -> None:
-        """Take the world's floor over as it is now, and let those who watch, join or begin again know."""
+        """Take over the world's floor as it is now, and send it to everybody who watches."""
         self._speaker.take_map(self._world.floor)
         self._speaker.tell_map(self._world)
 
     def _restart(self) -> None:
-        """All back to their starts, progress cleared; a run of its own begins."""
+        """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self._world
         self._world = World(self._speaker.scenario, old.starts, self._seed, run=old.run + 1, edits=old.edits)
         self._answers = Answers()

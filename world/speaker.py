@@ -6,7 +6,7 @@ from time import monotonic
 
 from swarm.bus import Bus
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Floor, Phase
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Map, Phase
 from swarm.scenario.load import Scenario
 from world.world import World
 
@@ -26,10 +26,10 @@ class Speaker:
         self.scenario = replace(self.scenario, map=floor)
         self.settings, self.packed = self.scenario.to_wire()
 
-    def floor(self, world: World) -> Floor:
+    def floor(self, world: World) -> Map:
         """Return the map with the scenario's settings and where each robot starts."""
         homes = dict(zip(world.robots, world.starts, strict=True))
-        return Floor(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
+        return Map(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
 
     def tell_map(self, world: World) -> None:
         """Send the map."""

@@ -16,10 +16,10 @@ from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from world.edits import edited
-from world.ether import Ether
 from world.movers import Patrol
 from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
+from world.radio_model import RadioModel
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
 from world.steering import SteeringWatch
@@ -57,7 +57,7 @@ class World:
         self.edits = edits  # how many there have been, in all runs
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self._sensing = Sensing(settings.sensors, len(starts), seed)
-        self._ether = Ether(settings.radio, seed, self._physics.sees)
+        self._radio = RadioModel(settings.radio, seed, self._physics.sees)
         self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         self._stop_places = [np.array(stops, np.float64).reshape(-1, 2) for stops in self._stops]
         self._number = {name: number for number, name in enumerate(self.robots)}
@@ -113,7 +113,7 @@ class World:
             yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
+        """Let a tick pass under the commands that came; a robot without one keeps its last until it expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
@@ -129,7 +129,7 @@ class World:
         contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels], movers)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
-        heard = self._ether.hears(poses, senders)
+        heard = self._radio.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
         for contact in self.recorder.contacts(contacts, self._physics.touching, self._wheels):
@@ -143,7 +143,7 @@ class World:
         return events
 
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
-        """Name who got nowhere for long with stops left, whatever the cause."""
+        """Report robots that have stops left and got nowhere for long, whatever the cause."""
         left = [self._next_stop(number) for number in range(len(self.robots))]
         for number in self.progress.look(self.time, poses, left):
             name, command = self.robots[number], self._commands[number]
@@ -227,7 +227,7 @@ class World:
         self.edits += 1
 
     def poses(self) -> list[Pose]:
-        """Where every robot stands."""
+        """Return the pose of every robot."""
         return self._physics.poses()
 
     def touching(self) -> list[Contact]:
@@ -235,7 +235,7 @@ class World:
         return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
-        """Where every moving obstacle is."""
+        """Return the pose of every moving obstacle."""
         return [patrol.at(self.time) for patrol in self._patrols]
 
     def stops(self, name: str) -> tuple[Point, ...]:
@@ -243,7 +243,7 @@ class World:
         return self._stops[self._number[name]]
 
     def truth(self) -> Truth:
-        """Everything that can be seen from outside, for those who watch."""
+        """Return everything that can be seen from outside, for those who watch."""
         bodies = []
         for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
             pose, (left, front, right, _) = self._physics.pose(number), self._distances[number]

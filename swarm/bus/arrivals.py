@@ -50,6 +50,6 @@ class Request:
         self.query.drop()  # type: ignore[no-untyped-call]
 
     def refuse(self, reason: str) -> None:
-        """Say no, and why."""
+        """Refuse, and say why."""
         self.query.reply_err(reason.encode())
         self.query.drop()  # type: ignore[no-untyped-call]

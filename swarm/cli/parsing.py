@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
     """argparse, with one sentence for what is wrong."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong and how to see what is right."""
+        """Raise what is wrong, and how to see what is right."""
         raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
 
 

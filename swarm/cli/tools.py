@@ -11,7 +11,7 @@ from swarm.maps.occupancy import OccupancyMap
 
 
 def explain(options: argparse.Namespace) -> int:
-    """Say what the fuzzy controller makes of one reading, rule by rule."""
+    """Print what the fuzzy controller makes of one reading, rule by rule."""
     from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)

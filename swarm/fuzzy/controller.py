@@ -76,7 +76,7 @@ class Controller:
 
 
 def refusal(left: float, front: float, right: float, heading_deg: float) -> ControlInputError:
-    """Say which input cannot be."""
+    """Return a sentence on the input that cannot be."""
     named = zip(INPUTS, (left, front, right, heading_deg), strict=True)
     for name, value in named:
         if not isfinite(value):

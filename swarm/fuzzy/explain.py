@@ -18,7 +18,7 @@ def explain(
     as_json: bool = False,
     surface_png: str | Path | None = None,
 ) -> str:
-    """Say why the wheels would turn as they do, for a person or as JSON; draw the control surface about it if asked.
+    """Return why the wheels would turn as they do, in words or as JSON; draw the control surface about it if asked.
 
     Distances in metres; the bearing in degrees, positive to the right. The surface is drawn over head_ang and
     front_obs, the other two inputs as given.

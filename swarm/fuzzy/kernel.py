@@ -41,7 +41,7 @@ def membership(x: float, a: float, b: float, c: float, d: float) -> float:
 
 @njit("f8(f8)", cache=True)
 def within_half_turn(heading: float) -> float:
-    """Say the same direction within -180..180 [degrees]."""
+    """Return the same direction within -180..180 [degrees]."""
     if abs(heading) <= 180.0:
         return heading
     heading %= 360.0

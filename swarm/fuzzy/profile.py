@@ -57,7 +57,7 @@ class Profile:
         return profile
 
     def to_builtins(self) -> dict[str, object]:
-        """Give the profile as dicts, lists, texts and finite numbers, for YAML, JSON or MessagePack."""
+        """Return the profile as dicts, lists, texts and finite numbers, for YAML, JSON or MessagePack."""
         weighing = self.weighing and {
             "behaviour": self.weighing.behaviour,
             "yields_to": self.weighing.yields_to,

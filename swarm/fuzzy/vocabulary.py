@@ -21,7 +21,7 @@ class Term:
     d: float
 
     def membership(self, x: float) -> float:
-        """Tell how far ``x`` belongs to this term [0..1].
+        """Return how far ``x`` belongs to this term [0..1].
 
         >>> slow = Term("slow", 0.0, 1.0, 1.0, 2.0)
         >>> slow.membership(0.25), slow.membership(1.0), slow.membership(2.0)
@@ -70,7 +70,7 @@ class Behaviour:
         return rule.terms[self.columns.index(variable)]
 
     def text(self, rule: Rule) -> str:
-        """Say a rule in words: ``IF left_obs is near AND ... THEN left_v is fast AND right_v is slow``."""
+        """Return a rule in words: ``IF left_obs is near AND ... THEN left_v is fast AND right_v is slow``."""
         cells = list(zip(self.columns, rule.terms, strict=True))
         antecedents = [f"{name} is {term}" for name, term in cells if name in INPUTS and term != ANY]
         consequents = [f"{name} is {term}" for name, term in cells if name in OUTPUTS]

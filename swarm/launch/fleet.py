@@ -65,11 +65,11 @@ class Fleet:
         self._running[name] = (role, process)
 
     def log_of(self, name: str) -> Path:
-        """Where a process's output goes."""
+        """Return the file that a process's output goes to."""
         return self._folder / f"{name}.log"
 
     def pid_of(self, name: str) -> int | None:
-        """The process id under a name, while it runs."""
+        """Return the process id under a name, None where it does not run."""
         return self._running[name][1].pid if name in self._running else None
 
     def watch(self, timeout: float) -> list[Ended]:
@@ -92,7 +92,7 @@ class Fleet:
         return ended
 
     def last_lines(self, name: str) -> str:
-        """What a process said last."""
+        """Return the last lines that a process has printed."""
         try:
             text = self.log_of(name).read_text(encoding="utf-8", errors="replace")
         except OSError:

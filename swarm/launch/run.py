@@ -197,7 +197,7 @@ def _summary(path: Path, options: Options, trouble: str) -> dict[str, Any]:
 
 
 def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
-    """Say how it went, for people."""
+    """Return the lines that sum a run up, for people."""
     if "contacts" not in summary:
         return [f"not complete: {summary['reason']}"]
     contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())

@@ -45,7 +45,7 @@ class OccupancyMap:
         return floor(up / self.resolution), floor(along / self.resolution)
 
     def centre_of(self, cell: Cell) -> Point:
-        """Give the middle of a cell [m, map frame]."""
+        """Return the middle of a cell [m, map frame]."""
         return from_frame(self.origin, (cell[1] + 0.5) * self.resolution, (cell[0] + 0.5) * self.resolution)
 
     def inside(self, cell: Cell) -> bool:
@@ -54,7 +54,7 @@ class OccupancyMap:
         return 0 <= cell[0] < rows and 0 <= cell[1] < columns
 
     def at(self, x: float, y: float) -> int:
-        """Tell what stands at a point; everything outside the map is WALL."""
+        """Return what stands at a point; everything outside the map is WALL."""
         cell = self.cell_of(x, y)
         return int(self.cells[cell]) if self.inside(cell) else WALL
 
@@ -76,7 +76,7 @@ class OccupancyMap:
         return replace(self, cells=cells), low, (max(low[0], high[0]), max(low[1], high[1]))
 
     def corners(self, low: Cell, high: Cell) -> list[Point]:
-        """Give the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
+        """Return the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
         (r0, c0), (r1, c1) = low, high
         side = self.resolution
         ring = ((c0, r0), (c1, r0), (c1, r1), (c0, r1))

@@ -5,7 +5,7 @@ from typing import Final, Generic, TypeVar
 
 from swarm.messages.fields import Message
 from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
-from swarm.messages.world import Accepted, Action, Clock, Event, Floor, Join, Truth, Welcome
+from swarm.messages.world import Accepted, Action, Clock, Event, Join, Map, Truth, Welcome
 
 M = TypeVar("M", bound=Message)
 
@@ -32,7 +32,7 @@ PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     
 TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    1_048_576)
 CLOCK     = Topic("world/clock",            Clock,     1.0,  3.0,     True,     131_072)
 EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
-MAP       = Topic("world/map",              Floor,     0.0,  0.0,     True,     8_388_608)
+MAP       = Topic("world/map",              Map,     0.0,  0.0,     True,     8_388_608)
 # queries: who asks sends the message, who answers sends the reply
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
 EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)

@@ -70,7 +70,7 @@ class Event(Message, frozen=True, kw_only=True):
     text: Annotated[Text, says("in words, for people")]
 
 
-class Floor(Message, frozen=True, kw_only=True):
+class Map(Message, frozen=True, kw_only=True):
     """What stands still: the map, the scenario's settings and the fuzzy profile."""
 
     packed: Annotated[dict[str, Any], says("the map: rows, columns, cells, resolution, origin (`swarm/maps/wire.py`)")]
@@ -95,7 +95,7 @@ class Welcome(Message, frozen=True, kw_only=True):
 
     robot: Annotated[Id, says("its name from now on")]
     scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, and `profile`")]
-    packed: Annotated[dict[str, Any], says("the map, as in Floor")]
+    packed: Annotated[dict[str, Any], says("the map, as in Map")]
     edits: Annotated[Count, says("edits that are in the map")]
     start: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its pose when the run began: home")]
     state: Annotated[State | None, says("where its mission stood, if it has been there before")]

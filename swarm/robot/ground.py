@@ -104,7 +104,7 @@ class Ground:
         return changed
 
     def tell(self) -> list[int]:
-        """Give cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
+        """Return cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
         if self._known:
             return []
         sure = (self.map.cells == WALL) & (self._odds >= SURE)

@@ -42,7 +42,7 @@ class Scenario:
         return (*targets, *((start[:2],) if settings.return_home else ()))
 
     def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Give settings and profile, and the packed map, as plain values."""
+        """Return settings and profile, and the packed map, as plain values."""
         return {
             "settings": msgspec.to_builtins(self.settings),
             "profile": self.profile.to_builtins(),

@@ -97,7 +97,7 @@ def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
 
 
 def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
-    """Say what a seed broke and keep its plan; False where that could not be written."""
+    """Print what a seed broke and keep its plan; False where it could not be written."""
     for law, tick, _, text in result.violations:
         say(f"{job.name}: {law}, tick {tick}: {text}")
     if folder is None or not result.violations:

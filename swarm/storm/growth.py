@@ -12,7 +12,7 @@ AWAY: Final = 20  # ticks without a step, after which a robot begins its holds a
 
 
 def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]]]:
-    """Give each moment with the cells that each robot holds more than before.
+    """Return each moment with the cells that each robot holds more than before.
 
     Left out is a robot that just began or was away, one that drives unconstrained because nobody is in range, and one
     that was pushed.

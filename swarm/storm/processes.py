@@ -20,7 +20,7 @@ LOOK: Final = 0.2  # s
 
 
 def only_simulated(plan: StormPlan) -> str:
-    """Say what of a plan exists only in the simulation; nothing where processes can run all of it."""
+    """Return what of a plan exists only in the simulation; nothing where processes can run all of it."""
     features = {"late", "leader killed", "held up", "suspended", "away", "dead"} & plan.features()
     return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import msgspec
 
+from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
@@ -48,8 +49,11 @@ def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
 
 def _place(settings: Settings) -> tuple[float, Point]:
     side, offset = settings.traffic.cell, settings.traffic.offset
-    assert side is not None, "the lattice is settled before the run: swarm.scenario.prepare"
-    assert offset is not None, "the lattice is settled before the run: swarm.scenario.prepare"
+    if side is None or offset is None:
+        raise ConfigError(
+            "traffic: expected `cell` and `offset` of the lattice, got none: it is settled before a run begins, "
+            "by swarm.scenario.prepare"
+        )
     return side, offset
 
 
@@ -130,7 +134,7 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
 
 
 def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
-    """Give how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
+    """Return how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
     cell = cells.nearest_standable(*stop)
     if cell == OUTSIDE:
         return inf
@@ -172,7 +176,7 @@ def best_offset(
 
 
 def traffic_settings(settings: Settings) -> TrafficSettings:
-    """Give traffic its constants for a scenario."""
+    """Return traffic's constants for a scenario."""
     robot, radio = settings.robot, settings.radio
     constants = TrafficSettings(
         tick=1.0 / settings.rate,

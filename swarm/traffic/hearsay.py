@@ -194,7 +194,7 @@ class Hearsay:
             refused.append(Event("refused", (robot,), f"{robot}: {fault}; its record was dropped"))
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
-        """Say why a record cannot be true, if so."""
+        """Return why a record cannot be true, or nothing."""
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"

@@ -183,7 +183,7 @@ def test_it_plans_anew_where_it_gets_nowhere_and_not_at_every_tick(name: str) ->
 
 
 def dense(points: Sequence[Point]) -> list[Point]:
-    """Give a polyline's points and many between them."""
+    """Return a polyline's points and many between them."""
     return [
         (a[0] + (b[0] - a[0]) * k / 50, a[1] + (b[1] - a[1]) * k / 50) for a, b in pairwise(points) for k in range(51)
     ]

@@ -83,7 +83,7 @@ def test_a_floor_that_nobody_is_given_has_the_same_lattice() -> None:
 
 
 def corner_target(reach: float, **traffic: object) -> Scenario:
-    """Give a target where four cells of 1 m meet, unless the lattice lies elsewhere."""
+    """Return a target where four cells of 1 m meet, unless the lattice lies elsewhere."""
     return scenario_of(targets=[[5.0, 3.0]], reach=reach, traffic={"cell": 1.0, "offset": [0.0, 0.0]} | traffic)
 
 

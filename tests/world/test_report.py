@@ -92,7 +92,7 @@ def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Give every field with the way to it, ``a.b.c``."""
+    """Return every field with the way to it, ``a.b.c``."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             yield from flat(item, f"{name}.{key}" if name else key)

@@ -9,7 +9,7 @@ from swarm.maps.occupancy import Point
 from swarm.settings import RadioSettings
 
 
-class Ether:
+class RadioModel:
     """Range, line of sight and loss, drawn with the world's seed in the order of the robots' numbers."""
 
     def __init__(self, settings: RadioSettings, seed: int, sees: Callable[[Point, Point], bool]) -> None:
