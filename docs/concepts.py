@@ -24,8 +24,8 @@ from swarm.scenario.prepare import prepare
 from swarm.settings import RadioSettings, Settings, StartSettings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
-from world.ether import Ether
 from world.physics import Physics
+from world.radio_model import RadioModel
 from world.simulate import Simulation, Tick
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
@@ -248,7 +248,7 @@ def radio() -> str:
     poses = [Pose(*pose) for pose in settings.start.poses or ()]
     poses += [Pose(*stops[0], 0.0) for stops in settings.own_targets]
     physics = Physics(scenario.map, settings.robot.radius, poses, 1.0, 0.05)
-    hears = set(Ether(model, SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER])
+    hears = set(RadioModel(model, SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER])
     here = poses[LISTENER]
     sheet = Sheet(
         "Whom one robot hears", (0.0, 0.0), _corner(scenario.map.shape, scenario.map.resolution), 22,
@@ -259,7 +259,7 @@ def radio() -> str:
     )  # fmt: skip
     sheet.floor(scenario.map)
     sheet.disc(here[:2], model.range, 'class="ring ink dashed"')
-    in_range = Ether(changed(model, loss=0.0), SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER]
+    in_range = RadioModel(changed(model, loss=0.0), SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER]
     for number, pose in enumerate(poses):
         if number in hears:
             sheet.line((pose[:2], here[:2]), f'stroke="{colour("r2")}" stroke-width="2"')
