@@ -119,10 +119,10 @@ from swarm.bus.router import run
 from swarm.errors import PeerError
 from swarm.messages import BATTERY, Battery
 
-full = Battery(robot="r1", charge=0.8)
+full = Battery(robot="r1", lasts=1800.0)
 assert decode(encode(full), Battery, BATTERY.limit) == full
 try:
-    decode(encode(Battery(robot="r1", charge=1.5)), Battery, BATTERY.limit)
+    decode(encode(Battery(robot="r1", lasts=-1.0)), Battery, BATTERY.limit)
 except PeerError as fault:
     print("refused:", fault)
 assert "`robot/{robot}/battery`" in fields.topics() and "### Battery" in fields.messages()
@@ -139,7 +139,7 @@ try:
         robot.send(BATTERY, full, robot="r1")
         while not isinstance(arrived := listener.receive(20.0), Arrival):
             assert arrived is not None, "nothing came"
-        print("heard:", arrived.ids["robot"], arrived.message.charge, sum(listener.refused.values()))
+        print("heard:", arrived.ids["robot"], arrived.message.lasts, sum(listener.refused.values()))
 finally:
     over.set()
     router.join()
@@ -149,8 +149,8 @@ finally:
 @pytest.mark.processes
 def test_a_message_of_ones_own_crosses_the_bus_and_is_checked(tmp_path: Path) -> None:
     refused, heard = followed("A message", tmp_path, MESSAGE).splitlines()
-    assert refused == "refused: battery: Expected `float` <= 1.0 - at `$.charge`"
-    assert heard == "heard: r1 0.8 1"
+    assert refused == "refused: battery: Expected `float` >= 0.0 - at `$.lasts`"
+    assert heard == "heard: r1 1800.0 1"
 
 
 # ---- a sensor
