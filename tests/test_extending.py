@@ -112,6 +112,7 @@ def test_a_profile_with_a_gap_is_refused(tmp_path: Path) -> None:
 
 MESSAGE: Final = """
 import threading
+from time import monotonic
 from docs import fields
 from swarm.bus import Arrival, Bus, Endpoint
 from swarm.bus.codec import decode, encode
@@ -133,13 +134,13 @@ router.start()
 try:
     with Bus(place, "walk", log=str) as listener, Bus(place, "walk") as robot:
         listener.listen(BATTERY)
-        while not robot.wanted(BATTERY, robot="r2"):
-            listener.receive(0.01)
-        robot.send(BATTERY, full, robot="r2")  # in another robot's key
-        robot.send(BATTERY, full, robot="r1")
-        while not isinstance(arrived := listener.receive(20.0), Arrival):
-            assert arrived is not None, "nothing came"
-        print("heard:", arrived.ids["robot"], arrived.message.lasts, sum(listener.refused.values()))
+        heard, deadline = None, monotonic() + 60.0
+        while (heard is None or not listener.refused) and monotonic() < deadline:  # a busy machine may drop one
+            robot.send(BATTERY, full, robot="r2")  # in another robot's key
+            robot.send(BATTERY, full, robot="r1")
+            arrived = listener.receive(0.1)
+            heard = arrived if isinstance(arrived, Arrival) else heard
+        print("heard:", heard.ids["robot"], heard.message.lasts, list(listener.refused))
 finally:
     over.set()
     router.join()
@@ -150,7 +151,7 @@ finally:
 def test_a_message_of_ones_own_crosses_the_bus_and_is_checked(tmp_path: Path) -> None:
     refused, heard = followed("A message", tmp_path, MESSAGE).splitlines()
     assert refused == "refused: battery: Expected `float` >= 0.0 - at `$.lasts`"
-    assert heard == "heard: r1 1800.0 1"
+    assert heard == "heard: r1 1800.0 ['robot/{robot}/battery']"
 
 
 # ---- a sensor
