@@ -38,8 +38,8 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
             return "head-on"
         if _circle(own, robot, situation):
             return "circle"
-    for robot, record in situation.fresh.items():
-        if record.frozen is None and not _same_plan(robot, own, situation) and _will_meet(own, record):
+    for record in situation.fresh.values():
+        if record.frozen is None and own.epoch is None and record.epoch is None and _will_meet(own, record):
             return "will meet"
     if own.epoch is None:
         return "stuck" if own.waits and situation.tick - own.moved > _patience(own, situation, settings) else None
