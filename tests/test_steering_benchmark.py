@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from benchmarks.steering import FEW, WRONG, row, run, swapped, wrong_row
-from swarm.robot.fuzzy import Profile, load_profile
+from swarm.fuzzy import Profile, load_profile
 
 PAPER = load_profile("paper")
 

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
@@ -14,14 +15,13 @@ from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.detour import Detour
-from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
 from swarm.robot.safety import NO_BODIES, STAND, Body, Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.look import Scan

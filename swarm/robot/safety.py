@@ -18,7 +18,7 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 
 SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not touch
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake

@@ -23,7 +23,7 @@ def assign(
     idle: Collection[str] = (),
     aside: Aside = Aside.NEAR,
 ) -> dict[str, int]:
-    """Give each robot a goal of its own that it can reach: the nearest to its goal chooses first.
+    """Assign each robot a goal of its own that it can reach: the nearest to its goal chooses first.
 
     Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``done``
     chooses after all that have stops left, even after those that have to be content with a cell near their goal: one

@@ -5,10 +5,10 @@ from random import Random
 from typing import Final, NamedTuple
 
 from swarm.geometry import distance
+from swarm.messages.traffic import Epoch, Record
 from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import CellMap
 from swarm.traffic.joint_search import Budget, JointSearch
-from swarm.traffic.record import Epoch, Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 

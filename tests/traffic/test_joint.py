@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 import pytest
 
+from swarm.messages.traffic import Record
 from swarm.traffic.assign import Aside, assign
 from swarm.traffic.calls import Free
 from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.question import ATTEMPTS
-from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
