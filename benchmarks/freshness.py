@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-DRIVES: Final = ("swarm/fuzzy", "swarm/geometry.py", "swarm/maps", "swarm/messages", "swarm/motion", "swarm/planning", "swarm/robot",
-                 "swarm/scenario", "swarm/settings.py", "swarm/traffic", "world")  # fmt: skip
+DRIVES: Final = (
+    "swarm/fuzzy", "swarm/geometry.py", "swarm/maps", "swarm/messages", "swarm/motion", "swarm/planning",
+    "swarm/robot", "swarm/scenario", "swarm/settings.py", "swarm/traffic", "world",
+)  # fmt: skip
 # fmt: off
 MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, beside its own file
     "dashboard":       ("dashboard", "swarm/bus", "swarm/messages", "tests/dashboard"),
