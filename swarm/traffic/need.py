@@ -1,5 +1,7 @@
 """When a robot asks for a joint plan, and whom: its way is shut by somebody who will not open it without one."""
 
+from itertools import pairwise
+
 from swarm.messages.traffic import Record
 from swarm.traffic.calls import NEVER, Free, Part
 from swarm.traffic.settings import TrafficSettings
