@@ -10,11 +10,12 @@ from itertools import pairwise
 from random import Random
 from typing import Final
 
-from swarm.traffic.dependencies import TURN_STEPS
+from swarm.traffic.dependencies import pace
 from swarm.traffic.lacam import Steps
 from swarm.traffic.pibt import Joined, Tables
 
 MOST: Final = 3  # robots taken out at once
+LONGER: Final = 4  # time steps that the plan may take more: a way round can be quicker than one back
 POPS: Final = 1_000  # places that the search for one way looks at
 CHANCE: Final = 0.01  # steps; of equal ways any may be found
 
@@ -31,8 +32,8 @@ class Improving:
         self._random = random
 
     def changed(self, steps: Steps) -> Steps | None:
-        """Return the plan with new ways for some robots, in no more steps; None where one of them finds none."""
-        ways = [list(way) for way in zip(*steps, strict=True)]
+        """Return the plan with new ways for some robots, None where one of them finds none."""
+        ways = [[*way, *(way[-1],) * LONGER] for way in zip(*steps, strict=True)]
         out = self._random.sample(range(len(ways)), self._random.randint(1, min(MOST, len(ways))))
         others = [way for robot, way in enumerate(ways) if robot not in out]
         for robot in out:
@@ -73,9 +74,9 @@ class Improving:
                 swaps = other in now and then.get(cell) == now[other]
                 if other in then or swaps or time + 1 + left > end:
                     continue
-                turns = other != cell != before and other - cell != cell - before
                 following = (time + 1, other, before if other == cell else cell)
-                costs = cost[state] + 1.0 + TURN_STEPS * turns + CHANCE * random()
+                step = 1.0 if other == cell else pace(before, cell, other)
+                costs = cost[state] + step + CHANCE * random()
                 if costs < cost.get(following, costs + 1.0):
                     cost[following], came[following] = costs, state
                     heappush(ready, (costs + left, following))

@@ -48,7 +48,7 @@ class Budget:
 
     starts: int = 4  # searches from scratch, of which the quickest plan is kept
     expansions: int = 20_000  # in all
-    enough: int = 20_000  # once there is a plan, no further start after so many
+    enough: int = 20_000  # once there is a plan, no further start after so many; it is improved for as many again
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,8 @@ class JointSearch:
         self._search: Search | None = None
         self._pairs = list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
-        self._fruitless = 0  # changes since the plan was made quicker last
+        self._improving = 0  # openings that changes of the plan have cost,
+        self._fruitless = 0  # and how many there were since it was made quicker last
         self._least = 0  # openings of the cheapest plan so far
         self._best_first: BestFirst | None = None
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
@@ -215,7 +216,7 @@ class JointSearch:
     def _improve(self, best: Plan) -> int:
         """Change the plan a little, and keep what is no slower; return what it cost, in openings of all."""
         neighbours, tables, starts, _ = self._problem
-        if len(starts) == 1 or self._fruitless >= FRUITLESS:
+        if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
             self._finish(Outcome.SOLVED)
             return 0
         self._fruitless += 1
@@ -228,7 +229,9 @@ class JointSearch:
                 self._fruitless = 0
             if judged <= best[0]:
                 self._best = (judged, steps, order)
-        return 1 + POP * improving.pops // len(starts)
+        spent = 1 + POP * improving.pops // len(starts)
+        self._improving += spent
+        return spent
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
         steps, order = (self._best[1], self._best[2]) if self._best else ([], None)
