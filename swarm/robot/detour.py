@@ -34,10 +34,10 @@ class Detour:
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
         """Return the heading error [rad] to tell the tables, None where there is no detour under way.
 
-        One begins where the robot has got nowhere for long and has no way ahead. Who shall not drive on gets nowhere
-        rightly.
+        One begins where the robot has got nowhere for long and has no way ahead: one stopped before a body too, which
+        may stay. Who has no cells to drive on in gets nowhere rightly.
         """
-        if not constraints.may_drive or constraints.stop_within <= 0.0:
+        if constraints.stop_within <= 0.0:
             self.end()
             return None
         here = (sense.x, sense.y)

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from swarm.messages import Broadcast
-from swarm.messages.traffic import Record
+from swarm.messages.traffic import Epoch, JointPlan, Record
 from swarm.storm.history import History, Moment
 
 
@@ -13,6 +13,7 @@ class Told:
 
     def __init__(self, history: History) -> None:
         self._newest: dict[tuple[str, str], Record] = {}
+        self._plans: dict[tuple[str, Epoch], JointPlan] = {}  # by who was told
         self._air: deque[dict[str, Broadcast]] = deque([{}] * (history.late + 1))  # words under way, oldest first
         self._coming = iter(history.moments)
         self._tick = -1  # up to which all was heard
@@ -32,6 +33,8 @@ class Told:
             for sender, _ in moment.senses[name].hears:
                 for record in _records(arriving.get(sender)):
                     known = self._newest.get((name, record.robot))
+                    if record.plan is not None:
+                        self._plans[name, record.plan.epoch] = record.plan
                     if known is None or record.stamp > known.stamp:
                         self._newest[name, record.robot] = record
 
@@ -49,9 +52,15 @@ class Told:
         return frozenset((*record.held, *(claim.cell for claim in record.claims)) if record is not None else ())
 
     def way(self, listener: str, robot: str) -> frozenset[int]:
-        """Return the cells that a robot holds, claims or will claim, as far as ``listener`` was told."""
+        """Return the cells that a robot holds, claims or will claim, as far as ``listener`` was told.
+
+        Those of its whole way in the joint plan that it follows, too: a member that falls silent keeps its turns.
+        """
         record = self._newest.get((listener, robot))
-        return self.cells(listener, robot).union(record.ahead if record is not None else ())
+        if record is None:
+            return frozenset()
+        plan = self._plans.get((listener, record.epoch)) if record.epoch is not None else None
+        return self.cells(listener, robot).union(record.ahead, plan.ways.get(robot, ()) if plan is not None else ())
 
 
 def _records(words: Broadcast | None) -> Iterator[Record]:

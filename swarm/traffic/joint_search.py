@@ -1,4 +1,4 @@
-"""The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan kept.
+"""The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan improved.
 
 When no plan turns up soon, each pair of robots is tried alone: two that cannot both arrive even with nobody else there
 prove in moments that there is no plan, where a search over all would try everything the others can do meanwhile.
@@ -16,6 +16,7 @@ from random import Random
 
 from swarm.traffic.best_first import BestFirst
 from swarm.traffic.dependencies import Order, duration, order_of
+from swarm.traffic.improving import Improving
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Joined, Spots, Tables, Ties
 
@@ -24,7 +25,12 @@ TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of o
 SPARE = 30  # openings any start may cost, beyond its share
 LATE = 4  # starts without a plan, after which each pair is tried alone
 PAIR = 2_000  # openings for one pair at most
+POP = 3  # openings of one robot that take as long as one place looked at in improving
+FRUITLESS = 20  # changes in a row that make the plan no quicker, after which it is taken as it is
 BEST_FIRST = 10_000  # openings for one question to the search that moves one robot at a time
+
+
+Plan = tuple[tuple[float, float], Steps, Order]  # and before it, how it is judged
 
 
 class Outcome(Enum):
@@ -42,7 +48,7 @@ class Budget:
 
     starts: int = 4  # searches from scratch, of which the quickest plan is kept
     expansions: int = 20_000  # in all
-    enough: int = 20_000  # once there is a plan, no further start after so many
+    enough: int = 20_000  # once there is a plan, no further start after so many; it is improved for as many again
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +90,9 @@ class JointSearch:
         self._begun = 0
         self._search: Search | None = None
         self._pairs = list(combinations(range(len(starts)), 2))[::-1]
-        self._best: tuple[tuple[float, float], Steps, Order] | None = None
+        self._best: Plan | None = None
+        self._improving = 0  # openings that changes of the plan have cost,
+        self._fruitless = 0  # and how many there were since it was made quicker last
         self._least = 0  # openings of the cheapest plan so far
         self._best_first: BestFirst | None = None
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
@@ -96,6 +104,9 @@ class JointSearch:
     def advance(self, expansions: int) -> Result | None:
         """Spend at most that many openings; give the result once there is one."""
         while self.result is None and expansions > 0:
+            if self._best is not None and (self._satisfied or self._is_lost):
+                expansions -= self._improve(self._best)
+                continue
             if self._best is None and self._begun > LATE and self._pairs:
                 expansions -= self._try_a_pair()
                 continue
@@ -172,8 +183,8 @@ class JointSearch:
 
     def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
-        if self._is_lost or (self._best is not None and self._satisfied):
-            self._finish(Outcome.NOT_FOUND if self._best is None else Outcome.SOLVED)
+        if self._is_lost:
+            self._finish(Outcome.NOT_FOUND)
             return None
         ties = TURNS[self._begun % len(TURNS)]
         self._search = Search(neighbours, tables, starts, goals, ties=ties, random=self._random)
@@ -201,8 +212,26 @@ class JointSearch:
         if self._best is None or judged < self._best[0]:
             self._best = (judged, steps, order)
         self._search = None
-        if self._satisfied:
+
+    def _improve(self, best: Plan) -> int:
+        """Change the plan a little, and keep what is no slower; return what it cost, in openings of all."""
+        neighbours, tables, starts, _ = self._problem
+        if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
             self._finish(Outcome.SOLVED)
+            return 0
+        self._fruitless += 1
+        improving = Improving(neighbours, tables, self._random)
+        steps = improving.changed(best[1])
+        if steps is not None:
+            order = order_of(steps)
+            judged = duration(order)
+            if judged < best[0]:
+                self._fruitless = 0
+            if judged <= best[0]:
+                self._best = (judged, steps, order)
+        spent = 1 + POP * improving.pops // len(starts)
+        self._improving += spent
+        return spent
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
         steps, order = (self._best[1], self._best[2]) if self._best else ([], None)

@@ -1,5 +1,7 @@
 """When a robot asks for a joint plan, and whom: its way is shut by somebody who will not open it without one."""
 
+from itertools import pairwise
+
 from swarm.messages.traffic import Record
 from swarm.traffic.calls import NEVER, Free, Part
 from swarm.traffic.settings import TrafficSettings
@@ -36,6 +38,9 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
             return "head-on"
         if _circle(own, robot, situation):
             return "circle"
+    for record in situation.fresh.values():
+        if record.frozen is None and own.epoch is None and record.epoch is None and _will_meet(own, record):
+            return "will meet"
     if own.epoch is None:
         return "stuck" if own.waits and situation.tick - own.moved > _patience(own, situation, settings) else None
     return "plan stuck" if _plan_stands(own, situation, settings) else None
@@ -52,6 +57,20 @@ def _patience(own: Record, situation: Situation, settings: TrafficSettings) -> i
 
 def _same_plan(robot: str, own: Record, situation: Situation) -> bool:
     return own.epoch is not None and situation.fresh[robot].epoch == own.epoch
+
+
+def _will_meet(own: Record, record: Record) -> bool:
+    """Return True if the ways that two robots tell lead over the same joins in opposite directions at the same time.
+
+    Neither will open the way of the other. A plan that is made while they are far apart leads them past each other.
+    """
+    mine = {join: place for place, join in enumerate(pairwise((*own.held[-1:], *own.ahead)))}
+    theirs = pairwise((*record.held[-1:], *record.ahead))
+    shared = [(mine[b, a], place) for place, (a, b) in enumerate(theirs) if (b, a) in mine]
+    if not shared:
+        return False
+    first, other = min(place for place, _ in shared), min(place for _, place in shared)
+    return abs(first - other) < len(shared)
 
 
 def _rests(record: Record, tick: int, settings: TrafficSettings) -> bool:

@@ -93,14 +93,21 @@ def test_who_gets_on_a_little_all_the_time_needs_none() -> None:
         assert told(detour, tick, MIDDLE._replace(x=10.0 + 1.1 * PROGRESS * (tick // (PATIENT // 2)))) is None
 
 
-@pytest.mark.parametrize("limits", [FREE._replace(may_drive=False), FREE._replace(stop_within=0.0)])
-def test_who_shall_not_drive_on_waits_without_one(limits: Constraints) -> None:
-    """Something unexplained is near, or the cells ahead are not granted yet."""
-    detour = Detour(SafetyFilter(SETTINGS))
+def test_who_shall_not_drive_on_waits_without_one() -> None:
+    """The cells ahead are not granted yet."""
+    detour, limits = Detour(SafetyFilter(SETTINGS)), FREE._replace(stop_within=0.0)
     assert {told(detour, tick, limits=limits) for tick in range(3 * PATIENT)} == {None}
     detour = begun()
     assert told(detour, PATIENT + 3, limits=limits) is None
     assert told(detour, PATIENT + 4) is None, "and one under way is over"
+
+
+def test_who_is_stopped_before_a_body_turns_away_from_it() -> None:
+    """The tables, so near to it, may turn to where they ask for no turn (storm, ``dead`` 9100)."""
+    detour, stopped = Detour(SafetyFilter(SETTINGS)), FREE._replace(may_drive=False)
+    found = [told(detour, tick, front=1.6, limits=stopped) for tick in range(PATIENT + 3)]
+    assert (found[PATIENT], found[-1]) == (None, ASIDE)
+    assert told(detour, PATIENT + 3, front=1.6) == 0.0, "and drives on once it no longer faces it"
 
 
 def test_who_rests_forgets_it() -> None:

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages import Broadcast, Command, Event
-from swarm.messages.traffic import Claim, Epoch, Record, Relayed, Sighting
+from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
 from swarm.storm.history import History, Moment, record
 from swarm.storm.laws import LAWS, judge
 from swarm.storm.results import is_silent
@@ -152,6 +152,14 @@ def waiting_for_the_silent(history: History, ahead: Callable[[], tuple[int, ...]
     """Let r2 be silent all along, though its body drives, and r1 wait for it."""
     history = with_moments(history, lambda m: m._replace(health={**m.health, "r2": Health.SUSPENDED}))
     return saying(history, "r1", ENOUGH, lambda own: {"waits": ("r2",), "ahead": ahead()})
+
+
+def waiting_for_its_turn(history: History) -> History:
+    """Let r1 wait for a cell that the silent r2 comes through by a joint plan which it has told."""
+    cell = far_cell(history)
+    agreed = JointPlan(epoch=Epoch(1, "r2"), ways={"r2": (cell,)}, after={})
+    history = saying(history, "r2", 0, lambda own: {"epoch": agreed.epoch, "plan": agreed})
+    return waiting_for_the_silent(history, lambda: (cell,))
 
 
 def outside(history: History) -> History:
@@ -300,6 +308,7 @@ EXCUSED: list[tuple[str, Callable[[History], History]]] = [
                                report={}))),
     ("what a look found empty may be taken", lambda h: told_of_a_third(h, (Sighting(0, empty=True, tick=1),))),
     ("a silent robot's cells are waited for", lambda h: waiting_for_the_silent(h, lambda: (min(held(h, "r2", -2)),))),
+    ("a silent member keeps its turns", waiting_for_its_turn),
     ("a new run begins without flags",
      lambda h: with_commands(
          h, lambda tick, name, c: changed(c, run=1, reached=[False]) if tick == h.moments[-2].tick else c)),

@@ -39,6 +39,7 @@ RESTS = record("r2", B, moved=NOW - AT_REST - 1, done=True)
 HEAD_ON = record("r2", B, ahead=(A,))
 PASSING = record("r2", B, ahead=(C, D))
 WAITS_BACK = record("r2", B, ahead=(C,), waits=("r1",))
+COMING = record("r1", A, ahead=(B, C, D))
 LONG = NOW - SETTINGS.stuck - 1
 LOOKED = LONG - SETTINGS.surmise  # who waits for the silent has had the time to look
 
@@ -67,6 +68,9 @@ REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
     "who I wait for is silent":               (MINE, (),                                                   None),
     "I have no way to go":                    (replace(MINE, ahead=()), (RESTS,),                          None),
     "of two I wait for, the second rests":    (replace(MINE, waits=("r3", "r2")), (record("r3", D), RESTS), "rest"),
+    "two will meet":                          (COMING, (record("r2", E, ahead=(D, C, B)),),                "will meet"),
+    "the other is long gone by then":         (COMING, (record("r2", D, ahead=(C,)),),                     None),
+    "it follows a plan":                      (COMING, (record("r2", E, ahead=(D, C, B), epoch=PLAN),),    None),
     "stuck for long":                         (replace(MINE, moved=LONG), (PASSING,),                      "stuck"),
     "not so long":                            (replace(MINE, moved=LONG + 1), (PASSING,),                  None),
     "long, but not for anybody":              (replace(MINE, moved=0, waits=()), (PASSING,),               None),

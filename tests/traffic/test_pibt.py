@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.dependencies import duration, order_of
+from swarm.traffic.dependencies import BACK, CORNER, duration, order_of
 from swarm.traffic.pibt import Spots, StepGenerator, Ties, lanes
 from tests.traffic.maps import Drawn
 
@@ -127,11 +127,12 @@ def test_who_goes_straight_on_does_so_where_all_ways_are_as_good() -> None:
 DURATIONS: dict[str, tuple[list[Spots], tuple[float, float]]] = {  # steps of all robots: when the last arrives, and the sum of all arrivals; five cells a row
     "nobody moves":                ([(0,)],                                   (0.0, 0.0)),
     "straight on":                 ([(0,), (1,), (2,)],                       (2.0, 2.0)),
-    "round a corner":              ([(0,), (1,), (6,)],                       (2.5, 2.5)),
-    "round two":                   ([(0,), (1,), (6,), (7,)],                 (4.0, 4.0)),
+    "round a corner":              ([(0,), (1,), (6,)],                       (1.0 + CORNER, 1.0 + CORNER)),
+    "round two":                   ([(0,), (1,), (6,), (7,)],                 (1.0 + 2 * CORNER, 1.0 + 2 * CORNER)),
+    "there and back":              ([(0,), (1,), (0,)],                       (1.0 + BACK, 1.0 + BACK)),
     "it stands in between":        ([(0,), (1,), (1,), (2,)],                 (2.0, 2.0)),
     "two apart":                   ([(0, 10), (1, 10), (2, 11)],              (2.0, 3.0)),
-    "one after the other":         ([(0, 5), (1, 0), (2, 1)],                 (3.5, 5.5)),
+    "one after the other":         ([(0, 5), (1, 0), (2, 1)],                 (2.0 + CORNER, 4.0 + CORNER)),
     "it waits for who comes by":   ([(0, 2, 9), (1, 2, 9), (1, 7, 9), (2, 7, 8)], (2.0, 4.0)),
 }
 # fmt: on
@@ -140,4 +141,4 @@ DURATIONS: dict[str, tuple[list[Spots], tuple[float, float]]] = {  # steps of al
 @pytest.mark.parametrize("name", DURATIONS)
 def test_how_long_a_plan_takes_is_counted_in_steps_turns_and_waits(name: str) -> None:
     steps, expected = DURATIONS[name]
-    assert duration(order_of(steps)) == expected
+    assert duration(order_of(steps)) == pytest.approx(expected)
