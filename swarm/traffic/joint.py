@@ -92,7 +92,9 @@ class JointPlanning:
         """Return whom the robot asks to lead, None where it needs no plan; call it each time the robot broadcasts."""
         if not isinstance(self.call, Free):
             return None
-        part, self.call = self.part, self.call._replace(need=None)
+        part = self.part
+        if self.call.need is not None:
+            self.call = self.call._replace(need=None)
         if situation.tick >= part.asks_from and reason(own, situation, part.settings) is not None:
             self.call = named_leader(part, self.call, situation)
         return self.call.need
