@@ -185,13 +185,14 @@ class Physics:
         """Note where every disc and box is now."""
         if self._stale:
             self._stale = False
-            self._discs[:, :2] = np.array([body.position for body in self._round], np.float64).reshape(-1, 2)
+            places = [body.position for body in self._round]
+            self._discs[:, :2] = np.array(places, np.float64).reshape(-1, 2)
             for row, (body, _, _) in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle
-            self._yaws = np.array([body.angle for body in self._bodies], np.float64)
-            places = self._discs[: len(self._bodies), :2].tolist()
-            self._poses = [Pose(x, y, wrap(yaw)) for (x, y), yaw in zip(places, self._yaws.tolist(), strict=True)]
+            yaws = [body.angle for body in self._bodies]
+            self._yaws = np.array(yaws, np.float64)
+            self._poses = [Pose(x, y, wrap(yaw)) for (x, y), yaw in zip(places, yaws, strict=False)]  # robots are first
 
 
 def _stay(body: pymunk.Body, dt: float) -> None:

@@ -1,10 +1,11 @@
 """Who hears whom. The radio itself is real (Zenoh); its reach is simulated here, so that losses are reproducible."""
 
 from collections.abc import Callable, Sequence
+from math import hypot
 
 import numpy as np
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.settings import RadioSettings
 
@@ -24,7 +25,7 @@ class RadioModel:
         for listener, here in enumerate(poses):
             for sender in senders:
                 there = poses[sender]
-                if sender == listener or distance(here, there) > settings.range:
+                if sender == listener or hypot(here.x - there.x, here.y - there.y) > settings.range:
                     continue
                 if settings.line_of_sight and not self._sees(here[:2], there[:2]):
                     continue

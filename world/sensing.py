@@ -47,10 +47,7 @@ class Sensing:
     def all_distances(self, physics: Physics) -> list[Distances]:
         """Read the same for every robot, all rays cast at once."""
         found = physics.cast_all(self._angles, self._settings.range)
-        if self._settings.noise:
-            return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
-        left, front, right = found.reshape(len(found), 3, -1).min(axis=2).T.tolist()
-        return [Distances(*read) for read in zip(left, front, right, found.tolist(), strict=True)]
+        return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
 
     def _read(self, robot: int, rays: list[float]) -> Distances:
         settings, n = self._settings, self._settings.rays

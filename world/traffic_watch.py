@@ -36,7 +36,7 @@ class TrafficWatch:
                 continue  # it has not spoken yet
             wants = command.activity is not Activity.DONE and command.activity is not Activity.READY
             moved = poses[number] != before[number]
-            robots[name] = Seen(poses[number], tuple(command.held), wants, moved, tuple(command.waits), name in fresh)
+            robots[name] = Seen(poses[number], command.held, wants, moved, command.waits, name in fresh)
             if name in fresh:
                 events += [Event(kind, (name,), text) for kind, text in command.notes]
         return self.watch.look(tick, robots, events)

@@ -68,7 +68,9 @@ class Path:
             (ax, ay), (bx, by) = self.points[leg], self.points[leg + 1]
             span = high - low
             along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / span if span > 0.0 else 0.0
-            s = min(max(low + along, low, from_s), high, until)
+            least, most = (low if low > from_s else from_s), (high if high < until else until)
+            s = low + along
+            s = most if s > most else least if s < least else s
             t = (s - low) / span if span > 0.0 else 0.0
             away = hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y)
             if away < nearest:

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.motion.sweep import lines_are_clear
 from swarm.planning.grid import Grid
@@ -58,12 +58,13 @@ class Aiming:
         last = self._cells.cell_of(*waypoints[-1])  # its middle can be reached where a place beside it cannot
         middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
-        points = [point for point in ways if distance(pose, point) > NO_AIM] or [waypoints[0]]
+        here_x, here_y, _ = pose
+        points = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > NO_AIM] or [waypoints[0]]
         places = np.array([self._flat(point) for point in points], np.float64)
         for spare in (SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
             clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
             for point, is_clear in zip(points, clear, strict=True):
-                if is_clear and (grid is None or line_is_free(grid, (pose.x, pose.y), point, spare)):
+                if is_clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
         return waypoints[0]
 
@@ -78,8 +79,9 @@ class Aiming:
     # ---- cells as boxes, in the lattice's own frame
 
     def _flat(self, point: Point) -> Point:
-        (x, y), (x0, y0, c, s) = point, self._origin
-        return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
+        x0, y0, c, s = self._origin
+        x, y = point[0] - x0, point[1] - y0
+        return c * x + s * y, c * y - s * x
 
     def local(self, pose: Pose) -> Pose:
         """Return a pose in the lattice's own frame."""

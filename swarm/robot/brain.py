@@ -121,14 +121,11 @@ class Robot:
     # --- what it knows of others and of the floor ---
 
     def _hear(self, inputs: Inputs) -> None:
-        now = inputs.sense.tick
         for broadcast in inputs.heard:
             if broadcast.run == self.run and broadcast.robot != self.name:
                 known = self._others.get(broadcast.robot)
                 if known is None or broadcast.tick > known.tick:
                     self._others[broadcast.robot] = broadcast
-        stale = RADIO.timeout * self._settings.rate
-        self._others = {name: b for name, b in self._others.items() if now - b.tick <= stale}
 
     def _learn(self, inputs: Inputs) -> None:
         ground, sense = self._ground, inputs.sense
@@ -151,8 +148,10 @@ class Robot:
         if changed and self.mission.goal is not None and not self._pilot.can_reach(here, self.mission.goal):
             self._navigator.clear()
 
-    def _bodies(self) -> list[Point]:
-        return [(other.x, other.y) for other in self._others.values()]
+    def _near(self, now: int) -> list[Broadcast]:
+        """Return the newest of each robot heard of late."""
+        stale = RADIO.timeout * self._settings.rate
+        return [other for other in self._others.values() if now - other.tick <= stale]
 
     # --- where it goes ---
 
@@ -184,7 +183,8 @@ class Robot:
         stuck = sense.time - self._progress_at[1] > STUCK
         if (not on_path or stuck) and sense.time - self._planned_at > RETRY:
             self._planned_at = sense.time
-            if navigator.head_for(here, goal, self._bodies() if stuck else ()):
+            bodies = [(other.x, other.y) for other in self._near(sense.tick)] if stuck else []
+            if navigator.head_for(here, goal, bodies):
                 self._progress_at = (here, sense.time)
                 navigator.advance(pose)
 
@@ -201,7 +201,6 @@ class Robot:
             done=goal is None,
             target=min(mission.target, len(mission.stops) - 1),
             navigator=self._navigator,
-            others=self._others,
             heard=heard,
         )
         move = self._pilot.drive(situation)

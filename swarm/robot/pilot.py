@@ -1,6 +1,6 @@
 """What passes between a robot's brain and its pilot: what the brain knows goes in, a ``Move`` comes out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import degrees
 from typing import NamedTuple
 
@@ -23,7 +23,6 @@ class Situation(NamedTuple):
     done: bool  # nothing is left to do but to stand, and to make room
     target: int  # number of that stop
     navigator: Navigator  # the own path to the goal
-    others: Mapping[str, Broadcast]  # the newest of each robot heard of late
     heard: Sequence[Broadcast]  # at this tick
 
 

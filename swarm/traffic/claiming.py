@@ -43,7 +43,8 @@ class Claiming:
         claimed = self._advance(walk, plan, situation, body)
         if self.settings.in_sight:
             return claimed
-        return claimed._replace(walk=self._make_room(claimed.walk, situation, body.pose, room))
+        walk = self._make_room(claimed.walk, situation, body.pose, room)
+        return claimed if walk is claimed.walk else claimed._replace(walk=walk)
 
     def _advance(self, walk: Walk, plan: Following | None, situation: Situation, body: Body) -> Claimed:
         """Claim the next cells in the order of the plan, take those that all have acknowledged."""
@@ -71,17 +72,21 @@ class Claiming:
 
     def _make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
-        given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
-        walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
-        near = self._near(situation, pose)
-        for claim in walk.ledger.beside:
-            if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
-                walk = walk.with_room(claim)
+        if walk.ledger.beside:
+            given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
+            walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
+            near = self._near(situation, pose)
+            for claim in walk.ledger.beside:
+                if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
+                    walk = walk.with_room(claim)
+        if not room:
+            return walk
         ahead = walk.route[: self.settings.horizon]
         taken = {*walk.ledger.held, *[claim.cell for claim in walk.ledger.all_claims], *ahead, *situation.blocked}
         for cell in room:
-            too_far = distance(self.cells.centre(cell), pose) > self.settings.claim_radius
-            if cell in taken or too_far or len(walk.ledger.beside) >= BESIDE:
+            if cell in taken or len(walk.ledger.beside) >= BESIDE:
+                continue
+            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue
             case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
             if obstacle(ASK, case) is None:

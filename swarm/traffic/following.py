@@ -15,6 +15,7 @@ class Following(NamedTuple):
 
     me: str
     plan: JointPlan
+    members: tuple[str, ...]  # all that have a part in it
     adopted: int  # tick
     absent: int  # ticks of silence for which a member keeps its turns
     entries: Mapping[int, Entry]  # by the steps of my way
@@ -23,11 +24,6 @@ class Following(NamedTuple):
     def epoch(self) -> Epoch:
         """The plan's name."""
         return self.plan.epoch
-
-    @property
-    def members(self) -> tuple[str, ...]:
-        """All that have a part in it."""
-        return tuple(sorted(self.plan.ways))
 
     def keeps(self, walk: Walk, situation: Situation) -> bool:
         """Return True if a walk still has to follow the plan, or to stay where the plan has led."""
@@ -60,8 +56,8 @@ class Following(NamedTuple):
 
     def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
         """Name the member, still following, whose way ends in a cell it is not just put into: it has the first turn."""
-        for robot, way in sorted(self.plan.ways.items()):
-            record = fresh.get(robot) if way[-1] == cell and robot != self.me else None
+        for robot in self.members:
+            record = fresh.get(robot) if self.plan.ways[robot][-1] == cell and robot != self.me else None
             if record is None or record.idle or record.goal != cell:
                 continue  # it was only put there, or has been there: it wants to be elsewhere now
             if record.epoch == self.epoch or self._about_to_follow(record):

@@ -53,16 +53,19 @@ def looks(doing: Doing, settings: TrafficSettings) -> bool:
 
 def activity(doing: Doing) -> TrafficActivity:
     """Return what the robot is doing: the first of these that holds."""
-    walk, joint, waits = doing.walk, doing.joint, bool(doing.waits)
-    states = (
-        (doing.stopped, TrafficActivity.HALTED),
-        (joint.collect is not None, TrafficActivity.LEADING),
-        (joint.frozen is not None, TrafficActivity.STANDING),
-        (doing.listens, TrafficActivity.LISTENING),
-        (doing.face is not None, TrafficActivity.LOOKING),
-        (walk.head == doing.goal.cell and not walk.route, TrafficActivity.ARRIVED),
-        (waits and len(walk.ledger.held) == 1, TrafficActivity.WAITING),
-        (not walk.route and joint.epoch is None, TrafficActivity.CUT_OFF),
-        (not walk.route, TrafficActivity.WAITING),
-    )
-    return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)
+    walk, joint = doing.walk, doing.joint
+    if doing.stopped:
+        return TrafficActivity.HALTED
+    if joint.frozen is not None:
+        return TrafficActivity.LEADING if joint.collect is not None else TrafficActivity.STANDING
+    if doing.listens:
+        return TrafficActivity.LISTENING
+    if doing.face is not None:
+        return TrafficActivity.LOOKING
+    if not walk.route and walk.head == doing.goal.cell:
+        return TrafficActivity.ARRIVED
+    if doing.waits and len(walk.ledger.held) == 1:
+        return TrafficActivity.WAITING
+    if not walk.route:
+        return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
+    return TrafficActivity.DRIVING

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
@@ -198,7 +197,7 @@ class Hearsay:
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"
-        at = x, y = record.x, record.y
+        x, y = record.x, record.y
         if before is not None and (before.x, before.y, before.held, before.claims) == (
             x,
             y,
@@ -210,8 +209,8 @@ class Hearsay:
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
         reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
-        for cell in mentioned:
-            if distance(cells.centre(cell), at) > reach:
+        for at_x, at_y in map(cells.centre, mentioned):
+            if hypot(at_x - x, at_y - y) > reach:
                 return "holds or claims a cell far from where it is"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK

@@ -26,7 +26,7 @@ class Ledger(NamedTuple):
     @property
     def all_claims(self) -> tuple[Claim, ...]:
         """Every claim, those for the way first."""
-        return (*self.claims, *self.beside)
+        return self.claims + self.beside
 
     def claim(self, cell: int, tick: int) -> "Ledger":
         """Ask for a cell."""
@@ -39,6 +39,8 @@ class Ledger(NamedTuple):
     def withdraw(self, claims: Iterable[Claim]) -> "Ledger":
         """Give up claims; their numbers are void for ever."""
         gone = set(claims)
+        if not gone:
+            return self
         return self._replace(
             claims=tuple(claim for claim in self.claims if claim not in gone),
             beside=tuple(claim for claim in self.beside if claim not in gone),
@@ -76,25 +78,24 @@ def _older(one: Claim, who: str, other: Claim, whose: str) -> bool:
 
 def _nobody_holds(case: Case) -> bool:
     cell = case.claim.cell
-    return not any(cell in notice.held and (robot, cell) not in case.cleared for robot, notice in case.others.items())
+    return {(robot, cell) for robot, notice in case.others.items() if cell in notice.held} <= case.cleared
 
 
 def _nobody_claims(case: Case) -> bool:
     cell = case.claim.cell
-    return not any(
-        claim.cell == cell and (robot, cell) not in case.cleared
-        for robot, notice in case.others.items()
-        for claim in notice.claims
-    )
+    return {
+        (robot, cell) for robot, notice in case.others.items() for claim in notice.claims if claim.cell == cell
+    } <= case.cleared
 
 
 def _no_older_claim(case: Case) -> bool:
-    mine = case.claim
-    return not any(
-        claim.cell == mine.cell and _older(claim, robot, mine, case.me) and (robot, mine.cell) not in case.cleared
+    mine, cell = case.claim, case.claim.cell
+    return {
+        (robot, cell)
         for robot, notice in case.others.items()
         for claim in notice.claims
-    )
+        if claim.cell == cell and _older(claim, robot, mine, case.me)
+    } <= case.cleared
 
 
 def _all_acknowledge(case: Case) -> bool:

@@ -76,10 +76,8 @@ class JointPlanning:
     def step(self, situation: Situation) -> Decision:
         """Follow calls, lead when named, search a little, adopt what came."""
         plan, events = None, leading.ignored(self.part, situation)
-        for transition in TRANSITIONS:
-            if not isinstance(self.call, transition.of):
-                continue
-            move = transition.happens(self.part, self.call, situation)
+        for state, happens, _ in TRANSITIONS:
+            move = happens(self.part, self.call, situation) if isinstance(self.call, state) else None
             if move is not None:
                 self._go(move.to)
                 plan, events = move.plan or plan, events + move.events
@@ -92,7 +90,9 @@ class JointPlanning:
         """Return whom the robot asks to lead, None where it needs no plan; call it each time the robot broadcasts."""
         if not isinstance(self.call, Free):
             return None
-        part, self.call = self.part, self.call._replace(need=None)
+        part = self.part
+        if self.call.need is not None:
+            self.call = self.call._replace(need=None)
         if situation.tick >= part.asks_from and reason(own, situation, part.settings) is not None:
             self.call = named_leader(part, self.call, situation)
         return self.call.need
@@ -165,7 +165,9 @@ class JointPlanning:
         if shut_joins(way, part.cells):
             return Decision(events=(self._refuse(plan, way, situation.tick),))
         entries = {entry.step: entry for entry in plan.after.get(part.me, ())}
-        self.following = Following(part.me, plan, situation.tick, part.settings.absent, entries)
+        self.following = Following(
+            part.me, plan, tuple(sorted(plan.ways)), situation.tick, part.settings.absent, entries
+        )
         part.asks_from = situation.tick + part.settings.calm
         if plan.epoch.leader != part.me:
             part.published = None

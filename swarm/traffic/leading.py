@@ -110,7 +110,9 @@ def carried(part: Part, tick: int) -> JointPlan | None:
 
 def _refusals(part: Part, situation: Situation) -> list[Refusal]:
     """List what members have said against the plan that I published last."""
-    mine = part.published.plan.epoch if part.published else None
+    if part.published is None:
+        return []
+    mine = part.published.plan.epoch
     refusals = (record.refusal for record in situation.fresh.values())
     return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
 

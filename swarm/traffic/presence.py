@@ -88,8 +88,9 @@ def cells_for_me_alone(
     The body then holds what it and its brake need, and nothing hems in the fuzzy tables.
     """
     (x, y, _), alone = body.pose, settings.alone
-    if min([hypot(record.x - x, record.y - y) for record in fresh.values()], default=alone) < alone:
-        return ()
+    for record in fresh.values():
+        if hypot(record.x - x, record.y - y) < alone:
+            return ()
     theirs = {cell for record in others.values() for cell in (*record.held, *(claim.cell for claim in record.claims))}
     about = cells.around(body.cell, VIEW)
     return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])

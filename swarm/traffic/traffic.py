@@ -173,14 +173,13 @@ class Traffic:
             return ()
         if walk.place(self.cells.cell_of(*inputs.pose[:2])) == len(walk.ledger.held) - 1:
             return ()
-        needed = {
-            cell
-            for record in fresh.values()
-            for cell in (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
-        }
         way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
         across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
-        return tuple(cell for cell in inputs.sweeps if cell in across and cell not in needed)
+        room = [cell for cell in inputs.sweeps if cell in across]
+        for record in fresh.values() if room else ():
+            needed = (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
+            room = [cell for cell in room if cell not in needed]
+        return tuple(room)
 
     def _release(self, walk: Walk, body: Body, room: tuple[int, ...]) -> Walk:
         released = walk.released(body.touched, body.cell, room)
@@ -266,7 +265,9 @@ class Traffic:
         if not self._telling.is_due(tick, often=doing.listens or self._hearsay.somebody_listens(tick)):
             return None
         own = self._telling.record(doing, self._sightings.told())
-        own = replace(own, need=self._joint.ask(own, doing.situation))
+        need = self._joint.ask(own, doing.situation)
+        if need is not None:
+            own = replace(own, need=need)
         return TrafficBroadcast(own=own, others=self._hearsay.passed_on(tick, pose.x, pose.y))
 
     def _outputs(

@@ -40,7 +40,10 @@ class Walk(NamedTuple):
     @property
     def left(self) -> int:
         """How many cells of the joint plan lie behind."""
-        return max(0, next((step for step in self.steps if step != BESIDE), 0))
+        for step in self.steps:
+            if step != BESIDE:
+                return max(0, step)
+        return 0
 
     @property
     def next_step(self) -> int:
@@ -87,7 +90,8 @@ class Walk(NamedTuple):
 
     def without_claims(self) -> "Walk":
         """Withdraw every claim."""
-        return self._replace(ledger=self.ledger.withdraw(self.ledger.all_claims))
+        ledger = self.ledger.withdraw(self.ledger.all_claims)
+        return self if ledger is self.ledger else self._replace(ledger=ledger)
 
     def without_stale_claims(self) -> "Walk":
         """Withdraw claims for cells that the route does not begin with."""

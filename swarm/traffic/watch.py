@@ -1,6 +1,6 @@
 """A checker that sees every robot and knows nothing of how they plan: do holds overlap, do bodies stay in them?"""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from math import hypot
@@ -18,10 +18,10 @@ class Seen(NamedTuple):
     """One robot at one tick."""
 
     pose: Pose
-    held: tuple[int, ...]  # cells it declares to hold
+    held: Sequence[int]  # cells it declares to hold
     wants_to_move: bool  # it has a way and is not at its end
     moved: bool  # it got on since the last tick
-    waits: tuple[str, ...] = ()  # for whom
+    waits: Sequence[str] = ()  # for whom
     live: bool = True  # its process runs; False: killed or suspended
 
 
@@ -53,7 +53,7 @@ class Watch:
     least_gap: float = float("inf")  # m, between two bodies
     _running: set[tuple[str, tuple[str, ...]]] = field(default_factory=set)
     _still: dict[str, int] = field(default_factory=dict)  # ticks since it last got on, while it wants to
-    _waits: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    _waits: dict[str, Sequence[str]] = field(default_factory=dict)
     _circling: dict[str, int] = field(default_factory=dict)  # ticks in a circle of waits among those that stand
     _stuck: set[str] = field(default_factory=set)
 

@@ -23,9 +23,9 @@ def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
     )  # fmt: skip
 
 
-def knows(one: Robot) -> list[tuple[str, int]]:
+def knows(one: Robot, tick: int) -> list[tuple[str, int]]:
     """List whom a robot counts as near it, and when each spoke."""
-    return [(name, broadcast.tick) for name, broadcast in one._others.items()]
+    return [(broadcast.robot, broadcast.tick) for broadcast in one._near(tick)]
 
 
 # --- how long it believes what it heard ---
@@ -37,7 +37,7 @@ def test_what_was_heard_counts_until_the_radios_timeout_and_no_longer() -> None:
     one, known = robot(), []
     for tick in range(LASTS + 3):
         step(one, tick, *[said(0)] * (tick == 0))
-        known.append(knows(one))
+        known.append(knows(one, tick))
     assert known == [[("r1", 0)]] * (LASTS + 1) + [[]] * 2
 
 
@@ -45,16 +45,16 @@ def test_the_newest_of_each_robot_counts_in_whatever_order_it_comes() -> None:
     one = robot()
     step(one, 10, said(10))
     step(one, 15, said(3))  # older than what is known
-    assert knows(one) == [("r1", 10)]
+    assert knows(one, 15) == [("r1", 10)]
     step(one, 16, said(16))
-    assert knows(one) == [("r1", 16)]
+    assert knows(one, 16) == [("r1", 16)]
 
 
 @pytest.mark.parametrize("heard", [said(0, robot="r2"), said(0, run=1)], ids=["itself", "another run"])
 def test_itself_and_other_runs_are_not_heard(heard: Broadcast) -> None:
     one = robot()
     step(one, 0, heard)
-    assert knows(one) == []
+    assert knows(one, 0) == []
 
 
 # --- a process that takes another's place ---

@@ -117,6 +117,7 @@ def test_a_robot_that_follows_a_plan_lets_it_take_its_time(name: str) -> None:
 FOLLOWER = Following(
     "r2",
     JointPlan(epoch=PLAN, ways={"r1": (A, B, C), "r2": (F, E)}, after={"r2": (Entry(1, "r1", 1),)}),
+    ("r1", "r2"),
     NOW,
     SETTINGS.absent,
     {1: Entry(1, "r1", 1)},
