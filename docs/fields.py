@@ -149,7 +149,7 @@ def _one_type(part: dict[str, Any]) -> str:
     if kind == "object":
         inner_type = _type(part["additionalProperties"]) if "additionalProperties" in part else ""
         return f"map of name to {inner_type}" if inner_type else "map"
-    return {"string": "text", "boolean": "yes or no"}.get(kind, kind)
+    return str({"string": "text", "boolean": "yes or no"}.get(kind, kind))
 
 
 def _bounds(shape: dict[str, Any]) -> str:
