@@ -146,7 +146,7 @@ class CellPilot:
         """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
         sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
-        if granted.face is not None:
+        if granted.face is not None and granted.threat is None:
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
@@ -156,12 +156,15 @@ class CellPilot:
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
         self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
         within = distance_along(pose, granted.waypoints)
-        if within <= NEAR or self._rests(situation, granted):
+        if granted.threat is None and (within <= NEAR or self._rests(situation, granted)):
             if not self._turns_meanwhile(granted):
                 return self._filter.rest(), heading
             within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), LEAST_SCALE
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
+        if granted.threat is not None:
+            wished = self._aiming.shut((*granted.drivable, *granted.room))
+            constraints = constraints._replace(threat=granted.threat, wished=wished)
         return self._filter.check(sense, tables, constraints), heading
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:

@@ -25,8 +25,8 @@ class Reading(NamedTuple):
     bearing: float  # rad, left positive
 
     def is_body(self, settings: TrafficSettings) -> bool:
-        """Tell whether it shows something near that is not on the map."""
-        return self.measured < settings.stop_distance and self.measured <= self.expected - settings.unexpected
+        """Tell whether it shows something that is not on the map."""
+        return self.measured <= self.expected - settings.unexpected
 
 
 class Scan:
@@ -48,12 +48,11 @@ class Scan:
         """Every ray."""
         return tuple(map(Reading, self._measured, self._expected(self._bearings), self._bearings))
 
-    def bodies(self, settings: TrafficSettings) -> list[Reading]:
-        """Return the rays that show something near that is not on the map."""
-        if self.nearest >= settings.stop_distance:
+    def bodies(self, settings: TrafficSettings, within: float) -> list[Reading]:
+        """Return the rays that show something within some distance [m] that is not on the map."""
+        if self.nearest >= within:
             return []
-        near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True)
-                if read < settings.stop_distance]  # fmt: skip
+        near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True) if read < within]
         measured, bearings = zip(*near, strict=True)
         readings = map(Reading, measured, self._expected(bearings), bearings)
         return [reading for reading in readings if reading.is_body(settings)]

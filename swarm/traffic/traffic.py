@@ -14,7 +14,7 @@ from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
-from swarm.traffic.halting import Halting, robot_at
+from swarm.traffic.halting import Halt, Halting, robot_at
 from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.holds import Acks, Ledger, acknowledged
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
@@ -57,6 +57,8 @@ class Traffic:
         self._claiming = Claiming(me, cells, settings, self._joint)
         self._needs = Needs(me, settings)
         self._walk: Walk | None = None
+        self._threat: Point | None = None  # where something is that comes towards it
+        self._fled = False  # it has left its way for that
         self._last_tick = -1
         self._listen_until = 0
         self._moved = 0
@@ -104,10 +106,13 @@ class Traffic:
             if walk.strayed(body) and self.cells.stands[body]:
                 walk = self._begun(walk.ledger.number, touched, pose)
         walk = self._begun_anew(walk, tick, body, touched, pose)
+        threat = self._threat
         room = self._room(walk, inputs, fresh, floor)
         walk = self._release(walk, touched, body, tick, room)
         self._set_goal(inputs.goal, walk, pose)
-        walk, stopped = self._halt(walk, inputs, touched, events)
+        walk, halt = self._halt(walk, inputs, touched, events)
+        self._threat = halt.threat
+        self._fled = self._fled or halt.threat is not None
 
         situation = Situation(
             tick,
@@ -142,7 +147,7 @@ class Traffic:
             may_need = self._joint.frozen is None and walk.route and (waits or self._joint.epoch is not None)
             if may_need and self._needs.joint_plan(self._own_record(inputs, waits), situation, self._joint):
                 self._joint.ask(situation)
-        return self._outputs(inputs, walk, walk.place(body), waits, face, stopped, events, sends, floor)
+        return self._outputs(inputs, walk, walk.place(body), waits, face, halt, events, sends, floor, room, threat)
 
     def _speaks(self, tick: int) -> bool:
         """Return True if it is this robot's turn to broadcast; more often where somebody has just begun to listen."""
@@ -232,8 +237,9 @@ class Traffic:
 
     def _begun_anew(self, walk: Walk, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Begin the way anew where the robot is if it has been off it for long."""
-        if walk.following or not walk.strayed(body):
+        if not walk.strayed(body) or (walk.following and not self._fled):
             self._on_way = tick
+            self._fled = False
         elif tick - self._on_way > 30 and body != OUTSIDE and self.cells.stands[body]:
             self._on_way = tick
             return self._begun(walk.ledger.number, touched, pose)
@@ -242,16 +248,21 @@ class Traffic:
     def _room(
         self, walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]
     ) -> tuple[int, ...]:
-        """List the cells to drive in beside the way, as far as nobody else needs them."""
-        if floor or self._joint.frozen is not None or not inputs.sweeps or inputs.tick < self._listen_until:
+        """List the cells to drive in beside the way, as far as nobody else needs them; all round where one must flee."""
+        if floor or self._joint.frozen is not None or inputs.tick < self._listen_until:
             return ()
-        if walk.place(self.cells.cell_of(*inputs.pose[:2])) == len(walk.ledger.held) - 1:
+        body, threat = self.cells.cell_of(*inputs.pose[:2]), self._threat
+        if threat is None and (not inputs.sweeps or walk.place(body) == len(walk.ledger.held) - 1):
             return ()
         needed = {
             cell
             for record in fresh.values()
             for cell in (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
         }
+        if threat is not None:
+            near = distance(threat, inputs.pose)
+            off = [cell for cell in self.cells.around(body, 1) if distance(threat, self.cells.centre(cell)) > near]
+            return tuple([cell for cell in off if self.cells.stands[cell] and cell not in needed])
         way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
         across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
         return tuple(cell for cell in inputs.sweeps if cell in across and cell not in needed)
@@ -305,20 +316,20 @@ class Traffic:
 
     def _halt(
         self, walk: Walk, inputs: TrafficInputs, touched: frozenset[int], events: list[Event]
-    ) -> tuple[Walk, bool]:
+    ) -> tuple[Walk, Halt]:
         """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
-            return walk, False  # it has learned no walls yet, and stands
+            return walk, Halt(stopped=False)  # it has learned no walls yet, and stands
         mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
-        stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
-        if place is not None:
-            cell = self.cells.cell_of(*place)
+        halt = self._halting.look(inputs, self._hearsay.others.values(), mine)
+        if halt.found is not None:
+            cell = self.cells.cell_of(*halt.found)
             events.append(Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}"))
             if cell not in {OUTSIDE, self.cells.cell_of(*inputs.pose[:2])}:
                 self._sightings.note(cell, empty=False, tick=inputs.tick)
-            if len(walk.ledger.held) > 1:
+            if len(walk.ledger.held) > 1 and halt.threat is None:
                 walk = self._given_back(walk, touched, inputs.pose)
-        return walk, stopped
+        return walk, halt
 
     def _given_back(self, walk: Walk, touched: frozenset[int], pose: Pose) -> Walk:
         if BESIDE in walk.steps:  # the one further back need not be one to stand in
@@ -503,10 +514,12 @@ class Traffic:
         place: int,
         waits: tuple[str, ...],
         face: Point | None,
-        stopped: bool,
+        halt: Halt,
         events: list[Event],
         sends: bool,
         floor: tuple[int, ...],
+        room: tuple[int, ...],
+        threat: Point | None,
     ) -> TrafficOutputs:
         pose, held = inputs.pose, walk.ledger.held
         broadcast = None
@@ -538,12 +551,14 @@ class Traffic:
             at_large=bool(floor),
             waypoints=tuple(waypoints),
             beside=(*self._hearsay.holders_of(held[place], inputs.tick), *self._still_bodies(inputs)),
-            may_drive=not stopped,
+            may_drive=not halt.stopped,
+            threat=threat,
+            room=room,
             exactly=stops or self._looks(inputs, walk, waits),
             looks=not stops and self._looks(inputs, walk, waits),
             face=face,
             waits=waits,
-            activity=self._activity(walk, waits, face, stopped, inputs.tick),
+            activity=self._activity(walk, waits, face, halt.stopped, inputs.tick),
             events=tuple(events),
             way=way,
             members=tuple(sorted(self._joint.plan.ways)) if self._joint.epoch and self._joint.plan else (),
