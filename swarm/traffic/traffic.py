@@ -112,7 +112,6 @@ class Traffic:
         self._set_goal(inputs.goal, walk, pose)
         walk, halt = self._halt(walk, inputs, touched, events)
         self._threat = halt.threat
-        self._fled = self._fled or halt.threat is not None
 
         situation = Situation(
             tick,
@@ -237,9 +236,10 @@ class Traffic:
 
     def _begun_anew(self, walk: Walk, tick: int, body: int, touched: frozenset[int], pose: Pose) -> Walk:
         """Begin the way anew where the robot is if it has been off it for long."""
-        if not walk.strayed(body) or (walk.following and not self._fled):
+        strayed = walk.strayed(body)
+        self._fled = strayed and (self._fled or self._threat is not None)
+        if not strayed or (walk.following and not self._fled and walk.is_beside(body, self.cells)):
             self._on_way = tick
-            self._fled = False
         elif tick - self._on_way > 30 and body != OUTSIDE and self.cells.stands[body]:
             self._on_way = tick
             return self._begun(walk.ledger.number, touched, pose)

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.holds import Ledger
 from swarm.traffic.record import Claim
 
@@ -65,6 +65,11 @@ class Walk(NamedTuple):
     def strayed(self, body: int) -> bool:
         """Tell whether the body is off the way."""
         return self.steps[self.place(body)] == BESIDE
+
+    def is_beside(self, body: int, cells: CellMap) -> bool:
+        """Tell whether a cell is next to one of the way that is held."""
+        way = {cell for cell, step in zip(self.ledger.held, self.steps, strict=True) if step != BESIDE}
+        return body != OUTSIDE and not way.isdisjoint(cells.neighbours[body])
 
     def grown(self, ledger: Ledger) -> "Walk":
         """Go on to the first cell of the route, which ``ledger`` has at its head now."""
