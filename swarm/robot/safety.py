@@ -35,13 +35,13 @@ STRAIGHT: Final = 0.3  # m/s, until driving straight on at that speed keeps clea
 ENOUGH: Final = 0.4  # m, and drive so far
 DIRECTIONS: Final = 12  # tried to either side
 
-FLEE: Final = 0.6  # m/s, out of the way of what comes towards it,
-FLEE_TURN: Final = 2.5  # rad/s at most,
-FLEE_GAIN: Final = 4.0  # 1/s, and turn by angle off: straight once it faces where it flees to,
-AHEAD: Final = 1.0  # rad
-LOOKS: Final = (1.6, 1.2, 0.8, 0.4)  # s, that far the way is clear, best first,
-FAR_ENOUGH: Final = 0.9  # m, then it stands,
-ASIDE: Final = 1.3  # rad off what comes, at least: a way aside is longer the more it leads along the other's
+FLEE: Final = 0.6  # m/s at most, out of the way of what comes towards the robot: the scenarios' cruise
+FLEE_TURN: Final = 2.5  # rad/s at most, as for TURN_RATE
+FLEE_GAIN: Final = 4.0  # 1/s, yaw rate per angle off the heading of the way out
+ASIDE: Final = 1.3  # rad off what comes, at least: outer side rays, at 1.48 rad, then still see it
+LOOKS: Final = (1.6, 1.2, 0.8, 0.4)  # s that the way out is clear for, best first
+FAR_ENOUGH: Final = 0.9  # m from where the flight began: half a mover's width, the robot's, and some to spare
+BEFORE: Final = 1.0  # rad off the heading; what comes from there after a flight is a reason for another one
 
 TURN_UNTIL: Final = 0.07  # rad off the place to face
 TURN_RATE: Final = 2.5  # rad/s at most on the spot
@@ -50,6 +50,7 @@ ABOUT: Final = 2.6  # rad off it: to turn either way is as good
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
+# of a way out
 TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0), (0.0, 0.0)))
 NOWHERE: Final = (inf, inf)
 
@@ -204,7 +205,7 @@ class SafetyFilter:
             self._fleeing = Flight(sense.x, sense.y, coming, None)
         x, y, came, heading = self._fleeing
         if hypot(sense.x - x, sense.y - y) > FAR_ENOUGH:
-            if abs(wrap(coming - sense.yaw)) < AHEAD:
+            if abs(wrap(coming - sense.yaw)) < BEFORE:
                 self._fleeing = None
             return None
         wide = constraints._replace(shut=constraints.wished)
@@ -219,7 +220,7 @@ class SafetyFilter:
         return speeds if number >= 0 else STAND
 
     def _way_aside(self, sense: Sense, constraints: Constraints, coming: float) -> float | None:
-        """Return the heading [rad] of a clear way aside, of the long ones the one to turn least to; None: there is none."""
+        """Return the heading [rad] of a clear way aside: of the longest, the one to turn least to."""
         headings = [wrap(coming + side * (ASIDE + k * pi / DIRECTIONS)) for k in range(5) for side in (-1, 1)]
         headings.sort(key=lambda one: abs(wrap(one - sense.yaw)))
         found = (one for look in LOOKS for one in headings if self._leads(sense, constraints, one, look))

@@ -248,7 +248,7 @@ class Traffic:
     def _room(
         self, walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]
     ) -> tuple[int, ...]:
-        """List the cells to drive in beside the way, as far as nobody else needs them; all round where one must flee."""
+        """List the cells to drive in beside the way, as far as nobody else needs them; before a threat, all round."""
         if floor or self._joint.frozen is not None or inputs.tick < self._listen_until:
             return ()
         body, threat = self.cells.cell_of(*inputs.pose[:2]), self._threat
