@@ -33,7 +33,7 @@ CASES: Final = (
     Case("claims, contest",                 300, ("--profile", "claims,contest")),
     Case("unsolvable, asleep",              250, ("--profile", "unsolvable,asleep")),
     Case("the other known floors",           75, ("--profile", OTHERS)),
-    Case("unknown",                         100, ("--profile", "unknown")),
+    Case("unknown",                        1000, ("--profile", "unknown")),
     Case("every seed twice",                200, ("--profile", "all", "--twice")),
     Case("in one process and over many",     30, ("--profile", "calm,edits", "--over", "processes")),
 )

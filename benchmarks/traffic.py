@@ -29,7 +29,7 @@ from benchmarks.measure import machine, table
 from swarm.geometry import Pose
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
-from swarm.traffic import joint
+from swarm.traffic import question
 from swarm.traffic.cells import FAR, CellMap
 from swarm.traffic.cells_of import cells_of, with_lattice
 from swarm.traffic.joint_search import JointSearch, Result
@@ -176,7 +176,7 @@ def run(case: Case, seed: int) -> Ran:
     world, settings = simulation.world, scenario.settings
     settling = Settling(simulation)
     searches: list[float] = []
-    joint.JointSearch = timed(searches)  # type: ignore[attr-defined]
+    question.JointSearch = timed(searches)  # type: ignore[attr-defined]
     cells = cells_of(scenario.map, settings)
 
     def over(world: World) -> bool:

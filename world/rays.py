@@ -1,37 +1,17 @@
 """Rays against everything on the floor: solid cells, discs and boxes. Compiled: a fleet casts thousands a second.
 
-Cells are walked one boundary after the other (Amanatides and Woo, Eurographics 1987), so that distances are exact; the
-tests hold them against pymunk's own segment queries and against shapely.
+Distances are exact; the tests hold them against pymunk's own segment queries and against shapely.
 """
 
-from math import cos, floor, hypot, inf, sin, sqrt
+from math import cos, hypot, inf, sin, sqrt
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from swarm.planning.rays import first_solid
+
 Numbers = NDArray[np.float64]
-
-
-@njit("f8(u1[:, ::1], f8, f8, f8, f8, f8)", cache=True)
-def to_cells(solid: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, reach: float) -> float:
-    """Distance [cells] from (x, y) along the unit direction (dx, dy) to the first solid cell, at most ``reach``."""
-    rows, columns = solid.shape
-    column, row = floor(x), floor(y)
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    next_x = (column + (dx > 0) - x) / dx if dx != 0 else inf
-    next_y = (row + (dy > 0) - y) / dy if dy != 0 else inf
-    wide_x = abs(1 / dx) if dx != 0 else inf
-    wide_y = abs(1 / dy) if dy != 0 else inf
-    gone = 0.0
-    while gone < reach:
-        if 0 <= row < rows and 0 <= column < columns and solid[row, column]:
-            return gone
-        if next_x < next_y:
-            gone, next_x, column = next_x, next_x + wide_x, column + step_x
-        else:
-            gone, next_y, row = next_y, next_y + wide_y, row + step_y
-    return reach
 
 
 @njit("f8(f8, f8, f8, f8, f8, f8, f8)", cache=True)
@@ -88,7 +68,7 @@ def cast(
     for k in range(angles.size):
         heading = yaw + angles[k]
         dx, dy = cos(heading), sin(heading)
-        nearest = side * to_cells(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, reach / side)
+        nearest = side * first_solid(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, reach / side, False)
         for other in range(discs.shape[0]):
             far = hypot(discs[other, 0] - x, discs[other, 1] - y) > reach + discs[other, 2]
             if other != own and not far:
@@ -145,7 +125,7 @@ def sees(
     if whole == 0.0:
         return True
     dx, dy = (bx - ax) / whole, (by - ay) / whole
-    free = to_cells(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, whole / side)
+    free = first_solid(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, whole / side, False)
     return bool(free >= whole / side)
 
 

@@ -15,20 +15,30 @@ from swarm.geometry import Pose
 from swarm.planning.grid import Grid
 
 
-@njit("f8(u1[:, ::1], f8, f8, f8, f8)", cache=True)
-def _first_solid(solid: NDArray[np.uint8], x: float, y: float, heading: float, reach: float) -> float:
-    """Walk from (x, y) [cells]; give the distance [cells] to the first solid cell, at most ``reach``."""
+@njit("Tuple((i8, i8, f8, f8))(f8, f8)", cache=True)
+def _axis(at: float, along: float) -> tuple[int, int, float, float]:
+    """Begin a walk along one axis: the cell, the step to the next, how far off that is, and how far each further."""
+    cell = floor(at)
+    if along == 0.0:
+        return cell, -1, inf, inf
+    return cell, 1 if along > 0 else -1, (cell + (along > 0) - at) / along, abs(1 / along)
+
+
+@njit("f8(u1[:, ::1], f8, f8, f8, f8, f8, b1)", cache=True)
+def first_solid(
+    solid: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, reach: float, walled: bool
+) -> float:
+    """Walk from (x, y) along a unit direction; return the distance to the first solid cell, at most ``reach`` [cells].
+
+    ``walled``: what lies beyond the grid is solid; else it is free.
+    """
     rows, columns = solid.shape
-    dx, dy = cos(heading), sin(heading)
-    column, row = floor(x), floor(y)
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    next_x = (column + (dx > 0) - x) / dx if dx != 0 else inf
-    next_y = (row + (dy > 0) - y) / dy if dy != 0 else inf
-    wide_x = abs(1 / dx) if dx != 0 else inf
-    wide_y = abs(1 / dy) if dy != 0 else inf
+    column, step_x, next_x, wide_x = _axis(x, dx)
+    row, step_y, next_y, wide_y = _axis(y, dy)
     gone = 0.0
     while gone < reach:
-        if row < 0 or column < 0 or row >= rows or column >= columns or solid[row, column]:
+        inside = 0 <= row < rows and 0 <= column < columns
+        if solid[row, column] if inside else walled:
             return gone
         if next_x < next_y:
             gone, next_x, column = next_x, next_x + wide_x, column + step_x
@@ -59,13 +69,9 @@ def note(
     """
     rows, columns = odds.shape
     dx, dy = cos(heading), sin(heading)
-    column, row = floor(x), floor(y)
+    column, step_x, next_x, wide_x = _axis(x, dx)
+    row, step_y, next_y, wide_y = _axis(y, dy)
     end_column, end_row = floor(x + (length + 0.01) * dx), floor(y + (length + 0.01) * dy)
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    next_x = (column + (dx > 0) - x) / dx if dx != 0 else inf
-    next_y = (row + (dy > 0) - y) / dy if dy != 0 else inf
-    wide_x = abs(1 / dx) if dx != 0 else inf
-    wide_y = abs(1 / dy) if dy != 0 else inf
     gone = 0.0
     inside = 0 <= end_row < rows and 0 <= end_column < columns
     settled = not hit or (inside and odds[end_row, end_column] >= solid)
@@ -96,7 +102,8 @@ def _each(
     found = np.empty(angles.size)
     for k in range(angles.size):
         heading = (yaw + angles[k] + pi) % (2 * pi) - pi
-        found[k] = _first_solid(solid, x, y, pi if heading <= -pi else heading, reach)
+        heading = pi if heading <= -pi else heading
+        found[k] = first_solid(solid, x, y, cos(heading), sin(heading), reach, True)
     return found
 
 

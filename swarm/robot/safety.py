@@ -191,9 +191,11 @@ class SafetyFilter:
         number, speeds = self._first(AS_IT_IS, sense, ahead, constraints, min(STRAIGHT, fastest))
         if self._escape and (number < 0 or fastest < STRAIGHT):
             return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, self._escape)))
-        self._escape = 0.0
+        if self._escape:
+            self._escape, self._since = 0.0, sense.time
         x, y = self._leaving
-        if number >= 0 and hypot(sense.x - x, sense.y - y) < ENOUGH:
+        in_time = sense.time - self._since <= PATIENCE  # else the wheels do not obey
+        if number >= 0 and in_time and hypot(sense.x - x, sense.y - y) < ENOUGH:
             return speeds
         self._leaving = None
         return None

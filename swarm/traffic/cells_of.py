@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
-from math import inf
+from math import ceil, inf, log
 from typing import Any, Final
 
 import msgspec
@@ -17,6 +17,10 @@ from swarm.traffic.sight import part_unheard
 # a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
+# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts to tell:
+DEAF: Final = 3e-4  # chance that all get lost by which a robot is taken for silent, one way; both ways: its square,
+UNHEARD: Final = 3e-5  # and that it listens and hears nothing of one in range
+LOSSY: Final = 0.9  # share lost; nothing is made for a radio worse than that
 # where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
 IN_SIGHT: Final[dict[str, Any]] = {
     "in_sight": True,
@@ -141,14 +145,29 @@ def _lean(settings: Settings) -> float | None:
 
 def traffic_settings(settings: Settings) -> TrafficSettings:
     """Give traffic its constants for a scenario."""
-    robot = settings.robot
+    robot, radio = settings.robot, settings.radio
     constants = TrafficSettings(
         tick=1.0 / settings.rate,
-        every=settings.radio.every,
+        every=radio.every,
         radius=robot.radius,
-        radio_range=settings.radio.range,
+        radio_range=radio.range,
         speed=4.0 * robot.speed_scale,
         sensor_range=settings.sensors.range,
         learns=not settings.map.known,
     )
-    return replace(constants, **IN_SIGHT) if settings.radio.line_of_sight else constants
+    fresh = max(constants.fresh, constants.every * _in_a_row(radio.loss, DEAF))
+    later = max(0, fresh + constants.gap - constants.absent)
+    constants = replace(
+        constants,
+        fresh=fresh,
+        absent=constants.absent + later,
+        plan_stuck=constants.plan_stuck + later,
+        surmise=constants.surmise + later,
+        listen=max(constants.listen, constants.often * _in_a_row(radio.loss, UNHEARD)),
+    )
+    return replace(constants, **IN_SIGHT) if radio.line_of_sight else constants
+
+
+def _in_a_row(loss: float, chance: float) -> int:
+    """Return how many broadcasts in a row get lost with no more than that chance, at the loss a radio may have."""
+    return ceil(log(chance) / log(min(loss, LOSSY))) if loss > 0.0 else 0

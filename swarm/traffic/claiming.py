@@ -2,41 +2,56 @@
 
 from collections.abc import Collection
 from math import hypot
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
 from swarm.traffic.cells import CellMap
+from swarm.traffic.following import Following
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
-from swarm.traffic.joint import JointPlanning
+from swarm.traffic.presence import Body
 from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 
-LEANS: Final = (
-    0.1  # m, off the place where a robot leans round a corner, or off its cell's middle: see CellMap.is_blind
-)
+LEANS: Final = 0.1  # m, off the place where a robot leans, or off its cell's middle: see CellMap.is_blind
 BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
+
+
+class Claimed(NamedTuple):
+    """What a robot has got, and whom it waits for."""
+
+    walk: Walk
+    waits: tuple[str, ...]
+    took: bool  # it got a cell of its way
 
 
 class Claiming:
     """Applies the rules of ``holds`` to the cells a robot wants next, in the order of its way and of its plan."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, joint: JointPlanning) -> None:
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
         self.cells = cells
         self.settings = settings
-        self.took_at = 0  # tick at which the last claim became a hold
-        self._joint = joint
 
-    def advance(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
-        """Claim the next cells, take those that all have acknowledged; say whom the next one waits for."""
-        walk, waits = self._ask(walk, situation, pose, body)
+    def step(
+        self, walk: Walk, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
+    ) -> Claimed:
+        """Claim the next cells of the way, and cells to drive in beside it (``room``); take those that are granted."""
+        claimed = self._advance(walk, plan, situation, body)
+        if self.settings.in_sight:
+            return claimed
+        return claimed._replace(walk=self._make_room(claimed.walk, situation, body.pose, room))
+
+    def _advance(self, walk: Walk, plan: Following | None, situation: Situation, body: Body) -> Claimed:
+        """Claim the next cells in the order of the plan, take those that all have acknowledged."""
+        pose, took = body.pose, False
+        walk, waits = self._ask(walk, plan, situation, body)
         while walk.route:
             cell = walk.route[0]
-            step_free = not walk.following or self._joint.waits_for(walk.next_step, situation) is None
+            step_free = plan is None or plan.waits_for(walk.next_step, situation) is None
             mine = cell in walk.ledger.held and not any(cell in record.held for record in situation.fresh.values())
             if mine and not walk.ledger.claims and step_free:
                 walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
@@ -51,11 +66,10 @@ class Claiming:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)
                 break
             walk = walk.grown(walk.ledger.take(claim))
-            self.took_at = situation.tick
-            waits = ()
-        return walk, waits
+            took, waits = True, ()
+        return Claimed(walk, waits, took)
 
-    def make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
+    def _make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
         given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
         walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
@@ -74,14 +88,16 @@ class Claiming:
                 walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
         return walk
 
-    def _ask(self, walk: Walk, situation: Situation, pose: Pose, body: int) -> tuple[Walk, tuple[str, ...]]:
+    def _ask(
+        self, walk: Walk, plan: Following | None, situation: Situation, body: Body
+    ) -> tuple[Walk, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        place = walk.place(body)
+        pose, place = body.pose, walk.place(body.cell)
         room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
         for ahead, cell in enumerate(walk.route[: max(0, room)]):
             step = walk.next_step + ahead
-            first = self._joint.waits_for(step, situation) if walk.following else None
-            if first is not None and not (ahead == 0 and self._joint.next_after(step, situation)):
+            first = plan.waits_for(step, situation) if plan is not None else None
+            if plan is not None and first is not None and not (ahead == 0 and plan.next_after(step, situation)):
                 return walk, (first,) if ahead == 0 else ()
             if ahead < len(walk.ledger.claims):
                 continue

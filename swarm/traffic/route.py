@@ -4,11 +4,38 @@ from collections.abc import Collection, Sequence
 from heapq import heappop, heappush
 from itertools import pairwise
 from math import hypot
+from typing import Final
 
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.situation import Situation
+from swarm.traffic.walk import Walk
 
 STRAY = 0.7  # steps it is worth to come a cell's side nearer to the path
+RETRY: Final = 20  # ticks between two tries to find a way where there was none
+
+
+class OwnWay:
+    """Gives a robot that follows no joint plan a way of its own, and not a new one in each tick."""
+
+    def __init__(self) -> None:
+        self._found_for: tuple[int, frozenset[int]] | None = None  # goal, and cells that were blocked
+        self._retry_at = 0  # tick
+
+    def find(
+        self, walk: Walk, situation: Situation, path: Sequence[Point], cells: CellMap, way_out: tuple[int, ...] = ()
+    ) -> Walk:
+        """Return the walk with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
+
+        ``way_out`` is taken instead where there is one: of a cell from which no way of the map leads.
+        """
+        goal, blocked, tick = situation.goal, situation.blocked, situation.tick
+        complete = walk.route[-1] == goal if walk.route else walk.head == goal
+        if walk.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):
+            return walk
+        self._found_for, self._retry_at = (goal, blocked), tick + RETRY
+        way = way_out or own_way(cells, walk.head, goal, blocked - {walk.head}, path)
+        return walk.alone(way).without_stale_claims()
 
 
 def own_way(

@@ -30,6 +30,7 @@ class Walk(NamedTuple):
     steps: tuple[int, ...]
     route: tuple[int, ...] = ()
     following: bool = False
+    sought: bool = False  # the route, which may be empty, is all that a search for a way of one's own found
 
     @property
     def head(self) -> int:
@@ -53,11 +54,15 @@ class Walk(NamedTuple):
 
     def onto(self, way: tuple[int, ...]) -> "Walk":
         """Follow a joint plan's way; it begins at the head."""
-        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True)
+        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
 
     def alone(self, route: tuple[int, ...]) -> "Walk":
-        """Follow a way of one's own."""
-        return self._replace(steps=self._as_if_alone(), route=route, following=False)
+        """Follow a way of one's own, as a search found it."""
+        return self._replace(steps=self._as_if_alone(), route=route, following=False, sought=True)
+
+    def nowhere(self) -> "Walk":
+        """Give up the way."""
+        return self._replace(steps=self._as_if_alone(), route=(), following=False, sought=False)
 
     def _as_if_alone(self) -> tuple[int, ...]:
         return tuple(min(step, ALONE) for step in self.steps)
@@ -84,6 +89,18 @@ class Walk(NamedTuple):
         return self._replace(
             ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(BESIDE,) * len(extra) + self.steps
         )
+
+    def without_claims(self) -> "Walk":
+        """Withdraw every claim."""
+        return self._replace(ledger=self.ledger.withdraw(self.ledger.all_claims))
+
+    def without_stale_claims(self) -> "Walk":
+        """Withdraw claims for cells that the route does not begin with."""
+        claims = self.ledger.claims
+        good = 0
+        while good < min(len(claims), len(self.route)) and claims[good].cell == self.route[good]:
+            good += 1
+        return self._replace(ledger=self.ledger.withdraw(claims[good:])) if good < len(claims) else self
 
     def with_room(self, claim: Claim) -> "Walk":
         """Take a cell beside the way that has been granted."""

@@ -47,11 +47,11 @@ def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_
 
 
 def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path) -> None:
-    with Fleet(PAPER, "--pace", "20", "--seed", "3", runtime=tmp_runtime) as fleet:
+    with Fleet(PAPER, "--pace", "10", "--seed", "3", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
     assert report["complete"]
-    assert report["pace"] == "20"
+    assert report["pace"] == "10"
     assert report["late_commands"] >= 0
     assert report["contacts"]["wall"] == 0
 

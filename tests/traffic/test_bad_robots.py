@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from swarm.messages import Broadcast, Command, Event
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
-from swarm.traffic.joint import JointPlanning
+from swarm.traffic.joint import Decision, JointPlanning
 from swarm.traffic.record import Claim, JointPlan, Record
 from swarm.traffic.situation import Situation
 from world.simulate import Simulation
@@ -105,11 +105,10 @@ def test_a_member_that_ignores_the_plan_is_named_and_touches_nobody(monkeypatch:
     assert any("r3 does not follow the plan of r1" in line for line in said)
 
 
-def adopting_but(deaf: str) -> Callable[[JointPlanning, JointPlan, Situation], None]:
+def adopting_but(deaf: str) -> Callable[[JointPlanning, JointPlan, Situation], Decision]:
     adopt = JointPlanning._adopt
 
-    def adopting(self: JointPlanning, plan: JointPlan, situation: Situation) -> None:
-        if self.me != deaf:
-            adopt(self, plan, situation)
+    def adopting(self: JointPlanning, plan: JointPlan, situation: Situation) -> Decision:
+        return Decision() if self.part.me == deaf else adopt(self, plan, situation)
 
     return adopting

@@ -5,8 +5,11 @@ from collections.abc import Mapping
 import pytest
 
 from swarm.traffic.assign import Aside, assign
+from swarm.traffic.calls import Free
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.joint import ATTEMPTS, JointPlanning
+from swarm.traffic.hearsay import Event
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.question import ATTEMPTS
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -29,14 +32,15 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     (start, goal, cell), (x, y) = ROUND.at("ab" + where), ROUND.points(where)[0]
     silent = Record(robot="r9", stamp=0, x=x, y=y, goal=cell, held=(cell,))
     joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
-    joint.need = "r1"
+    joint.call = Free(need="r1")
     for tick in range(100, 200):
         joint.step(situation(tick, start, goal, {"r9": silent}, {}))
-        if joint.plan is not None:
+        if joint.following is not None:
             break
-    assert joint.plan is not None
-    assert (cell not in joint.plan.ways["r1"]) is round_it
-    assert joint.plan.ways["r1"][-1] == goal
+    assert joint.following is not None
+    way = joint.following.plan.ways["r1"]
+    assert (cell not in way) is round_it
+    assert way[-1] == goal
 
 
 @pytest.mark.parametrize(
@@ -83,8 +87,8 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
     """Where a target was given to somebody else, that there is no plan proves nothing about the mission."""
     heads, wishes, kind, who = NO_PLAN[name]
     others, joint = {}, JointPlanning("r1", ROW_OF_FOUR.cells, TrafficSettings())
-    joint.need = "r1"
-    events = []
+    joint.call = Free(need="r1")
+    events: list[Event] = []
     for tick in range(TICKS):
         for number, (head, wish) in enumerate(zip(ROW_OF_FOUR.at(heads), ROW_OF_FOUR.at(wishes), strict=True), 1):
             x, y = ROW_OF_FOUR.cells.centre(head)
@@ -92,9 +96,9 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
                 robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
             )
         mine = others.pop("r1")
-        events += joint.step(situation(tick, mine.held[-1], mine.goal, dict(others), dict(others)))
+        events += joint.step(situation(tick, mine.held[-1], mine.goal, dict(others), dict(others))).events
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
-    assert joint.plan is None
+    assert joint.following is None
 
 
 @pytest.mark.parametrize("what", ["blocked", "bodies"])
@@ -105,17 +109,18 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
     said: dict[bool, list[tuple[str, bool]]] = {}
     for shut in (True, False):
         joint = JointPlanning("r1", square.cells, TrafficSettings())
-        joint.need = "r1"
-        events = []
+        joint.call = Free(need="r1")
+        events: list[Event] = []
         for tick in range(TICKS):
             x, y = square.cells.centre(b)
             other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
             cells = frozenset({c, d} if shut else ())
             found = situation(tick, a, b, other, other)
-            events += joint.step(found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=cells))
-            if joint.plan is not None:
+            found = found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=cells)
+            events += joint.step(found).events
+            if joint.following is not None:
                 break
-        said[shut] = [(event.kind, joint.plan is not None) for event in events]
+        said[shut] = [(event.kind, joint.following is not None) for event in events]
     assert said == {True: [("no_plan_found", False)], False: [("joint_plan", True)]}
 
 

@@ -1,12 +1,16 @@
 """The life of a joint plan, tick by tick: who is asked, who stands for whom, for how long, and who is named."""
 
+import re
 from collections.abc import Mapping
 
 import pytest
 from msgspec.structs import replace
 
+from swarm.traffic import joint as joint_planning
+from swarm.traffic.calls import Call, Free, Move, Part
+from swarm.traffic.following import SETTLE
 from swarm.traffic.hearsay import Event
-from swarm.traffic.joint import SETTLE, JointPlanning
+from swarm.traffic.joint import TRANSITIONS, JointPlanning, Transition
 from swarm.traffic.record import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -34,28 +38,70 @@ def robot(me: str) -> JointPlanning:
     return JointPlanning(me, FLOOR.cells, SETTINGS)
 
 
+# --- the table ---
+
+
+def drawn_arrows() -> list[tuple[str, str, str]]:
+    """Read the drawing of the calls: (state, what happens, next state)."""
+    arrows = []
+    for line in (joint_planning.__doc__ or "").split("The plan that it follows")[0].splitlines():
+        parts = re.split(r" --(.+?)--> ", line.strip())
+        for number in range(0, len(parts) - 2, 2):
+            states, happenings, to = (part.split(", ") for part in parts[number : number + 3])
+            arrows += [(state, happens, to[0]) for state in states for happens in happenings]
+    return arrows
+
+
+def test_the_drawing_shows_the_table() -> None:
+    arrows = [(row.of.__name__, row.happens.__name__, row.to.__name__) for row in TRANSITIONS]
+    assert sorted(drawn_arrows()) == sorted(arrows)
+    assert len(set(arrows)) == len(arrows)
+
+
+@pytest.fixture(autouse=True)
+def each_transition_leads_where_the_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    def checked(row: Transition) -> Transition:
+        def happens(part: Part, call: Call, situation: Situation) -> Move | None:
+            move = row.happens(part, call, situation)
+            assert move is None or type(move.to) is row.to
+            return move
+
+        return row._replace(happens=happens)
+
+    monkeypatch.setattr(joint_planning, "TRANSITIONS", tuple(checked(row) for row in TRANSITIONS))
+
+
 # --- who is asked ---
 
 
+def stuck(me: str, tick: int = NOW) -> Record:
+    """What a robot is about to tell that needs a plan: r1 or r2, beside it, has stood in its way for long."""
+    return record(me, A, tick, ahead=(B,), waits=("r1", "r2", "r3"), moved=tick - SETTINGS.stuck - 1)
+
+
 def test_the_lowest_id_in_hearing_is_asked_me_included() -> None:
-    for me, heard, asked in (("r2", "r3", "r2"), ("r2", "r1", "r1"), ("r2", "r3 r1", "r1"), ("r2", "", "r2")):
-        joint = robot(me)
-        joint.ask(situation(NOW, {name: record(name, C) for name in heard.split()}))
-        assert joint.need == asked, heard
+    for me, heard, asked in (("r2", "r3", "r2"), ("r2", "r1", "r1"), ("r2", "r3 r1", "r1")):
+        near = situation(NOW, {name: record(name, C) for name in heard.split()})
+        assert robot(me).ask(stuck(me), near) == asked, heard
+
+
+def test_who_needs_no_plan_asks_nobody() -> None:
+    joint, near = robot("r2"), situation(NOW, {"r1": record("r1", C)})
+    assert joint.ask(stuck("r2"), near) == "r1"
+    assert joint.ask(replace(stuck("r2"), ahead=()), near) is None
+    joint.step(situation(NOW, {"r1": called()}))
+    assert joint.ask(stuck("r2"), near) is None, "it stands for one"
 
 
 def test_who_does_not_answer_is_passed_over_for_a_while() -> None:
     joint = robot("r3")
     near = {name: record(name, C) for name in ("r1", "r2")}
-    asked = []
-    for tick in range(SETTINGS.unanswered + 2):
-        joint.ask(situation(NOW + tick, near))
-        asked.append(joint.need)
+    asked = [joint.ask(stuck("r3", NOW + tick), situation(NOW + tick, near)) for tick in range(SETTINGS.unanswered + 2)]
     assert asked == ["r1"] * (SETTINGS.unanswered + 1) + ["r2"]
+    near = {name: record(name, C, NOW + SETTINGS.pass_over) for name in ("r1", "r2")}
     until = NOW + SETTINGS.unanswered + SETTINGS.pass_over
     for tick, again in ((until, "r2"), (until + 1, "r1")):
-        joint.ask(situation(tick, near))
-        assert joint.need == again, tick
+        assert joint.ask(stuck("r3", tick), situation(tick, near)) == again, tick
 
 
 # --- standing for a call ---
@@ -100,14 +146,14 @@ def test_of_two_that_call_the_lower_id_is_followed() -> None:
         joint.step(situation(NOW + 1, both))
         assert joint.frozen == CALL, first
     leading = robot("r2")
-    leading.need = "r2"
+    leading.call = Free(need="r2")
     leading.step(situation(NOW, {"r3": record("r3", C)}))
     assert leading.collect is not None
     leading.step(situation(NOW + 1, {"r1": called(), "r3": record("r3", C)}))
     assert leading.frozen == CALL, "it gives its own lead up"
     assert not leading.collect
     leading = robot("r1")
-    leading.need = "r1"
+    leading.call = Free(need="r1")
     leading.step(situation(NOW, {"r2": record("r2", C)}))
     leading.step(situation(NOW + 1, {"r2": called(leader="r2", members=("r1", "r2"))}))
     assert leading.collect is not None, "and not for a higher one"
@@ -119,16 +165,16 @@ def test_of_two_that_call_the_lower_id_is_followed() -> None:
 def lead(until: int, *, freezes: bool, follows: bool = True) -> tuple[JointPlanning, dict[int, list[str]], int]:
     """Let r1 lead with r2 beside it, which stands when called or not; give the events and when the plan came."""
     joint = robot("r1")
-    joint.need = "r1"
+    joint.call = Free(need="r1")
     said: dict[int, list[str]] = {}
     came = 0
     for tick in range(NOW, until):
-        epoch = joint.plan.epoch if joint.plan is not None and follows else None
+        epoch = joint.epoch if follows else None
         other = record("r2", C, tick, frozen=joint.frozen if freezes else None, epoch=epoch)
-        events = joint.step(situation(tick, {"r2": replace(other, goal=D)}))
+        events = joint.step(situation(tick, {"r2": replace(other, goal=D)})).events
         if events:
             said[tick] = [event.kind for event in events]
-        if joint.plan is not None and not came:
+        if joint.following is not None and not came:
             came = tick
     return joint, said, came
 
@@ -137,18 +183,17 @@ def test_a_leader_plans_as_soon_as_all_stand() -> None:
     joint, said, came = lead(NOW + 4, freezes=True)
     assert came == NOW + 1
     assert said == {NOW + 1: ["joint_plan"]}
-    assert joint.plan is not None
-    assert set(joint.plan.ways) == {"r1", "r2"}
-    assert (joint.plan.ways["r1"][-1], joint.plan.ways["r2"][-1]) == (B, D)
-    assert joint.epoch == joint.plan.epoch == Epoch(NOW, "r1")
-    assert joint.plans_made == 1
+    assert joint.following is not None
+    assert joint.following.members == ("r1", "r2")
+    assert {robot: way[-1] for robot, way in joint.following.plan.ways.items()} == {"r1": B, "r2": D}
+    assert joint.epoch == Epoch(NOW, "r1")
 
 
 def test_it_waits_for_the_others_only_so_long_and_plans_without_them() -> None:
     joint, _, came = lead(NOW + SETTINGS.gather + 3, freezes=False)
     assert came == NOW + SETTINGS.gather
-    assert joint.plan is not None
-    assert set(joint.plan.ways) == {"r1"}
+    assert joint.following is not None
+    assert joint.following.members == ("r1",)
 
 
 def test_its_record_carries_the_plan_for_a_while() -> None:
@@ -164,9 +209,10 @@ def test_a_member_that_does_not_take_the_plan_up_is_named_once() -> None:
     assert said == {came: ["joint_plan"]}
     joint, said, came = lead(came + 2 * SETTLE + 1, freezes=True, follows=False)
     assert said == {came: ["joint_plan"]}
-    events = joint.step(situation(came + 2 * SETTLE + 1, {"r2": record("r2", C, came + 2 * SETTLE)}))
+    heard = {"r2": record("r2", C, came + 2 * SETTLE)}
+    events = joint.step(situation(came + 2 * SETTLE + 1, heard)).events
     assert [(event.kind, event.robots) for event in events] == [("plan_ignored", ("r2",))]
-    assert joint.step(situation(came + 2 * SETTLE + 2, {"r2": record("r2", C, came + 2 * SETTLE)})) == []
+    assert not joint.step(situation(came + 2 * SETTLE + 2, heard)).events
 
 
 def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
@@ -174,19 +220,25 @@ def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
     joint.reset(NOW)
     led = []
     for tick in range(NOW, NOW + SETTINGS.listen + 2):
-        joint.need = "r1"
+        joint.call = Free(need="r1")
         joint.step(situation(tick, {}))
-        led.append(joint.plan is not None or joint.collect is not None)
+        led.append(joint.following is not None or joint.collect is not None)
     assert led == [False] * SETTINGS.listen + [True] * 2
 
 
 def test_who_was_away_stands_for_nobody_any_more() -> None:
     joint = robot("r2")
     joint.step(situation(NOW, {"r1": called()}))
-    joint.need = "r1"
     joint.reset(NOW + 50)
+    assert joint.call == Free()
+
+
+def test_who_was_away_asks_nobody_any_more() -> None:
+    joint = robot("r2")
+    assert joint.ask(stuck("r2"), situation(NOW, {"r3": record("r3", C)})) == "r2"
+    joint.reset(NOW + 50)
+    joint.step(situation(NOW + 51 + SETTINGS.listen, {}))
     assert joint.frozen is None
-    assert not joint.need
 
 
 # --- following ---
@@ -206,15 +258,22 @@ def test_a_plan_is_taken_up_only_from_where_the_robot_stands(way: tuple[int, ...
     joint.step(situation(NOW, {"r1": called()}))
     ways = {"r1": (C, D)} | ({"r2": way} if way else {})
     leader = record("r1", C, NOW + 1, plan=plan_of(**ways))
-    joint.step(situation(NOW + 1, {"r1": leader}))
+    decision = joint.step(situation(NOW + 1, {"r1": leader}))
     assert joint.frozen is None
+    assert decision.way == (way if adopted else None)
     assert joint.epoch == (CALL if adopted else None)
-    assert joint.way == (way if adopted else None)
-    assert joint.follows("r1") is adopted
-    assert (joint.adopted == NOW + 1) is adopted
     assert joint.carried(NOW + 1) is None, "it is the leader's to carry"
     joint.leave()
-    assert not joint.follows("r1")
+    assert joint.epoch is None
+
+
+def test_who_has_just_got_a_plan_asks_for_no_other() -> None:
+    joint, heard = robot("r3"), {"r1": record("r1", C, plan=JointPlan(epoch=CALL, ways={"r3": (A, B)}, after={}))}
+    joint.step(situation(NOW, {"r1": replace(called(members=("r1", "r3")), plan=heard["r1"].plan)}))
+    assert joint.epoch == CALL
+    joint.leave()
+    for age, asked in ((0, None), (SETTINGS.calm - 1, None), (SETTINGS.calm, "r1")):
+        assert joint.ask(stuck("r3", NOW + age), situation(NOW + age, heard)) == asked, age
 
 
 def test_somebody_elses_plan_is_not_taken_up() -> None:
@@ -241,14 +300,13 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
     joint.step(situation(NOW, {"r1": call}, head, goal))
-    events = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
-    assert (joint.way, joint.epoch, joint.frozen) == (None, None, None)
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
+    assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
+    text = f"r2 refuses the plan of r1: no way from cell {a} to {b}"
+    assert decision.events == (Event("plan_refused", ("r2",), text),)
     assert joint.refused(NOW + 1) == Refusal(Epoch(NOW, "r1"), ((a, b), (b, c)))
     assert joint.refused(NOW + 2 + SETTINGS.carry) is None, "its leader has heard it, or never will"
-    assert events + joint.step(situation(NOW + 2, {}, head, goal)) == [
-        Event("plan_refused", ("r2",), f"r2 refuses the plan of r1: no way from cell {a} to {b}")
-    ]
 
 
 def test_a_member_takes_a_way_that_its_own_map_has() -> None:
@@ -256,19 +314,19 @@ def test_a_member_takes_a_way_that_its_own_map_has() -> None:
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
     joint.step(situation(NOW, {"r1": call}, head, goal))
-    joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
-    assert joint.way == ROOM.at("aefghd")
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
+    assert decision.way == ROOM.at("aefghd")
     assert joint.refused(NOW + 1) is None
 
 
 def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
     joint = JointPlanning("r1", ROOM.cells, SETTINGS)
-    joint.need = "r1"
+    joint.call = Free(need="r1")
     a, b, c, d = ROOM.at("abcd")
     plans: list[JointPlan] = []
     for tick in range(NOW, NOW + 60):
-        if joint.plan is not None and joint.plan not in plans:
-            plans.append(joint.plan)
+        if joint.following is not None and joint.following.plan not in plans:
+            plans.append(joint.following.plan)
         refusal = Refusal(plans[0].epoch, ((a, b), (b, c))) if plans else None
         other = record("r2", a, tick, frozen=joint.frozen, goal=d, refusal=refusal)
         joint.step(situation(tick, {"r2": other}, *ROOM.at("hh")))
@@ -282,10 +340,10 @@ def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> 
     claims = (Claim(a, 1, NOW),)
     call = called(at=NOW)
     heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
-    assert not joint.is_waited_for([a], situation(NOW, heard)), "it follows no plan"
     joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
     plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
     joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad")))
-    assert joint.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
-    assert not joint.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))
-    assert not joint.is_waited_for([a], situation(NOW, {"r3": heard["r3"]})), "r3 has no part in the plan"
+    assert joint.following is not None
+    assert joint.following.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.following.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))
+    assert not joint.following.is_waited_for([a], situation(NOW, {"r3": heard["r3"]})), "r3 has no part in the plan"

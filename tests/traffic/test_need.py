@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import pytest
 from msgspec.structs import replace
 
-from swarm.traffic.joint import JointPlanning
-from swarm.traffic.need import AT_REST, Needs
+from swarm.traffic.following import Following
+from swarm.traffic.need import AT_REST, reason
 from swarm.traffic.record import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -25,17 +25,13 @@ def record(robot: str, *held: int, ahead: tuple[int, ...] = (), **fields: object
     return replace(plain, **fields)
 
 
-def reason(own: Record, *fresh: Record, adopted: int | None = None, following: Epoch | None = None) -> str | None:
-    joint = JointPlanning("r1", LINE.cells, SETTINGS)
-    if adopted is not None:
-        joint.adopted = adopted
-    joint.epoch = following
+def why(own: Record, *fresh: Record) -> str | None:
     others: Mapping[str, Record] = {one.robot: one for one in fresh}
     situation = Situation(
         tick=NOW, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
         others=others, fresh=others,
     )  # fmt: skip
-    return Needs("r1", SETTINGS).joint_plan(own, situation, joint)
+    return reason(own, situation, SETTINGS)
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))
@@ -84,12 +80,7 @@ REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
 @pytest.mark.parametrize("name", REASONS)
 def test_a_robot_on_its_own_asks_for_a_reason(name: str) -> None:
     own, fresh, expected = REASONS[name]
-    assert reason(own, *fresh) == expected
-
-
-def test_who_has_just_got_a_plan_asks_for_no_other() -> None:
-    for age, expected in ((0, None), (SETTINGS.calm - 1, None), (SETTINGS.calm, "rest")):
-        assert reason(MINE, RESTS, adopted=NOW - age) == expected, age
+    assert why(own, *fresh) == expected
 
 
 STOOD = NOW - SETTINGS.plan_stuck - 1
@@ -112,21 +103,20 @@ PLANS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
 @pytest.mark.parametrize("name", PLANS)
 def test_a_robot_that_follows_a_plan_lets_it_take_its_time(name: str) -> None:
     own, fresh, expected = PLANS[name]
-    assert reason(own, *fresh, following=PLAN) == expected
+    assert why(own, *fresh) == expected
 
 
 # --- whose turn it is within a plan ---
 
 
-def follower(me: str = "r2") -> JointPlanning:
-    """A robot that follows a plan: it may enter the first cell of its way once r1 has left the second of its own."""
-    joint = JointPlanning(me, LINE.cells, SETTINGS)
-    joint.epoch = joint.frozen = PLAN
-    plan = JointPlan(epoch=PLAN, ways={"r1": (A, B, C), "r2": (F, E)}, after={"r2": (Entry(1, "r1", 1),)})
-    leader = record("r1", A, plan=plan, epoch=PLAN)
-    joint.step(at({"r1": leader}))
-    assert joint.way == (F, E)
-    return joint
+# It may enter the first cell of its way once r1 has left the second of its own.
+FOLLOWER = Following(
+    "r2",
+    JointPlan(epoch=PLAN, ways={"r1": (A, B, C), "r2": (F, E)}, after={"r2": (Entry(1, "r1", 1),)}),
+    NOW,
+    SETTINGS.absent,
+    {1: Entry(1, "r1", 1)},
+)
 
 
 def at(others: dict[str, Record], fresh: dict[str, Record] | None = None, tick: int = NOW) -> Situation:
@@ -153,12 +143,5 @@ TURNS: dict[str, tuple[Record | None, str | None]] = {
 @pytest.mark.parametrize("name", TURNS)
 def test_a_cell_is_entered_after_the_robot_that_comes_first_has_left_it(name: str) -> None:
     first, waits_for = TURNS[name]
-    joint = follower()
-    assert joint.waits_for(1, at({"r1": first} if first else {})) == waits_for
-    assert joint.waits_for(0, at({"r1": first} if first else {})) is None, "no other cell is waited for"
-
-
-def test_who_follows_no_plan_waits_for_no_turn() -> None:
-    joint = follower()
-    joint.leave()
-    assert joint.waits_for(1, at({"r1": record("r1", A, epoch=PLAN)})) is None
+    assert FOLLOWER.waits_for(1, at({"r1": first} if first else {})) == waits_for
+    assert FOLLOWER.waits_for(0, at({"r1": first} if first else {})) is None, "no other cell is waited for"

@@ -51,11 +51,13 @@ class Driven:
         refused: tuple[int, ...] = (),
         alone: bool = False,
         says: Mapping[str, object] = NOTHING,
+        back: float = 0.0,
     ) -> Iterator[TrafficOutputs]:
-        """Stand in the middle of a cell for some ticks; ``says`` are fields of r2's records."""
+        """Stand ``back`` [m] from the middle of a cell for some ticks; ``says`` are fields of r2's records."""
         for _ in range(ticks):
             heard = [] if alone else [other(self.tick, self.said, refused, says)]
             pose = FLOOR.pose(cell)
+            pose = pose._replace(x=pose.x - back)
             granted = self.traffic.step(TrafficInputs(self.tick, pose, GOAL, heard=heard, sweeps=self.sweeps))
             self.said = granted.broadcast.own if granted.broadcast is not None else self.said
             self.tick += 1
@@ -228,6 +230,15 @@ def test_a_robot_that_has_been_off_its_way_for_long_begins_it_anew_where_it_is()
     assert all(ROOM in granted.held for granted in strayed)
     heads = [granted.held[-1] for granted in strayed]
     assert ROOM in heads, "it gave back all that lay ahead"
+
+
+def test_a_cell_that_the_margin_alone_touches_is_not_taken_when_the_way_begins_anew() -> None:
+    """Nobody has granted it: another may hold it."""
+    robot, touches = Driven(()), SIDE / 2 - SETTINGS.radius - SETTINGS.margin / 2
+    list(robot.run(LONG))
+    strayed = list(robot.run(2 * LONG, cell=ROOM, back=touches))
+    assert strayed[-1].way[0] == ROOM
+    assert not any(ROOM - 1 in granted.held for granted in strayed)
 
 
 def test_a_robot_that_comes_back_soon_keeps_its_way() -> None:

@@ -1,0 +1,100 @@
+"""The call that a robot stands for: its states, each with its own data, and what outlives them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+from swarm.traffic.cells import CellMap
+from swarm.traffic.hearsay import Event
+from swarm.traffic.joint_search import JointSearch, Result
+from swarm.traffic.question import Question
+from swarm.traffic.record import Collect, Epoch, JointPlan, Refusal
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.walk import Join
+
+NEVER: Final = -(10**9)  # tick
+NOBODY: Final[Mapping[str, int]] = MappingProxyType({})
+
+
+class Free(NamedTuple):
+    """The robot stands for no call."""
+
+    need: str | None = None  # whom it asks to lead
+    asked: Mapping[str, int] = NOBODY  # how often it has asked each leader without an answer
+
+
+class Frozen(NamedTuple):
+    """The robot stands still until another robot has made a plan."""
+
+    epoch: Epoch
+    since: int  # tick
+
+
+class Collecting(NamedTuple):
+    """The robot leads. It has called the members, and they are coming to a stand."""
+
+    collect: Collect
+
+    @property
+    def epoch(self) -> Epoch:
+        """The plan to be made."""
+        return self.collect.epoch
+
+
+class Searching(NamedTuple):
+    """The robot leads, and searches for a plan from where the members stand."""
+
+    collect: Collect
+    question: Question
+    search: JointSearch
+    asked: frozenset[object]  # this question and those before it: none is asked twice
+    answer: Result | None = None
+
+    @property
+    def epoch(self) -> Epoch:
+        """The plan to be made."""
+        return self.collect.epoch
+
+
+Call = Free | Frozen | Collecting | Searching
+
+
+class Move(NamedTuple):
+    """What comes of a transition."""
+
+    to: Call
+    plan: JointPlan | None = None  # to be adopted
+    events: tuple[Event, ...] = ()
+
+
+class Published(NamedTuple):
+    """A plan that this robot made, and when."""
+
+    plan: JointPlan
+    tick: int
+
+
+class Refused(NamedTuple):
+    """A plan that this robot could not follow, and when it came."""
+
+    refusal: Refusal
+    tick: int
+
+
+@dataclass
+class Part:
+    """What a robot goes by in joint plans, and what it remembers from one call to the next."""
+
+    me: str
+    cells: CellMap
+    settings: TrafficSettings
+    asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
+    leads_from: int = NEVER  # tick
+    passed_over: dict[str, int] = field(default_factory=dict)  # leaders that did not answer, and until when [tick]
+    spent: set[Epoch] = field(default_factory=set)  # calls that the robot stood for once
+    published: Published | None = None  # the newest plan it made, until it adopts another robot's
+    unconfirmed: Published | None = None  # the newest plan it made, until it has seen who follows it
+    refused: Refused | None = None  # the newest plan it refused
+    shut: dict[Join, int] = field(default_factory=dict)  # joins that members refused, and until when [tick]
+    reported: set[tuple[str, ...]] = field(default_factory=set)  # for whom it has said that there is no plan

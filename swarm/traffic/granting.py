@@ -1,0 +1,68 @@
+"""Where a robot may drive after one step, and how: its waypoints, and what it is doing in one word."""
+
+from collections.abc import Collection, Sequence
+
+from swarm.maps.occupancy import Point
+from swarm.traffic.cells import CellMap
+from swarm.traffic.doing import Doing
+from swarm.traffic.interface import TrafficActivity
+from swarm.traffic.presence import VIEW
+from swarm.traffic.settings import TrafficSettings
+
+
+def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
+    """List the held cells to drive through in order, from the one at ``place`` to the head or to the next stop.
+
+    With nobody near, those of the route that are in view follow.
+    """
+    ahead = doing.walk.ledger.held[place:]
+    if doing.floor:
+        ahead = (*ahead, *doing.walk.route)[: 2 * VIEW + 1]
+    return ahead[: ahead.index(doing.goal.cell) + 1] if stops_in(doing, ahead) else ahead
+
+
+def stops_in(doing: Doing, ahead: Sequence[int]) -> bool:
+    """Return True if one of the cells ahead is that of its next stop: it is driven over, whatever comes then."""
+    return doing.goal.cell in ahead and not doing.inputs.done and doing.inputs.goal is not None
+
+
+def waypoints(
+    doing: Doing, ahead: Sequence[int], alone: Collection[int], cells: CellMap, settings: TrafficSettings
+) -> tuple[Point, ...]:
+    """Return where to drive, in order [m]. ``alone`` are the held cells that no other robot holds too."""
+    walk, goal = doing.walk, doing.goal
+    points = [cells.centre(cell) for cell in ahead]
+    if ahead[0] not in alone:  # not to the middle of a cell in which somebody else is too
+        points = points[1:] or [(doing.inputs.pose.x, doing.inputs.pose.y)]
+    if stops_in(doing, ahead) and goal.wish is not None:
+        points[-1] = goal.place(goal.wish, settings.standing_room, cells)
+    elif walk.route and (
+        walk.route[0] == doing.leans_to or (settings.in_sight and cells.is_blind(walk.head, walk.route[0]))
+    ):
+        points.append(cells.leaning(walk.head, walk.route[0], settings.leaning_room))
+    elif not walk.route and walk.head == goal.cell and goal.wish is not None:
+        points[-1] = goal.place(goal.wish, settings.standing_room, cells)
+    return tuple(points)
+
+
+def looks(doing: Doing, settings: TrafficSettings) -> bool:
+    """Return True if the robot has to come to a certain place in its cell, where it claims or looks from."""
+    silent = any(robot not in doing.situation.fresh for robot in doing.waits)
+    return bool(doing.walk.route) and (settings.in_sight or doing.leans_to is not None or silent)
+
+
+def activity(doing: Doing) -> TrafficActivity:
+    """Return what the robot is doing: the first of these that holds."""
+    walk, joint, waits = doing.walk, doing.joint, bool(doing.waits)
+    states = (
+        (doing.stopped, TrafficActivity.HALTED),
+        (joint.collect is not None, TrafficActivity.LEADING),
+        (joint.frozen is not None, TrafficActivity.STANDING),
+        (doing.listens, TrafficActivity.LISTENING),
+        (doing.face is not None, TrafficActivity.LOOKING),
+        (walk.head == doing.goal.cell and not walk.route, TrafficActivity.ARRIVED),
+        (waits and len(walk.ledger.held) == 1, TrafficActivity.WAITING),
+        (not walk.route and joint.epoch is None, TrafficActivity.CUT_OFF),
+        (not walk.route, TrafficActivity.WAITING),
+    )
+    return next((activity for holds, activity in states if holds), TrafficActivity.DRIVING)

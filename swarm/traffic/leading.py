@@ -1,0 +1,150 @@
+"""Leading: a robot calls the others, waits until they stand, searches for a plan, and publishes it.
+
+The functions named in the table of ``joint`` return what comes of a transition, or None where it does not happen.
+"""
+
+from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.dependencies import Order
+from swarm.traffic.following import SETTLE
+from swarm.traffic.hearsay import Event
+from swarm.traffic.joint_search import Outcome, Result
+from swarm.traffic.question import ATTEMPTS, members_of, question_of
+from swarm.traffic.record import Collect, Entry, Epoch, JointPlan, Refusal
+from swarm.traffic.situation import Situation
+
+
+def named(part: Part, call: Free, situation: Situation) -> Move | None:
+    """Call all in hearing, if somebody asks me to lead, or a member refuses the plan that I published last."""
+    if situation.tick < part.leads_from:
+        return None
+    asked = call.need == part.me or part.me in [record.need for record in situation.fresh.values()]
+    refusals = _refusals(part, situation)
+    if not asked and not refusals:
+        return None
+    part.shut = {join: until for join, until in part.shut.items() if until > situation.tick}
+    for refusal in refusals:
+        part.shut.update(dict.fromkeys(refusal.shut, situation.tick + part.settings.obstacle))
+    return Move(Collecting(Collect(Epoch(situation.tick, part.me), tuple(sorted([part.me, *situation.fresh])))))
+
+
+def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None:
+    """Begin to search once all members stand, or the others have had their time to."""
+    epoch, members = call.collect
+    late = situation.tick - epoch.tick >= part.settings.gather
+    if late or all(
+        robot == part.me or (robot in situation.fresh and situation.fresh[robot].frozen == epoch) for robot in members
+    ):
+        search = _searching(part, call.collect, 0, frozenset(), situation)
+        return Move(search) if search is not None else None
+    return None
+
+
+def searched_on(part: Part, call: Searching, situation: Situation) -> Move | None:
+    """Spend this tick's share of openings on the search."""
+    openings = part.settings.robot_openings // max(1, len(call.question.members))
+    return Move(call._replace(answer=call.search.advance(max(1, openings))))
+
+
+def found(part: Part, call: Searching, situation: Situation) -> Move | None:
+    """Publish the plan, and follow it."""
+    answer = call.answer
+    if answer is None or answer.order is None or not _moves(answer):
+        return None
+    plan = _plan(call, answer, answer.order)
+    part.published = part.unconfirmed = Published(plan, situation.tick)
+    part.leads_from = situation.tick + part.settings.again
+    names, ticks = call.question.members, situation.tick - call.epoch.tick
+    said = Event("joint_plan", names, f"{part.me} leads {len(names)} robots, {ticks} ticks to plan")
+    return Move(Free(), plan, (said,))
+
+
+def found_none(part: Part, call: Searching, situation: Situation) -> Move | None:
+    """Put an easier question, unless it is proven that there is no plan."""
+    if call.answer is None or _is_proof(call, call.answer):
+        return None
+    attempts = range(call.question.attempt + 1, len(ATTEMPTS))
+    easier = (_searching(part, call.collect, number, call.asked, situation) for number in attempts)
+    return next((Move(search) for search in easier if search is not None), None)
+
+
+def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
+    """Say that there is no plan, once for the same robots, and wait before leading again."""
+    if call.answer is None:
+        return None
+    part.leads_from = situation.tick + part.settings.backoff
+    proven, names = _is_proof(call, call.answer), call.question.members
+    who = tuple(names[number] for number in call.answer.who) if proven else names
+    if who in part.reported:
+        return Move(Free())
+    part.reported.add(who)
+    if proven:
+        said = Event("unsolvable", who, f"no way exists for {', '.join(who)} to reach their targets together")
+    else:
+        said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
+    return Move(Free(), events=(said,))
+
+
+def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
+    """Name, once, the members heard that have not taken up the plan I made: the others go on without them."""
+    if part.unconfirmed is None or situation.tick - part.unconfirmed.tick <= 2 * SETTLE:
+        return ()
+    (plan, published), part.unconfirmed = part.unconfirmed, None
+    ignoring = [
+        robot
+        for robot in sorted(plan.ways)
+        if (record := situation.fresh.get(robot)) is not None
+        and record.stamp > published + SETTLE
+        and (record.epoch is None or record.epoch < plan.epoch)
+        and record.frozen is None
+    ]
+    return tuple(
+        Event("plan_ignored", (robot,), f"{robot} does not follow the plan of {part.me}") for robot in ignoring
+    )
+
+
+def carried(part: Part, tick: int) -> JointPlan | None:
+    """Return the plan that my record carries."""
+    published = part.published
+    return published.plan if published and tick - published.tick <= part.settings.carry else None
+
+
+def _refusals(part: Part, situation: Situation) -> list[Refusal]:
+    """List what members have said against the plan that I published last."""
+    mine = part.published.plan.epoch if part.published else None
+    refusals = (record.refusal for record in situation.fresh.values())
+    return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
+
+
+def _searching(
+    part: Part, collect: Collect, number: int, asked: frozenset[object], situation: Situation
+) -> Searching | None:
+    """Put the question of an attempt, on the floor as members have corrected it; None where it was asked before."""
+    cells, members = part.cells.without(part.shut), members_of(collect.epoch, part.me, situation)
+    question = question_of(number, members, situation, cells, part.settings)
+    if not question.members or question.asks in asked:
+        return None
+    return Searching(collect, question, question.search(collect.epoch, cells, part.settings), asked | {question.asks})
+
+
+def _moves(answer: Result) -> bool:
+    """Return True if the plan moves anybody."""
+    return answer.order is not None and any(len(way) > 1 for way in answer.order.ways)
+
+
+def _is_proof(call: Searching, answer: Result) -> bool:
+    """Return True if it is proven that there is no plan, whatever the question."""
+    return answer.outcome is Outcome.UNSOLVABLE and call.question.exact
+
+
+def _plan(call: Searching, answer: Result, order: Order) -> JointPlan:
+    question, names = call.question, call.question.members
+    return JointPlan(
+        epoch=call.epoch,
+        ways=dict(zip(names, order.ways, strict=True)) | {robot: (cell,) for robot, cell in question.at_rest.items()},
+        until=(names[answer.who[0]],) if answer.outcome is Outcome.FOR_ONE else question.until,
+        after={
+            robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
+            for robot, after in zip(names, order.after, strict=True)
+            if after
+        },
+    )

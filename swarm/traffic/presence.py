@@ -1,0 +1,123 @@
+"""The body and its cells: what a robot has to hold because it is there, whatever it wants."""
+
+from collections.abc import Mapping
+from math import hypot
+from typing import Final, NamedTuple
+
+from swarm.geometry import Pose
+from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.holds import Ledger
+from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.record import Record
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.walk import ALONE, BESIDE, Walk
+
+VIEW: Final = 2  # cells about the body that are thought of when nobody is near
+OFF_WAY: Final = 30  # ticks off its way after which a robot begins it again where it is
+
+
+class Body(NamedTuple):
+    """Where a robot's body is."""
+
+    tick: int
+    pose: Pose
+    cell: int
+    touched: frozenset[int]  # cells that it reaches into, now and until it has come to rest
+
+
+def body_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Body:
+    """Return the body, as a disc [m]."""
+    x, y, _ = inputs.pose
+    touched = cells.swept(((x, y),), radius)
+    if len(inputs.braking):
+        touched |= cells.swept(inputs.braking, radius)
+    return Body(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
+
+
+def begun(number: int, body: Body, touched: frozenset[int], cells: CellMap) -> Walk:
+    """Begin a way where the robot is, and hold no more than it touches. ``number`` is that of its next claim."""
+    head = cells.nearest_standable(body.pose.x, body.pose.y, touched)
+    held = (*sorted(touched - {head}), head)
+    return Walk(Ledger(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
+
+
+def begun_again(walk: Walk, body: Body, cells: CellMap) -> Walk:
+    """Begin the way again where the robot is, with no cell that it did not hold unless it holds none of those."""
+    return begun(walk.ledger.number, body, body.touched & set(walk.ledger.held) or body.touched, cells)
+
+
+def awoken(walk: Walk | None, body: Body, cells: CellMap) -> Walk:
+    """Return the walk of a robot that has just started, or was away."""
+    if walk is None:
+        return begun(body.tick * 64 + 1, body, body.touched, cells)
+    if body.touched <= set(walk.ledger.held) and not walk.strayed(body.cell):
+        return walk.awoken(body.touched)
+    return begun_again(walk, body, cells)
+
+
+def owned_up(walk: Walk, body: Body, cells: CellMap, radius: float) -> Walk:
+    """Hold what the body is in though it was not held: the robot was pushed, or drove badly."""
+    if body.touched.issubset(walk.ledger.held):
+        return walk
+    under = frozenset(cells.touched(body.pose.x, body.pose.y, radius)) - {OUTSIDE}
+    return walk.widened(under)
+
+
+def given_back(walk: Walk, body: Body, cells: CellMap) -> Walk:
+    """Give up the way, the claims, and what is held ahead of the braking path."""
+    if BESIDE in walk.steps:  # the one further back need not be one to stand in
+        return begun_again(walk, body, cells)
+    return walk.given_back(body.touched)
+
+
+def spread(walk: Walk, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings) -> tuple[Walk, Body]:
+    """Hold all that the body could reach within two ticks: it is not kept inside the cells that it holds."""
+    radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
+    body = body_of(inputs, radius, cells)
+    walk = walk.widened(body.touched)
+    if walk.strayed(body.cell) and cells.stands[body.cell]:
+        walk = begun(walk.ledger.number, body, body.touched, cells)
+    return walk, body
+
+
+def cells_for_me_alone(
+    body: Body, others: Mapping[str, Record], fresh: Mapping[str, Record], cells: CellMap, settings: TrafficSettings
+) -> tuple[int, ...]:
+    """List the cells about the body, if nobody is so near that any of them could be asked for, else ().
+
+    The body then holds what it and its brake need, and nothing hems in the fuzzy tables.
+    """
+    (x, y, _), alone = body.pose, settings.alone
+    if min([hypot(record.x - x, record.y - y) for record in fresh.values()], default=alone) < alone:
+        return ()
+    theirs = {cell for record in others.values() for cell in (*record.held, *(claim.cell for claim in record.claims))}
+    about = cells.around(body.cell, VIEW)
+    return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
+
+
+class Presence:
+    """Notices when a robot was away, and when it has been off its way for long."""
+
+    def __init__(self) -> None:
+        self._last_tick = -1
+        self._fled = False  # off its way, from something that came towards it
+        self._on_way = 0  # tick
+
+    def was_away(self, tick: int, gap: int) -> bool:
+        """Return True if it was not asked for more than ``gap`` ticks; ask once a tick."""
+        away, self._last_tick = tick - self._last_tick > gap, tick
+        return away
+
+    def kept_on_way(self, walk: Walk, body: Body, cells: CellMap, *, threatened: bool) -> Walk:
+        """Begin the way again where the robot is if it has been off it for long.
+
+        Off the way of a plan only if it fled, or is not next to it: who makes use of room comes back.
+        """
+        strayed = walk.strayed(body.cell)
+        self._fled = strayed and (self._fled or threatened)
+        if not strayed or (walk.following and not self._fled and walk.is_beside(body.cell, cells)):
+            self._on_way = body.tick
+        elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
+            self._on_way = body.tick
+            return begun_again(walk, body, cells)
+        return walk

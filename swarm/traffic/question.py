@@ -1,0 +1,160 @@
+"""The questions that a leader puts to its search: who moves from where to where, and which cells are in the way."""
+
+from collections.abc import Collection, Mapping
+from random import Random
+from typing import Final, NamedTuple
+
+from swarm.geometry import distance
+from swarm.traffic.assign import Aside, assign
+from swarm.traffic.cells import CellMap
+from swarm.traffic.joint_search import Budget, JointSearch
+from swarm.traffic.record import Epoch, Record
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+
+
+class Attempt(NamedTuple):
+    """How a leader puts the question to its search; an easier one follows where there is no answer."""
+
+    strangers: bool  # plan round all that those hold who take no part, not only round bodies
+    everybody: bool  # those that are where they want to be move too, where they are in the way
+    aside: Aside
+
+
+ATTEMPTS: Final = (
+    Attempt(True, True, Aside.NEAR),
+    Attempt(True, False, Aside.NEAR),  # a smaller question: a search among many now and then loses itself
+    Attempt(False, True, Aside.NEAR),
+    Attempt(True, True, Aside.STAY),
+    Attempt(True, True, Aside.AWAY),
+    Attempt(True, False, Aside.AWAY),
+    Attempt(False, True, Aside.AWAY),
+)
+
+
+class Member(NamedTuple):
+    """A robot that stands for the plan, as its leader knows it."""
+
+    head: int  # cell
+    goal: int  # cell
+    idle: bool
+    done: bool
+    moved: int  # tick at which it last got on
+    wants: int  # tick since which it has had this goal
+
+
+class Question(NamedTuple):
+    """What a leader asks its search, and what it needs to write the answer down."""
+
+    attempt: int  # which of ATTEMPTS
+    members: tuple[str, ...]  # those that move
+    starts: tuple[int, ...]
+    goals: tuple[int, ...]
+    blocked: frozenset[int]
+    eager: tuple[int, ...]  # numbers of the members that have to come to their own goals, longest wait first
+    exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
+    at_rest: Mapping[str, int]  # who stays where it is, and where that is
+    until: tuple[str, ...]  # for whom the others make room
+
+    @property
+    def asks(self) -> object:
+        """What tells it from other questions."""
+        return self.members, self.goals, self.blocked
+
+    def search(self, epoch: Epoch, cells: CellMap, settings: TrafficSettings) -> JointSearch:
+        """Return a search for the answer."""
+        blocked, expansions = self.blocked, settings.expansions // (2 if self.attempt else 1)
+        return JointSearch(
+            [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
+            if blocked
+            else cells.neighbours,
+            [cells.distances(goal, blocked) for goal in self.goals],
+            self.starts,
+            self.goals,
+            budget=Budget(settings.starts, expansions, settings.enough // len(self.members)),
+            random=Random(f"{epoch.tick} {epoch.leader}"),
+            eager=self.eager,
+        )
+
+
+def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
+    """Return all that stand for a plan, ``me`` too; of robots that share a head only the first."""
+    now = situation
+    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants)}
+    for robot, record in situation.fresh.items():
+        heads = [member.head for member in members.values()]
+        if record.frozen == epoch and record.held and record.held[-1] not in heads:
+            head = record.held[-1]
+            members[robot] = Member(head, record.goal, record.idle, record.done, record.moved, record.wants)
+    return members
+
+
+def question_of(
+    number: int, everybody: Mapping[str, Member], situation: Situation, cells: CellMap, settings: TrafficSettings
+) -> Question:
+    """Return the question of an attempt."""
+    attempt = ATTEMPTS[number]
+    heads = {robot: member.head for robot, member in everybody.items()}
+    in_the_way = situation.bodies | situation.blocked
+    if attempt.strangers:
+        in_the_way |= _strangers(situation, heads, cells, settings)
+    in_the_way -= set(heads.values())
+    away = attempt.aside is Aside.AWAY
+    done = {robot for robot, member in everybody.items() if member.done}
+    idle = {robot for robot, member in everybody.items() if member.idle or (away and member.done)}
+    wishes = {robot: member.goal for robot, member in everybody.items()}
+    since = {robot: member.moved for robot, member in everybody.items()}
+    goals = assign(cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
+    resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
+    members = tuple(sorted(heads.keys() - resting))
+    ends = tuple(goals[robot] for robot in members)
+    blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
+    exact = not blocked and not settings.learns
+    wanting = {robot: everybody[robot] for robot in members if robot not in idle}
+    eager = _eager(members, ends, wanting)
+    return Question(
+        attempt=number,
+        members=members,
+        starts=tuple(heads[robot] for robot in members),
+        goals=ends,
+        blocked=blocked,
+        eager=eager,
+        exact=exact,
+        at_rest={robot: heads[robot] for robot in sorted(resting)},
+        until=tuple(members[index] for index in eager) if number else (),
+    )
+
+
+def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]) -> tuple[int, ...]:
+    """Return the numbers of the members that have to come to their own goals, those that have waited longest first.
+
+    Those that have stops left: the others only go back to where they stood.
+    """
+    waiting = sorted(
+        (wanting[robot].done, wanting[robot].wants, number)
+        for number, (robot, end) in enumerate(zip(members, ends, strict=True))
+        if robot in wanting and end == wanting[robot].goal != wanting[robot].head
+    )
+    return tuple(number for done, _, number in waiting if done == waiting[0][0])
+
+
+def _strangers(
+    situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficSettings
+) -> frozenset[int]:
+    """Return the cells of those near the members that take no part."""
+    return frozenset(
+        cell
+        for robot, record in situation.others.items()
+        if robot not in heads and _is_among(record, heads.values(), cells, settings)
+        for cell in (*record.held, *(claim.cell for claim in record.claims))
+        if (robot, cell) not in situation.cleared
+    )
+
+
+def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficSettings) -> bool:
+    """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
+
+    A robot that was farther off has gone out of hearing, and on: it is nowhere that could be planned round.
+    """
+    near = settings.radio_range / 2
+    return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)

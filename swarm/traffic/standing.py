@@ -1,0 +1,40 @@
+"""Standing for another robot's plan: whose call a robot follows, and for how long.
+
+The functions named in the table of ``joint`` return what comes of a transition, or None where it does not happen.
+"""
+
+from swarm.traffic.calls import Call, Free, Frozen, Move, Part
+from swarm.traffic.situation import Situation
+
+
+def called(part: Part, call: Call, situation: Situation) -> Move | None:
+    """Stand for the lowest leader that calls me. A robot that stands or leads gives that up for a lower one."""
+    calls = [
+        record.collect.epoch
+        for robot, record in situation.fresh.items()
+        if record.collect is not None and part.me in record.collect.members and record.collect.epoch.leader == robot
+    ]
+    calls = [epoch for epoch in calls if epoch not in part.spent]
+    if not calls:
+        return None
+    lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))
+    if isinstance(call, Free) or (lowest != call.epoch and lowest.leader <= call.epoch.leader):
+        return Move(Frozen(lowest, situation.tick))
+    return None
+
+
+def plan_came(part: Part, call: Frozen, situation: Situation) -> Move | None:
+    """Adopt the plan stood for."""
+    leader = situation.others.get(call.epoch.leader)
+    if leader is None or leader.plan is None or leader.plan.epoch != call.epoch:
+        return None
+    return Move(Free(), leader.plan)
+
+
+def stood_in_vain(part: Part, call: Frozen, situation: Situation) -> Move | None:
+    """Stand no longer: it took too long, or the leader has given the call up or fallen silent."""
+    leader = situation.fresh.get(call.epoch.leader)
+    calls = leader is not None and leader.collect is not None and leader.collect.epoch == call.epoch
+    if calls and situation.tick - call.since <= part.settings.freeze:
+        return None
+    return Move(Free())

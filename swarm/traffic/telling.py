@@ -1,0 +1,59 @@
+"""What a robot tells the others: its own record."""
+
+from collections.abc import Mapping
+
+from swarm.traffic.doing import Doing
+from swarm.traffic.holds import Acks, Ledger, acknowledged
+from swarm.traffic.record import Record, Sighting
+from swarm.traffic.settings import TrafficSettings
+
+
+class Telling:
+    """Writes one robot's record. ``slot`` is its place in the round of broadcasts."""
+
+    def __init__(self, me: str, settings: TrafficSettings, slot: int) -> None:
+        self.me = me
+        self._settings = settings
+        self._slot = slot
+        self._agreed_for: tuple[Ledger, Mapping[str, Record]] | None = None  # what it holds and what others claim,
+        self._agreed: Acks = ()  # and to which of their claims it agrees
+
+    def is_due(self, tick: int, *, often: bool) -> bool:
+        """Return True if it is this robot's turn to broadcast."""
+        return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
+
+    def record(self, doing: Doing, seen: tuple[Sighting, ...]) -> Record:
+        """Return the record, but for whom the robot asks to lead: that depends on the record itself."""
+        inputs, walk, joint = doing.inputs, doing.walk, doing.joint
+        return Record(
+            robot=self.me,
+            stamp=inputs.tick,
+            x=inputs.pose.x,
+            y=inputs.pose.y,
+            goal=doing.goal.cell,
+            idle=inputs.goal is None,
+            done=inputs.done,
+            wants=doing.goal.since,
+            held=walk.ledger.held,
+            claims=walk.ledger.all_claims,
+            acks=self._acks(walk.ledger, doing.situation.others),
+            ahead=walk.route[: self._settings.ahead],
+            waits=doing.waits,
+            moved=doing.moved,
+            epoch=joint.epoch,
+            left=walk.left if joint.epoch is not None else 0,
+            entered=max(0, walk.steps[-1]) if joint.epoch is not None else 0,
+            frozen=joint.frozen,
+            collect=joint.collect,
+            plan=joint.carried(inputs.tick),
+            refusal=joint.refused(inputs.tick),
+            listens=doing.listens,
+            seen=seen,
+        )
+
+    def _acks(self, ledger: Ledger, others: Mapping[str, Record]) -> Acks:
+        """Return the claims of others that this robot acknowledges. Kept until its ledger or a record changes."""
+        if self._agreed_for is None or self._agreed_for[0] is not ledger or self._agreed_for[1] is not others:
+            self._agreed_for = (ledger, others)
+            self._agreed = acknowledged(self.me, ledger, others)
+        return self._agreed

@@ -1,0 +1,50 @@
+"""Whatever the tables say, nobody touches anything and nobody leaves its cells: safety does not rest on who steers."""
+
+from collections.abc import Callable
+from math import nan
+from random import Random
+
+import msgspec
+import pytest
+
+import swarm.robot.cell_pilot as pilot
+from swarm.robot.pilot import fuzzy_speeds
+from world.storm.draw import draw
+from world.storm.history import record
+from world.storm.laws import LAWS
+
+SAFE = (
+    "no exception", "no contact", "no overlap", "no hold without a claim", "takes only what is free", "no body outside",
+    "room to brake",
+)  # fmt: skip
+LIMIT = 25.0  # s
+CHANCE = Random(3)
+Speeds = tuple[float, float]
+
+WRONG: dict[str, Callable[[Speeds], Speeds]] = {
+    "slow": lambda _: (0.4, 0.4),
+    "fast": lambda _: (1.2, 1.2),
+    "backwards": lambda _: (-1.2, -1.2),
+    "round": lambda _: (0.4, 1.2),
+    "swapped": lambda speeds: speeds[::-1],
+    "by chance": lambda _: (CHANCE.uniform(-2.0, 2.0), CHANCE.uniform(-2.0, 2.0)),
+    "no number": lambda _: (nan, nan),
+    "absurd": lambda _: (1e300, -1e300),
+    "now and then no number": lambda speeds: (nan, speeds[1]) if CHANCE.random() < 0.1 else speeds,
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize(("profile", "seed"), [("all", 3), ("crowd", 2), ("dead", 5), ("late", 1)])
+def test_with_wrong_tables_all_laws_of_safety_hold(
+    profile: str, seed: int, wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def speeds(*asked: object) -> Speeds:
+        return WRONG[wrong](fuzzy_speeds(*asked))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(pilot, "fuzzy_speeds", speeds)
+    drawn = draw(profile, seed)
+    plan = msgspec.structs.replace(drawn, scenario=msgspec.structs.replace(drawn.scenario, limit=LIMIT))
+    history = record(plan)
+    assert len(history.moments) > LIMIT / 2
+    assert [(law, *found) for law in SAFE for found in LAWS[law](history)] == []
