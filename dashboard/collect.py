@@ -75,7 +75,7 @@ class Collector:
             self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
 
     def batch(self) -> Batch:
-        """Hand over what has gathered and begin anew."""
+        """Hand over what has gathered and begin again."""
         batch, self._batch = self._batch, Batch()
         return batch.thinned()
 

@@ -80,6 +80,6 @@ def _visits(plan: JointPlan) -> dict[int, list[Visit]]:
 
 
 def _within(order: Iterable[str], other: tuple[str, ...]) -> bool:
-    """Tell whether ``other`` says the same and perhaps more: whether ``order`` is left when some are left out of it."""
+    """Return True if ``other`` says the same and perhaps more: ``order`` is left when some are left out of it."""
     rest = iter(other)
     return all(robot in rest for robot in order)

@@ -92,7 +92,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
 
     def heard(self, name: str) -> Heard:
-        """Tell whether a robot's process is there and speaks; a broadcast and a state each have their timeout."""
+        """Return True if a robot's process is there and speaks; a broadcast and a state each have their timeout."""
         announced = bool(self.tokens.get(name))
         if not (announced if self.tokens else self.present is None or name in self.present):
             return Heard.GONE

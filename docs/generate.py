@@ -270,7 +270,7 @@ PICTURES: Final[dict[str, Callable[[], str]]] = {"mission.svg": figure5.svg, "sp
 
 
 def renewed(text: str) -> str:
-    """Give a page with its generated parts made anew."""
+    """Return a page with its generated parts made again."""
     return MARKED.sub(lambda match: f"{match[1]}\n{PARTS[match[2]]()}\n\n{match[3]}", text)
 
 

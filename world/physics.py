@@ -150,7 +150,7 @@ class Physics:
     def _solve(self, dt: float) -> None:
         """Let contacts take from the wished velocities what would press shapes into each other; nothing moves.
 
-        A step of pymunk moves first and solves then, for the next one; the next one's velocities are wished anew.
+        A step of pymunk moves first and solves then, for the next one; the next one's velocities are wished again.
         """
         everybody = (*self._bodies, *self._movers)
         for body in everybody:
@@ -173,7 +173,7 @@ class Physics:
         return measured
 
     def sees(self, a: Point, b: Point) -> bool:
-        """Tell whether nothing that stands still lies between two points."""
+        """Return True if nothing that stands still lies between two points."""
         return bool(rays.sees(*self._ground, *a, *b))
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
@@ -199,8 +199,11 @@ def _stay(body: pymunk.Body, dt: float) -> None:
 
 
 def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:
-    """Name a contact as each robot in it has it."""
+    """Name a contact as each robot in it has it.
+
+    The shapes come in either order; one that is no robot's has no group: 0.
+    """
     a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
     if kind == ROBOT:
         return [Contact(a, "robot", b), Contact(b, "robot", a)]
-    return [Contact(a, KINDS[kind], None)]
+    return [Contact(max(a, b), KINDS[kind], None)]

@@ -117,7 +117,7 @@ def sees(
     bx: float,
     by: float,
 ) -> bool:
-    """Tell whether no solid cell lies between two points [m]."""
+    """Return True if no solid cell lies between two points [m]."""
     whole = hypot(bx - ax, by - ay)
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
     u = (cos_o * (ax - origin_x) + sin_o * (ay - origin_y)) / side

@@ -85,7 +85,7 @@ class Recorder:
         return fresh
 
     def is_reached(self, robot: int, stop: int) -> bool:
-        """Tell whether a stop counts as reached."""
+        """Return True if a stop counts as reached."""
         return self.reached_at[robot][stop] is not None
 
     def reached(self, robot: int, stop: int, time: float) -> None:

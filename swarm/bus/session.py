@@ -134,7 +134,7 @@ class Bus:
         )
 
     def wanted(self, topic: Topic[Any], **ids: str | int) -> bool:
-        """Tell whether anybody listens to a topic: where nobody does, a large message need not be made."""
+        """Return True if anybody listens to a topic: where nobody does, a large message need not be made."""
         key = self._prefix + topic.key.format(**ids)
         if key not in self._publishers:
             self._publishers[key] = self._session.declare_publisher(key)

@@ -49,7 +49,7 @@ class OccupancyMap:
         return from_frame(self.origin, (cell[1] + 0.5) * self.resolution, (cell[0] + 0.5) * self.resolution)
 
     def inside(self, cell: Cell) -> bool:
-        """Tell whether the map has that cell."""
+        """Return True if the map has that cell."""
         rows, columns = self.shape
         return 0 <= cell[0] < rows and 0 <= cell[1] < columns
 

@@ -60,7 +60,7 @@ def load_ros(path: Path) -> OccupancyMap:
 
 
 def describes_map(content: bytes) -> bool:
-    """Tell whether the bytes of a ``.yaml`` look like map_server's: it has a key ``image`` at its top."""
+    """Return True if the bytes of a ``.yaml`` look like map_server's: it has a key ``image`` at its top."""
     return any(line.startswith(b"image") and line[5:].lstrip().startswith(b":") for line in content.splitlines())
 
 

@@ -112,7 +112,7 @@ class Grid:
         return from_frame(self.origin, column * self.resolution, row * self.resolution)
 
     def is_free(self, x: float, y: float) -> bool:
-        """Tell whether the point's cell is one and is free."""
+        """Return True if the point's cell is one and is free."""
         row, column = self.cell_of(x, y)
         return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(self.free[row, column])
 

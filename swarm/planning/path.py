@@ -77,7 +77,7 @@ class Path:
 
 
 def line_is_free(grid: Grid, a: Point, b: Point, spare: float = 0.0) -> bool:
-    """Tell whether the robot's disc may travel from a straight to b [m, map], ``spare`` [m] from anything solid.
+    """Return True if the robot's disc may travel from a straight to b [m, map], ``spare`` [m] from anything solid.
 
     Exact, whatever the cells. Where it stands too near something already, it may go on if it comes no nearer to
     anything than it stands now.
@@ -87,7 +87,7 @@ def line_is_free(grid: Grid, a: Point, b: Point, spare: float = 0.0) -> bool:
 
 
 def path_is_free(grid: Grid, path: Path, from_s: float = 0.0) -> bool:
-    """Tell whether the rest of a path, from arc length ``from_s`` [m], is still free; far cheaper than a new plan."""
+    """Return True if the rest of a path, from arc length ``from_s`` [m], is still free; far cheaper than a new plan."""
     rest = [path.point_at(from_s), *(p for p, s in zip(path.points, path.stations, strict=True) if s > from_s)]
     return all(line_is_free(grid, a, b) for a, b in pairwise(rest))
 

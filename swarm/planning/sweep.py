@@ -41,7 +41,7 @@ def point_square(x: float, y: float, column: float, row: float) -> float:
 
 @njit(boolean(float64, float64, float64, float64, float64, float64), cache=True, error_model="numpy")
 def crosses(ax: float, ay: float, bx: float, by: float, column: float, row: float) -> bool:
-    """Tell whether a segment meets a cell's square: the square's axes and the segment's normal separate, or nothing."""
+    """Return True if a segment meets a cell's square: its axes and the segment's normal separate, or nothing."""
     if max(ax, bx) < column or min(ax, bx) > column + 1.0 or max(ay, by) < row or min(ay, by) > row + 1.0:
         return False
     dx, dy = bx - ax, by - ay
@@ -76,7 +76,7 @@ def sweep(
     by: float,
     radius: float,
 ) -> bool:
-    """Tell whether a disc of ``radius`` cells may travel from a to b [cells]."""
+    """Return True if a disc of ``radius`` cells may travel from a to b [cells]."""
     rows, columns = solid.shape
     if not (0.0 <= ax < columns and 0.0 <= ay < rows and 0.0 <= bx < columns and 0.0 <= by < rows):
         return False

@@ -70,7 +70,7 @@ class Robot:
         self._activity = Activity.READY
         self._planned_at = float("-inf")
         self._progress_at = (self._start[:2], 0.0)  # where it last got on, and when
-        self._forgot_for = -1  # the stop for which it began its map anew
+        self._forgot_for = -1  # the stop for which it began its map again
         self._told: tuple[object, ...] = ()
         self._told_at = float("-inf")
         self._plan_told: object = None
@@ -95,7 +95,7 @@ class Robot:
         return None
 
     def missed(self, sense: Sense) -> bool:
-        """Tell whether edits of the floor have passed unheard: then it needs the map anew."""
+        """Return True if edits of the floor have passed unheard: then it needs the map again."""
         return self._ground.missed(sense.edits_before)
 
     def take_map(self, scenario: Scenario, edits: int) -> None:

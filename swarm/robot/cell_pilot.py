@@ -40,7 +40,6 @@ TURNED: Final = 0.7  # share by which all is told farther still if the aim is be
 ROOMY: Final = 0.8  # m off its end nothing is scaled
 ROLLED_EVERY: Final = 4  # ticks
 WELL_WITHIN: Final = 0.9  # share of the reach
-AT_REST = 0.1  # m, from where it wants to stand when nothing is left to do
 
 
 class CellPilot:
@@ -139,7 +138,7 @@ class CellPilot:
         return self._traffic.robot_at(tick)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
-        """Tell whether cells lead from ``here`` to ``goal`` [m] too."""
+        """Return True if cells lead from ``here`` to ``goal`` [m] too."""
         return comes_near(self._cells, here, goal, self._settings)
 
     def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
@@ -211,8 +210,8 @@ class CellPilot:
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
-        anew = left[0] != target or left[1] < fewest or left[1] > fewest + LONGER
-        if len(granted.held) <= 1 or anew:
+        other = left[0] != target or left[1] < fewest or left[1] > fewest + LONGER
+        if len(granted.held) <= 1 or other:
             self._progress = (*left, situation.sense.tick)
             return False
         if not granted.may_drive:

@@ -25,7 +25,7 @@ SURE: Final = 8  # count from which a solid cell is told to others
 DOUBT: Final = 4.0  # standard deviations of a reading short of the range: it may still have hit nothing
 DEEPER: Final = 2.0  # standard deviations, half a cell at most
 NEARER, FARTHER = 4.0, 1.0  # standard deviations; a hit so far beyond a known wall, or before one, is on that wall
-DEAF: Final = 30.0  # s after it began its map anew in which a robot believes no wall that others tell of
+DEAF: Final = 30.0  # s after it began its map again in which a robot believes no wall that others tell of
 TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
 
 
@@ -75,7 +75,7 @@ class Ground:
         return bool(fresh)
 
     def missed(self, before: int) -> bool:
-        """Tell whether edits have passed unheard."""
+        """Return True if edits have passed unheard."""
         return self._known and before > self.edits
 
     def look(self, sense: Sense, is_robot: Callable[[Point], bool]) -> bool:

@@ -48,7 +48,7 @@ class Radio:
             self._arrived[broadcast.robot, broadcast.tick] = broadcast
 
     def lacks(self, hears: Iterable[Pair]) -> bool:
-        """Tell whether something that was heard has not arrived yet."""
+        """Return True if something that was heard has not arrived yet."""
         return any(pair not in self._arrived for pair in hears)
 
     def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:

@@ -175,9 +175,10 @@ class SafetyFilter:
         return points
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
-        """Begin an escape where it has got nowhere for long."""
+        """Begin an escape where it has got nowhere for long; who shall not drive on gets nowhere rightly."""
         x, y = self._got_on
-        if hypot(sense.x - x, sense.y - y) > PROGRESS or not constraints.may_drive:
+        waits = not constraints.may_drive or constraints.stop_within <= 0.0
+        if waits or hypot(sense.x - x, sense.y - y) > PROGRESS:
             self._got_on, self._since = (sense.x, sense.y), sense.time
         elif sense.time - self._since > PATIENCE:
             self._leaving, self._since = (sense.x, sense.y), sense.time

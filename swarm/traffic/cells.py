@@ -6,7 +6,7 @@ their centres. Both are exact for the boxes of the fine map.
 """
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from copy import copy
 from math import ceil, cos, floor, hypot, sin
 from typing import Final
@@ -24,7 +24,6 @@ OUTSIDE: Final = -1  # not a cell: beyond the lattice
 KEPT: Final = 256  # distance tables
 SIGHT: Final = 0.1  # m; what passes a wall nearer than that is no sight to rely on
 ROUNDING: Final = 1e-9  # cells; a learned map counts its length in finer cells, and has to come to as many
-PHASES: Final = 4  # lattice offsets tried along each axis
 
 Flags = NDArray[np.bool_]
 
@@ -122,11 +121,11 @@ class CellMap:
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
-        """Give the same cells in the order in which they are reached."""
+        """Return the same cells in the order in which they are reached."""
         return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
-        """Tell whether a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
+        """Return True if a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
         touched = self.touched(x, y, radius)
         if any(cell not in held for cell in touched):
             return False
@@ -174,24 +173,13 @@ class CellMap:
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def is_blind(self, cell: int, towards: int) -> bool:
-        """Tell whether walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
+        """Return True if walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
         key = (cell, towards)
         if key not in self._blind:
             here = self.centre(cell)
             others = (self.centre(other) for other in self.neighbours[towards] if other != cell)
             self._blind[key] = not all(self.in_sight(here, other) for other in others)
         return self._blind[key]
-
-    def part(self, cell: int, other: int) -> None:
-        """Let two neighbours be joined no longer, while the map is being made: all robots have to do the same."""
-        joined = [list(near) for near in (self.neighbours[cell], self.neighbours[other])]
-        joined[0].remove(other)
-        joined[1].remove(cell)
-        table = list(self.neighbours)
-        table[cell], table[other] = map(tuple, joined)
-        self.neighbours = tuple(table)
-        self._blind.clear()
-        self._tables.clear()
 
     def in_sight(self, a: Point, b: Point, room: float = SIGHT) -> bool:
         """Return True if no wall comes nearer than ``room`` [m] to the line between two points [m, map frame]."""
@@ -219,7 +207,7 @@ class CellMap:
     def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
         """Return the cells of an edited map, whose fine cells from ``low`` up to and without ``high`` may differ.
 
-        The same as making them anew, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
+        The same as making them again, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
         the very same object.
         """
         other = copy(self)
@@ -278,7 +266,7 @@ class CellMap:
         )  # fmt: skip
 
     def _joined(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Give cells of a block, each with its joined neighbours: right, up, left, down."""
+        """Return cells of a block, each with its joined neighbours: right, up, left, down."""
         stands, right, up = self._flags[:OPEN].tolist()
         for row in rows:
             for column in columns:
@@ -305,29 +293,6 @@ class CellMap:
                 if dx * dx + dy * dy < reach * reach and self._solid[row + 1, column + 1]:
                     return False
         return True
-
-
-def best_offset(
-    occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[["CellMap"], int] = lambda cells: 0
-) -> Point:
-    """Choose the lattice offset [m] that leaves the floor most in one piece, misses least, then joins most cells.
-
-    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors. Nought wins ties.
-    """
-
-    def worth(offset: Point) -> tuple[float, int, int]:
-        cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
-        pieces: list[int] = []
-        seen: set[int] = set()
-        for cell, stands in enumerate(cells.stands):
-            if stands and cell not in seen:
-                piece = [other for other, steps in enumerate(breadth_first(cells.neighbours, (cell,))) if steps < FAR]
-                seen.update(piece)
-                pieces.append(len(piece))
-        together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
-        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
-
-    return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
 
 
 def breadth_first(

@@ -1,5 +1,6 @@
 """The cells of a scenario: the same for every robot and for the world that watches them."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from math import ceil, inf, log
@@ -10,12 +11,13 @@ import msgspec
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.schema import Settings
-from swarm.traffic.cells import FAR, OUTSIDE, CellMap, best_offset
+from swarm.traffic.cells import FAR, OUTSIDE, CellMap, breadth_first
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
-from swarm.traffic.sight import part_unheard
+from swarm.traffic.sight import without_unheard
 
 # a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
+PHASES: Final = 4  # lattice offsets tried along each axis
 SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts to tell:
 DEAF: Final = 3e-4  # chance that all get lost by which a robot is taken for silent, one way; both ways: its square,
@@ -87,7 +89,7 @@ def _missed(cells: CellMap, settings: Settings) -> int:
 
 
 def _serves(cells: CellMap, settings: Settings) -> bool:
-    """Tell whether all stops can be reached from all starts by who keeps to these cells."""
+    """Return True if all stops can be reached from all starts by who keeps to these cells."""
     if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
         return False
     places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
@@ -108,7 +110,7 @@ def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> lis
 
 
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
-    """Tell whether a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
+    """Return True if a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
 
     True also where no cell that can be stood in is under it: then nothing can be said.
     """
@@ -133,14 +135,35 @@ def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
 @lru_cache(maxsize=4)
 def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
     cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
-    if lean is not None:
-        part_unheard(cells, lean)
-    return cells
+    return cells if lean is None else without_unheard(cells, lean)
 
 
 def _lean(settings: Settings) -> float | None:
     """Return the room [m] a robot keeps where it leans round corners; None where walls do not stop the radio."""
     return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
+
+
+def best_offset(
+    occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[[CellMap], int] = lambda cells: 0
+) -> Point:
+    """Choose the lattice offset [m] that leaves the floor most in one piece, misses least, then joins most cells.
+
+    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors. Nought wins ties.
+    """
+
+    def worth(offset: Point) -> tuple[float, int, int]:
+        cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
+        pieces: list[int] = []
+        seen: set[int] = set()
+        for cell, stands in enumerate(cells.stands):
+            if stands and cell not in seen:
+                piece = [other for other, steps in enumerate(breadth_first(cells.neighbours, (cell,))) if steps < FAR]
+                seen.update(piece)
+                pieces.append(len(piece))
+        together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
+        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
+
+    return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
 
 
 def traffic_settings(settings: Settings) -> TrafficSettings:

@@ -121,7 +121,7 @@ class Claiming:
         return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
-        """Tell whether to claim the very next cell although it is held: once it is let go of, it is mine at once."""
+        """Return True if to claim the very next cell although it is held: once it is let go of, it is mine at once."""
         held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
         return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
 

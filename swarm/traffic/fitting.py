@@ -13,7 +13,7 @@ STANDS, RIGHT, UP, OPEN = range(4)  # of the flags of a cell: see ``measure``
 def _is_clear(
     solid: NDArray[np.bool_], x: float, y: float, dx: float, dy: float, radius: float, resolution: float
 ) -> bool:
-    """Tell whether a disc stays clear from (x, y) to ``(dx, dy)`` away [m], dx or dy being zero.
+    """Return True if a disc stays clear from (x, y) to ``(dx, dy)`` away [m], dx or dy being zero.
 
     A line along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
     """

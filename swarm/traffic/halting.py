@@ -14,7 +14,7 @@ from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 
 HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
-STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins anew,
+STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins again,
 AT_LAST: Final = 60  # ticks, but not for ever: to a robot that turns, other edges of a body come into view
 CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
 LINGERS: Final = 10  # ticks for which that is believed

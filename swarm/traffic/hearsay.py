@@ -109,7 +109,7 @@ class Hearsay:
         return replace(record, held=(*further, *record.held)) if record.held else record
 
     def silent(self, robot: str, tick: int) -> bool:
-        """Tell whether a robot has said nothing, as far as known, for so long that it cannot be asked."""
+        """Return True if a robot has said nothing, as far as known, for so long that it cannot be asked."""
         return tick - self._known[robot].record.stamp > self._settings.fresh
 
     def fresh(self, tick: int) -> dict[str, Record]:

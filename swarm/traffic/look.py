@@ -25,7 +25,7 @@ class Reading(NamedTuple):
     bearing: float  # rad, left positive
 
     def is_body(self, settings: TrafficSettings) -> bool:
-        """Tell whether it shows something that is not on the map."""
+        """Return True if it shows something that is not on the map."""
         return self.measured <= self.expected - settings.unexpected
 
 
@@ -67,7 +67,7 @@ class Known(NamedTuple):
     nearest: float = 0.0  # m, from my edge: nearer than that, and ahead, it is none of what is known
 
     def may_be_at(self, place: Point, cells: CellMap) -> bool:
-        """Tell whether what a ray shows at a place [m] can be this body."""
+        """Return True if what a ray shows at a place [m] can be this body."""
         if distance(self.at, place) > self.within:
             return False
         return self.cells is None or any(cell in self.cells for cell in cells.touched(*place, EDGE))

@@ -75,7 +75,7 @@ class StepGenerator:
         return tuple(to)
 
     def _clashes(self, robot: int, cell: int) -> bool:
-        """Tell whether entering would swap places with somebody, or close a ring of movers."""
+        """Return True if entering would swap places with somebody, or close a ring of movers."""
         home = self._at[robot]
         if cell == home:
             return False

@@ -8,8 +8,8 @@ from swarm.traffic.cells import CellMap
 Joined = tuple[tuple[int, ...], ...]
 
 
-def part_unheard(cells: CellMap, room: float) -> None:
-    """Part cells that two robots could want without hearing each other round a corner.
+def without_unheard(cells: CellMap, room: float) -> CellMap:
+    """Return the cells without joins by which two robots could want one cell and not hear each other round a corner.
 
     A robot claims a cell from the middle of its own, or leaning towards it where walls hide somebody from the middle;
     ``room`` [m] is what it keeps to the edge then. Where two robots that want one cell do not even see each other so,
@@ -21,9 +21,10 @@ def part_unheard(cells: CellMap, room: float) -> None:
         for cell in range(len(cells)):
             for one, other in combinations(sorted(cells.neighbours[cell]), 2):
                 if not cells.in_sight(_place(cells, one, cell, room), _place(cells, other, cell, room)):
-                    cells.part(cell, other)
+                    cells = cells.without([(cell, other)])
                     parted = True
                     break
+    return cells
 
 
 def _place(cells: CellMap, cell: int, towards: int, room: float) -> Point:

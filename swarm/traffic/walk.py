@@ -68,7 +68,7 @@ class Walk(NamedTuple):
         return tuple(min(step, ALONE) for step in self.steps)
 
     def strayed(self, body: int) -> bool:
-        """Tell whether the body is off the way."""
+        """Return True if the body is off the way."""
         return self.steps[self.place(body)] == BESIDE
 
     def is_beside(self, body: int, cells: CellMap) -> bool:

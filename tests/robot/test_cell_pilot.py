@@ -112,7 +112,7 @@ def helped_at(nearer_at: int | None = None, blocked: int = 0) -> int:
 
 
 def test_a_robot_that_comes_no_nearer_for_long_is_told_that_all_is_far() -> None:
-    """Then the tables turn to the aim. A cell nearer, and the time runs anew."""
+    """Then the tables turn to the aim. A cell nearer, and the time runs again."""
     assert LONG < helped_at() <= LISTENED + LONG + 1
     assert LONG < helped_at(nearer_at=LONG - 10) - (LONG - 10) <= LONG + 2
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from math import copysign, hypot, inf, nan, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -395,10 +396,12 @@ def test_who_gets_on_a_little_all_the_time_needs_no_escape() -> None:
         assert twist_of(speeds).angular == 0.0
 
 
-def test_something_unexplained_is_waited_for_without_an_escape() -> None:
+@pytest.mark.parametrize("reason", [{"may_drive": False}, {"stop_within": 0.0}])
+def test_who_shall_not_drive_on_waits_without_an_escape(reason: dict[str, Any]) -> None:
+    """Something unexplained is near, or the cells ahead are not granted yet."""
     safety, body = SafetyFilter(SETTINGS), at_rest(MIDDLE)
     for tick in range(3 * PATIENT):
-        limits = constraints(WIDE, MIDDLE)._replace(may_drive=False)
+        limits = constraints(WIDE, MIDDLE)._replace(**reason)
         assert safety.check(sense_of(body, tick, front=0.3), (0.3, 0.3), limits) == pytest.approx(STAND)
 
 

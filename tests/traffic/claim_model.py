@@ -123,7 +123,7 @@ class Model:
 
 
 def overlaps(state: State) -> bool:
-    """Tell whether a cell is held twice."""
+    """Return True if a cell is held twice."""
     held = [cell for ledger in state.ledgers for cell in ledger.held]
     return len(held) > len(set(held))
 

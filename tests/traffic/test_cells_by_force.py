@@ -51,7 +51,7 @@ def solid_of(floor: OccupancyMap) -> shapely.Geometry:
 
 
 def clear(solid: shapely.Geometry, place: Sequence[Point], radius: float) -> bool:
-    """Tell whether a disc stays off what is solid at a point, or along a line; what is too close to call is left out."""
+    """Return True if a disc stays off what is solid at a point, or along a line; what is too close to call is left out."""
     gap = shapely.distance(solid, shapely.LineString(place) if len(place) > 1 else shapely.Point(*place[0]))
     assume(abs(gap - radius) > HAIR)
     return bool(gap > radius)
@@ -157,12 +157,12 @@ def test_cells_after_edits_are_those_made_anew(
     for a, b, c, d, kind in edits:
         low, high = (min(a, b), min(c, d)), (max(a, b), max(c, d))
         floor, before = floor.with_block(low, high, kind), cells
-        cells, anew = cells.changed(floor, low, high), made(floor)
-        assert (cells.stands, cells.neighbours) == (anew.stands, anew.neighbours)
-        assert (cells.neighbours is before.neighbours) is (anew.neighbours == before.neighbours)
+        cells, again = cells.changed(floor, low, high), made(floor)
+        assert (cells.stands, cells.neighbours) == (again.stands, again.neighbours)
+        assert (cells.neighbours is before.neighbours) is (again.neighbours == before.neighbours)
         for cell in range(len(cells)):
             x, y = cells.centre(cell)
-            assert cells.fits((cell,), x, y, 0.2) is anew.fits((cell,), x, y, 0.2)
+            assert cells.fits((cell,), x, y, 0.2) is again.fits((cell,), x, y, 0.2)
 
 
 @given(floors, offsets, st.data())
@@ -188,9 +188,9 @@ def test_parted_cells_are_no_neighbours_and_no_way_leads_from_one_to_the_other(
     assume(pairs)
     a, b = data.draw(st.sampled_from(pairs))
     assert cells.distances(b)[a] == 1
-    before = cells.neighbours
-    cells.part(a, b)
-    assert cells.distances(b)[a] != 1, "what was counted before is forgotten"
-    for cell, near in enumerate(before):
+    parted = cells.without([(a, b)])
+    assert parted.distances(b)[a] != 1, "what was counted before is forgotten"
+    assert cells.distances(b)[a] == 1, "the cells it was made of stay as they are"
+    for cell, near in enumerate(cells.neighbours):
         gone = {a: b, b: a}.get(cell)
-        assert cells.neighbours[cell] == tuple(other for other in near if other != gone)
+        assert parted.neighbours[cell] == tuple(other for other in near if other != gone)

@@ -1,4 +1,4 @@
-"""Room beside the way, a stop that the way leads through, and a way begun anew: one robot's traffic, stepped by hand."""
+"""Room beside the way, a stop that the way leads through, and a way begun again: one robot's traffic, stepped by hand."""
 
 from collections.abc import Iterator, Mapping
 

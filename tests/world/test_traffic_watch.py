@@ -1,4 +1,4 @@
-"""What the world's own watch is shown: true poses, what robots declare, and only what is said anew."""
+"""What the world's own watch is shown: true poses, what robots declare, and only what is said again."""
 
 import msgspec
 

@@ -66,7 +66,7 @@ def _with(raw: Raw, path: str, value: object) -> Raw:
 
 
 def robots(raw: Raw) -> Iterator[Raw]:
-    """Leave robots out; those that stay are numbered anew."""
+    """Leave robots out; those that stay are numbered again."""
     for stay in _fewer(range(raw["scenario"]["robots"])):
         if not stay:
             continue

@@ -37,7 +37,7 @@ class Explanation:
         return next(iter(self.weights.values()))
 
     def to_json_dict(self) -> dict[str, object]:
-        """Give builtins: left_v, right_v, weight, weights, slowing, rules, memberships, inputs, profile."""
+        """Return builtins: left_v, right_v, weight, weights, slowing, rules, memberships, inputs, profile."""
         return {
             "left_v": self.left_v,
             "right_v": self.right_v,
