@@ -8,13 +8,13 @@ little way along it. None of this knows the target: a robot whose tables do not 
 """
 
 from collections.abc import Sequence
-from math import atan2, copysign, cos, hypot, inf, isfinite, pi, sqrt
+from math import copysign, hypot, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, wrap
+from swarm.geometry import Pose, Twist
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
@@ -35,14 +35,6 @@ STRAIGHT: Final = 0.3  # m/s, until driving straight on at that speed keeps clea
 ENOUGH: Final = 0.4  # m, and drive so far
 DIRECTIONS: Final = 12  # tried to either side
 
-FLEE: Final = 0.6  # m/s at most, out of the way of what comes towards the robot: the scenarios' cruise
-FLEE_TURN: Final = 2.5  # rad/s at most, as for TURN_RATE
-FLEE_GAIN: Final = 4.0  # 1/s, yaw rate per angle off the heading of the way out
-ASIDE: Final = 1.3  # rad off what comes, at least: outer side rays, at 1.48 rad, then still see it
-LOOKS: Final = (1.6, 1.2, 0.8, 0.4)  # s that the way out is clear for, best first
-FAR_ENOUGH: Final = 0.9  # m from where the flight began: half a mover's width, the robot's, and some to spare
-BEFORE: Final = 1.0  # rad off the heading; what comes from there after a flight is a reason for another one
-
 TURN_UNTIL: Final = 0.07  # rad off the place to face
 TURN_RATE: Final = 2.5  # rad/s at most on the spot
 ABOUT: Final = 2.6  # rad off it: to turn either way is as good
@@ -50,12 +42,10 @@ ABOUT: Final = 2.6  # rad off it: to turn either way is as good
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
-# of a way out
-TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0), (0.0, 0.0)))
+TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # of a way out
 NOWHERE: Final = (inf, inf)
 
 
-NO_BOXES: Final = np.empty((0, 4))
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 
@@ -88,17 +78,6 @@ class Constraints(NamedTuple):
     stop_within: float = inf  # m, so far ahead it has to stand at the latest
     slowly: bool = False  # and more and more slowly, to stand in the very place
     may_drive: bool = True  # False: something unexplained is near; it may only turn
-    threat: tuple[float, float] | None = None  # m, where something is that comes towards it
-    wished: NDArray[np.float64] = NO_BOXES  # as ``shut``, of the cells that are neither granted nor asked for then
-
-
-class Flight(NamedTuple):
-    """Getting out of the way of something."""
-
-    x: float  # m, where it began
-    y: float
-    coming: float  # rad, from where the thing came
-    heading: float | None  # rad, to where the robot drives; None: nothing is clear
 
 
 class SafetyFilter:
@@ -110,11 +89,11 @@ class SafetyFilter:
         self._radius = robot.radius
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
+        self._ticks = max(1, round(LOOK / self._dt))
         self._got_on = NOWHERE  # m, where it last got on,
         self._since = 0.0  # s, and when
         self._leaving: tuple[float, float] | None = None  # m, where the escape began
         self._escape = 0.0  # rad/s, the turn on the spot that it begins with
-        self._fleeing: Flight | None = None
         self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
@@ -122,12 +101,6 @@ class SafetyFilter:
         wanted = self._drive.twist(*tables)
         if not (isfinite(wanted.linear) and isfinite(wanted.angular)):
             return STAND  # the kernel's comparisons would call it clear
-        if constraints.threat is not None:
-            fleeing = self._flee(sense, constraints, constraints.threat)
-            if fleeing is not None:
-                return fleeing
-        else:
-            self._fleeing = None
         if not constraints.may_drive and abs(sense.linear) > STANDS:
             return STAND  # to turn at once would take longer to come to a stand
         fastest = self._fastest(sense.front, constraints)
@@ -144,9 +117,14 @@ class SafetyFilter:
         self._watch(sense, constraints)
         return speeds
 
+    def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
+        """Return the speeds of a way out: as wanted, or slower where that is not clear."""
+        number, speeds = self._first(TURNS, sense, wanted, constraints, self._fastest(sense.front, constraints))
+        return speeds if number >= 0 else STAND
+
     def rest(self) -> WheelSpeeds:
         """Stand, for there is nowhere to go."""
-        self._got_on, self._leaving, self._escape, self._fleeing = NOWHERE, None, 0.0, None
+        self._got_on, self._leaving, self._escape = NOWHERE, None, 0.0
         return STAND
 
     def face(self, body: Body, error: float) -> WheelSpeeds:
@@ -201,39 +179,6 @@ class SafetyFilter:
         self._leaving = None
         return None
 
-    def _flee(self, sense: Sense, constraints: Constraints, threat: tuple[float, float]) -> WheelSpeeds | None:
-        """Return the speeds to get out of the way of what comes with, None once it is out of it."""
-        coming = atan2(threat[1] - sense.y, threat[0] - sense.x)
-        if self._fleeing is None:
-            self._fleeing = Flight(sense.x, sense.y, coming, None)
-        x, y, came, heading = self._fleeing
-        if hypot(sense.x - x, sense.y - y) > FAR_ENOUGH:
-            if abs(wrap(coming - sense.yaw)) < BEFORE:
-                self._fleeing = None
-            return None
-        wide = constraints._replace(shut=constraints.wished)
-        if heading is None or not self._leads(sense, wide, heading, LOOK):
-            heading = self._way_aside(sense, wide, came)
-            self._fleeing = self._fleeing._replace(heading=heading)
-        off = wrap((came + copysign(ASIDE, wrap(sense.yaw - came)) if heading is None else heading) - sense.yaw)
-        rate = max(-FLEE_TURN, min(FLEE_TURN, FLEE_GAIN * off))
-        wanted = Twist(FLEE * max(0.0, cos(off)), rate)
-        fastest = self._fastest(sense.front, constraints._replace(may_drive=True))
-        number, speeds = self._first(TURNS, sense, wanted, constraints, fastest)
-        return speeds if number >= 0 else STAND
-
-    def _way_aside(self, sense: Sense, constraints: Constraints, coming: float) -> float | None:
-        """Return the heading [rad] of a clear way aside: of the longest, the one to turn least to."""
-        headings = [wrap(coming + side * (ASIDE + k * pi / DIRECTIONS)) for k in range(5) for side in (-1, 1)]
-        headings.sort(key=lambda one: abs(wrap(one - sense.yaw)))
-        found = (one for look in LOOKS for one in headings if self._leads(sense, constraints, one, look))
-        return next(found, None)
-
-    def _leads(self, sense: Sense, constraints: Constraints, heading: float, look: float) -> bool:
-        """Tell whether the way straight on is clear for so long [s], from a stand at a heading [rad]."""
-        off = wrap(heading - sense.yaw) or 1e-9
-        return self._first(AS_IT_IS, sense, Twist(FLEE, 0.0), constraints, inf, off, look)[0] >= 0
-
     def _freer_side(self, sense: Sense, constraints: Constraints) -> int:
         """Return 1 for left, -1 for right: where it has to turn less until there is a way ahead."""
         first = 1 if sense.left >= sense.right else -1
@@ -252,7 +197,6 @@ class SafetyFilter:
         constraints: Constraints,
         fastest: float,
         off: float = 0.0,
-        look: float = LOOK,
     ) -> tuple[int, WheelSpeeds]:
         """Find the first remedy that keeps clear, -1 for none; from a stand ``off`` [rad] the heading where that is."""
         grid, (x, y, yaw) = constraints.grid, constraints.local
@@ -261,7 +205,7 @@ class SafetyFilter:
             remedies, *wanted, fastest, CREEP, self._radius + SPARE, constraints.shut, x, y, yaw + off,
             grid.clearance, grid.resolution, *grid.origin, constraints.bodies, self._radius,
             sense.x, sense.y, sense.yaw + off, *now,
-            self._drive.track_width, self._acceleration * self._dt, self._dt, round(look / self._dt),
+            self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
         )  # fmt: skip
         return int(number), WheelSpeeds(left, right)
 

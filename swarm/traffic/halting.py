@@ -1,6 +1,5 @@
 """Layer 0: stopping before a body that is not where the others, the silent ones too, said they are."""
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from math import hypot
 from typing import Final, NamedTuple
@@ -9,19 +8,16 @@ from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, Reading, unexplained
+from swarm.traffic.look import Known, Reading, hit_by, strange, unexplained
 from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.threat import WATCH, Threat, Threats
 
 HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
 STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins again,
 AT_LAST: Final = 60  # ticks, but not for ever: to a robot that turns, other edges of a body come into view
 CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
 LINGERS: Final = 10  # ticks for which that is believed
-WATCH: Final = 1.4  # m, from the edge: in what is seen nearer a robot looks for what comes towards it:
-NOTED: Final = 6  # ticks in which
-NEARER: Final = 0.06  # m that it has come nearer, the robot's own way left out,
-COMING: Final = 40  # ticks for which it is then believed to come on
 ABOUT: Final = 0.15  # m, how exactly a ray tells where something is
 MOVES: Final = 1.5  # s for which a robot that is not heard is taken to drive on,
 RESTS: Final = 0.6  # s, and as far as that in them where it has been silent for long: it came to rest
@@ -49,7 +45,7 @@ class Halt(NamedTuple):
 
     stopped: bool
     found: Point | None = None  # m, where something seems to stay: said once
-    threat: Point | None = None  # m, where something is that comes towards the robot
+    threat: Threat | None = None  # what comes towards the robot
 
 
 class Halting:
@@ -62,8 +58,7 @@ class Halting:
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # and since when there is something at a place
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
-        self._noted: deque[tuple[int, Point]] = deque()  # when and where the nearest strange thing was seen
-        self._threat: tuple[int, Point] = (0, (0.0, 0.0))  # until when something is believed to come, and where it is
+        self._threats = Threats(settings.tick)
 
     def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
         """Judge what the rays show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
@@ -71,21 +66,10 @@ class Halting:
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
         known = self._known(inputs, others, mine) if seen else []
-        nearest = unexplained(sorted(seen, key=lambda one: one.measured), inputs.pose, self.cells, known, settings)
+        near = strange(seen, inputs.pose, self.cells, known, settings)
+        hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
         halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known)
-        return halt._replace(threat=self._coming(inputs, nearest))
-
-    def _coming(self, inputs: TrafficInputs, place: Point | None) -> Point | None:
-        """Return where something is that has come nearer by more than the robot went towards it [m]."""
-        tick, here = inputs.tick, inputs.pose[:2]
-        while self._noted and self._noted[0][0] < tick - NOTED:
-            self._noted.popleft()
-        if place is not None:
-            self._noted.append((tick, place))
-            came = distance(self._noted[0][1], here) - distance(place, here)
-            if came > NEARER or (came > 0.0 and tick < self._threat[0]):
-                self._threat = tick + COMING, place
-        return self._threat[1] if tick < self._threat[0] else None
+        return halt._replace(threat=self._threats.look(tick, inputs.pose, hits))
 
     def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
         """Say whether to stop for what is near, and whether it stays."""

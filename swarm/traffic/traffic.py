@@ -11,7 +11,6 @@ from collections.abc import Callable, Collection, Mapping
 from msgspec.structs import replace
 
 from swarm.errors import ConfigError
-from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
@@ -30,6 +29,7 @@ from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
 from swarm.traffic.telling import Telling
+from swarm.traffic.threat import Threat, cells_away
 from swarm.traffic.walk import BESIDE, Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
@@ -61,7 +61,7 @@ class Traffic:
         self._walk: Walk | None = None
         self._listen_until = 0  # tick
         self._moved = 0  # tick at which it last got on
-        self._threat: Point | None = None  # where something is that comes towards it
+        self._threat: Threat | None = None  # what comes towards it
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
@@ -117,11 +117,11 @@ class Traffic:
         self._walk = walk
 
         # what it tells, and where it may drive
-        leans_to, moved = self._lookout.leans_to, self._moved
         doing = Doing(
-            inputs, situation, walk, self._goal, self._joint, waits, listens, halt.stopped, face, leans_to, floor, moved
-        )
-        return self._outputs(doing, body, self._broadcast(doing), events, room, threat)
+            inputs, situation, walk, self._goal, self._joint, waits, listens, halt.stopped, face,
+            self._lookout.leans_to, floor, self._moved, room, threat,
+        )  # fmt: skip
+        return self._outputs(doing, body, self._broadcast(doing), events)
 
     # ---- the floor, the body and its cells
 
@@ -178,15 +178,9 @@ class Traffic:
         body, threat = self.cells.cell_of(*inputs.pose[:2]), self._threat
         if threat is None and (not inputs.sweeps or walk.place(body) == len(walk.ledger.held) - 1):
             return ()
-        needed = {
-            cell
-            for record in fresh.values()
-            for cell in (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
-        }
+        needed = {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims], *one.held)}
         if threat is not None:
-            near = distance(threat, inputs.pose)
-            off = [cell for cell in self.cells.around(body, 1) if distance(threat, self.cells.centre(cell)) > near]
-            return tuple([cell for cell in off if self.cells.stands[cell] and cell not in needed])
+            return tuple([cell for cell in cells_away(threat, inputs.pose, self.cells) if cell not in needed])
         way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
         across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
         return tuple(cell for cell in inputs.sweeps if cell in across and cell not in needed)
@@ -279,13 +273,7 @@ class Traffic:
         return TrafficBroadcast(own=own, others=self._hearsay.passed_on(tick, pose.x, pose.y))
 
     def _outputs(
-        self,
-        doing: Doing,
-        body: Body,
-        broadcast: TrafficBroadcast | None,
-        events: list[Event],
-        room: tuple[int, ...],
-        threat: Point | None,
+        self, doing: Doing, body: Body, broadcast: TrafficBroadcast | None, events: list[Event]
     ) -> TrafficOutputs:
         tick, held, place = body.tick, doing.walk.ledger.held, doing.walk.place(body.cell)
         alone, ahead = self._hearsay.alone_in(held, tick), way_ahead(doing, place)
@@ -299,8 +287,8 @@ class Traffic:
             waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
             beside=(*self._hearsay.holders_of(held[place], tick), *still),
             may_drive=not doing.stopped,
-            threat=threat,
-            room=room,
+            threat=doing.threat,
+            room=doing.room,
             exactly=stops or looks(doing, self.settings),
             looks=not stops and looks(doing, self.settings),
             face=doing.face,

@@ -257,40 +257,6 @@ def test_who_may_not_drive_brakes_with_both_wheels_before_it_turns(wish: Speeds,
     assert SafetyFilter(SETTINGS).check(sense_of(body), wish, limits) == STAND
 
 
-# --- out of the way of what comes ---
-
-
-@given(st.floats(-pi, pi), st.floats(-pi, pi), st.floats(0.0, 0.6))
-def test_the_way_out_leaves_the_line_on_which_something_comes(yaw: float, coming: float, speed: float) -> None:
-    """With room all round, within two seconds, whatever the tables say, and though it may not drive."""
-    body = Body(MIDDLE._replace(yaw=yaw), speed, speed)
-    x, y = MIDDLE[:2]
-    threat = (x + 1.2 * np.cos(coming), y + 1.2 * np.sin(coming))
-    safety = SafetyFilter(SETTINGS)
-    for tick in range(round(2.0 / DT)):
-        limits = constraints(WIDE, body.pose)._replace(threat=threat, may_drive=False)
-        body = rolled(body, safety.check(sense_of(body, tick), (0.6, 0.6), limits))
-        assert distance(body.pose, threat) > 0.6
-    off_line = abs((body.pose.y - y) * np.cos(coming) - (body.pose.x - x) * np.sin(coming))
-    assert off_line > 0.5
-
-
-@given(
-    st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-pi, pi),
-    st.lists(st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)), min_size=4, max_size=4),
-)  # fmt: skip
-def test_the_way_out_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threats: list[Speeds]) -> None:
-    x, y = WALLED.cells.centre(A)
-    safety, body, aiming = SafetyFilter(SETTINGS), at_rest(Pose(x + dx, y + dy, yaw)), Aiming(WALLED.cells, RADIUS)
-    for tick in range(120):
-        limits = constraints(WALLED_GRID, body.pose, aiming.shut(HELD), OTHERS)
-        limits = limits._replace(threat=(x + threats[tick // 30][0], y + threats[tick // 30][1]))
-        body = rolled(body, safety.check(sense_of(body, tick), (0.6, 0.6), limits))
-        assert shapely.contains(WITHIN, footprint(body.pose)), f"tick {tick}: out of its cells at {body.pose}"
-        assert room(WALLS, body.pose) > 0.0
-        assert room(OTHERS_SHAPE, body.pose) > 0.0
-
-
 # --- many looks ---
 
 CORRIDOR = scenario_of("#" * 42 + "\n" + ("#" + "." * 40 + "#\n") * 4 + "#" * 42 + "\n").map  # walls at y = 1 and 5

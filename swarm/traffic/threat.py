@@ -1,0 +1,94 @@
+"""Layer 0: noticing what comes towards the robot by itself, and where it is meanwhile."""
+
+from collections import deque
+from collections.abc import Collection
+from typing import Final, NamedTuple
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.traffic.cells import CellMap
+
+WATCH: Final = 1.4  # m, from the edge: what is seen nearer may be a threat
+HALF_WIDTH: Final = 0.25  # m; what comes is taken for a disc so large
+WIDE: Final = 0.5  # m; hits nearer each other than that are on one thing
+FITS: Final = 8  # steps of fitting the disc to the hits
+NOTED: Final = 12  # ticks over which its velocity is measured
+LATELY: Final = 6  # ticks in which
+NEARER: Final = 0.06  # m that it has come nearer, the robot's own way left out: 0.2 m/s
+COMING: Final = 40  # ticks for which it is then believed to come on: a robot that turns away does not see it
+
+
+class Threat(NamedTuple):
+    """Something that moves by itself, at a moment."""
+
+    x: float  # m, its middle
+    y: float
+    vx: float  # m/s
+    vy: float
+
+
+class Threats:
+    """Follows the nearest unexpected obstacle, for one robot."""
+
+    def __init__(self, dt: float) -> None:
+        self._dt = dt  # s, a tick
+        self._noted: deque[tuple[int, Point]] = deque()  # when and where the obstacle was seen
+        self._last: tuple[int, Threat] | None = None  # when the threat was seen last, and its state then
+
+    def look(self, tick: int, pose: Pose, hits: Collection[Point]) -> Threat | None:
+        """Return the threat at this tick; rays hit unexpected obstacles at the points ``hits`` [m]."""
+        while self._noted and self._noted[0][0] < tick - NOTED:
+            self._noted.popleft()
+        if hits:
+            place = self._middle(pose, hits)
+            if self._noted and distance(place, self._noted[-1][1]) > WIDE:
+                self._noted.clear()  # it is another one
+            self._noted.append((tick, place))
+            before = next(place for then, place in self._noted if then >= tick - LATELY)
+            came = distance(before, pose) - distance(place, pose)
+            if abs(came) > NEARER or (came > 0.0 and self._age(tick) < COMING):
+                self._last = tick, Threat(*place, *self._velocity())
+        if self._last is None or self._age(tick) >= COMING:
+            return None
+        x, y, vx, vy = self._last[1]
+        age = self._age(tick) * self._dt
+        return Threat(x + vx * age, y + vy * age, vx, vy)
+
+    def _age(self, tick: int) -> int:
+        return COMING if self._last is None else tick - self._last[0]
+
+    def _middle(self, pose: Pose, hits: Collection[Point]) -> Point:
+        """Fit a disc to the hits on the nearest thing: each is on its edge, whichever rays they are of."""
+        nearest = min(hits, key=lambda hit: distance(hit, pose))
+        edge = [hit for hit in hits if distance(hit, nearest) < WIDE]
+        x, y = _beyond(nearest, pose)
+        for _ in range(FITS):
+            middles = [_beyond(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
+            x, y = (sum(values) / len(edge) for values in zip(*middles, strict=True))
+        return x, y
+
+    def _velocity(self) -> Point:
+        """Return the slope of the least-squares line through the places [m/s]."""
+        ticks, places = zip(*self._noted, strict=True)
+        middle = sum(ticks) / len(ticks)
+        spread = sum((tick - middle) ** 2 for tick in ticks) * self._dt or 1.0
+        vx, vy = (
+            sum((tick - middle) * place[axis] for tick, place in zip(ticks, places, strict=True)) / spread
+            for axis in (0, 1)
+        )
+        return vx, vy
+
+
+def cells_away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:
+    """List the cells about the robot that are farther from the threat than it is, of those to stand in.
+
+    From any other it would find no way on.
+    """
+    near, about = distance(threat, pose), cells.around(cells.cell_of(pose.x, pose.y), 1)
+    return [cell for cell in about if cells.stands[cell] and distance(threat, cells.centre(cell)) > near]
+
+
+def _beyond(hit: Point, origin: tuple[float, ...]) -> Point:
+    """Return the point [m] half a width beyond a hit, seen from somewhere."""
+    share = HALF_WIDTH / (distance(hit, origin) or 1.0)
+    return hit[0] + share * (hit[0] - origin[0]), hit[1] + share * (hit[1] - origin[1])
