@@ -9,17 +9,18 @@ WORKDIR /src
 RUN python -m venv /opt/swarm
 COPY pyproject.toml requirements.lock ./
 # the lock's versions, without what only the dashboard and the developers need: pip takes of it what pyproject asks for
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies']))" > needed.txt \
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if not name.startswith('rerun')))" > needed.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
 COPY swarm swarm
 COPY world world
 COPY dashboard dashboard
+COPY scenarios scenarios
 COPY README.md ./
 RUN /opt/swarm/bin/pip install --no-deps . \
     && /opt/swarm/bin/python -m swarm.compiled
 
 FROM build AS build-dashboard
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['dashboard']))" > needed-dashboard.txt \
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if name.startswith('rerun')))" > needed-dashboard.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed-dashboard.txt
 
 FROM python:${PYTHON}-slim AS base
@@ -38,9 +39,8 @@ CMD ["--connect", "tcp/router:7447", "--fleet", "compose"]
 
 FROM base AS world
 COPY --from=build /opt/swarm /opt/swarm
-COPY scenarios scenarios
 ENTRYPOINT ["swarm", "world"]
-CMD ["scenarios/paper.yaml", "--connect", "tcp/router:7447", "--fleet", "compose"]
+CMD ["paper", "--connect", "tcp/router:7447", "--fleet", "compose"]
 
 FROM base AS dashboard
 COPY --from=build-dashboard /opt/swarm /opt/swarm

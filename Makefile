@@ -21,7 +21,7 @@ $(READY): pyproject.toml requirements.lock
 	@touch $@
 
 run: $(READY)  ## the paper's mission with four robots, seen in Rerun
-	$(BIN)/swarm run scenarios/paper.yaml --robots 4 --record paper.rrd
+	$(BIN)/swarm run paper --robots 4 --record paper.rrd
 
 test: $(READY)  ## every test
 	$(BIN)/python -m pytest

@@ -17,7 +17,7 @@ import numpy as np
 from cffi import FFI
 
 from benchmarks.measure import interleave, machine, table
-from swarm.robot.fuzzy import Controller, load_profile
+from swarm.fuzzy import Controller, load_profile
 
 ROOT = Path(__file__).parents[1]
 YARDSTICK = ROOT.parent / "shared" / "yardsticks" / "fuzzy.c"

@@ -87,7 +87,7 @@ def movers() -> str:
 
 
 def unknown() -> str:
-    """Give nobody the map: alone, shared and not, with noise and a lossy radio."""
+    """Return nobody the map: alone, shared and not, with noise and a lossy radio."""
     rows = [
         ("unknown floor", "runs complete", "wall + obstacle contacts", "smallest gap [m]", "driven in all [m]",
          "mean time [s]", "wall time of a run [s]")

@@ -21,9 +21,9 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
-    ("swarm/robot/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
+    ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
      "1 becomes 2 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
-    ("swarm/robot/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
+    ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
      "1 becomes 100 in `len(variable.terms) + 1`"): "there is no combination of more terms than there are",
 }
 # fmt: on

@@ -37,27 +37,32 @@ QUICK: Final = "not processes and not slow"
 
 # fmt: off
 # what runs as a process of its own is tested with real ones: a room apart, which takes long
-PROCESSES: Final = ("world/process.py", "world/__main__.py", "swarm/robot/process.py", "swarm/robot/radio.py")
+PROCESSES: Final = (
+    "world/process.py", "world/lobby.py", "world/controls.py", "world/answers.py",
+    "swarm/robot/process.py", "swarm/robot/radio.py",
+)
 ROOMS: Final[dict[str, tuple[str, ...]]] = {  # what is drawn from
+    "swarm/fuzzy":   ("swarm/fuzzy",),
+    "swarm/motion":  ("swarm/motion",),
     "swarm/robot":   ("swarm/robot",),
     "swarm/traffic": ("swarm/traffic",),
     "world":         ("world",),
-    "world/storm":   ("world/storm",),
+    "swarm/storm":   ("swarm/storm",),
     "processes":     PROCESSES,
 }
 DRIVER: Final = (
     "tests/traffic/test_look.py", "tests/traffic/test_traffic.py::test_robots_that_answer_late_complete",
 )
 TESTS: Final[dict[str, tuple[str, ...]]] = {  # the longest that a file's path begins with counts
-    "swarm/robot/fuzzy":      ("tests/fuzzy", "tests/cli"),
+    "swarm/fuzzy":            ("tests/fuzzy", "tests/cli"),
+    "swarm/motion":           ("tests/motion", "tests/robot"),
     "swarm/robot":            ("tests/robot", "tests/ground", *DRIVER),
     "swarm/robot/process.py": ("tests/launch",),
     "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),
     "swarm/traffic":          ("tests/traffic", "tests/scenario"),
     "world":                  ("tests/world", "tests/ground/test_movers.py", "tests/ground/test_edits.py"),
-    "world/storm":            ("tests/storm",),
-    "world/process.py":       ("tests/launch",),
-    "world/__main__.py":      ("tests/launch",),
+    "swarm/storm":            ("tests/storm",),
+    **dict.fromkeys(PROCESSES[:4], ("tests/launch",)),
 }
 # fmt: on
 

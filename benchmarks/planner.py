@@ -41,13 +41,13 @@ Solve = Callable[[int, int], tuple[float, float]]  # start and goal as cell numb
 
 
 def random_map(side: int, seed: int) -> NDArray[np.bool_]:
-    """Give a map of single solid cells, 20 % of all."""
+    """Return a map of single solid cells, 20 % of all."""
     free: NDArray[np.bool_] = np.random.default_rng(seed).random((side, side)) >= 0.2
     return free
 
 
 def maze_map(side: int, seed: int) -> NDArray[np.bool_]:
-    """Give a maze without loops, its corridors three cells wide, its walls one."""
+    """Return a maze without loops, its corridors three cells wide, its walls one."""
     rooms = side // 4
     free = np.zeros((side, side), np.bool_)
     draw = np.random.default_rng(seed)
@@ -216,7 +216,7 @@ def compare(
 
 
 def floor_plan(metres: int, seed: int) -> OccupancyMap:
-    """Give a square floor of half-metre cells: scattered shelves and walls, 7 % of all."""
+    """Return a square floor of half-metre cells: scattered shelves and walls, 7 % of all."""
     draw = np.random.default_rng(seed)
     cells = np.full((2 * metres, 2 * metres), FREE, np.uint8)
     for row, column in draw.integers(0, 2 * metres, (metres * metres // 12, 2)).tolist():

@@ -24,7 +24,7 @@ from typing import Any, Final, NamedTuple
 
 from benchmarks.measure import machine, table
 from benchmarks.traffic import DATA, HARD, rows_for, scenario_of
-from swarm.robot.fuzzy import Profile, load_profile
+from swarm.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, with_consequents
 from world.simulate import Simulation

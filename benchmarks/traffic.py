@@ -29,9 +29,10 @@ from benchmarks.measure import machine, table
 from swarm.geometry import Pose
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
+from swarm.scenario.prepare import settled
 from swarm.traffic import question
 from swarm.traffic.cells import FAR, CellMap
-from swarm.traffic.cells_of import cells_of, with_lattice
+from swarm.traffic.cells_of import cells_of
 from swarm.traffic.joint_search import JointSearch, Result
 from world.faults import Faults
 from world.simulate import Simulation
@@ -148,7 +149,7 @@ def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
     for name, fields in sections.items():
         section = msgspec.structs.replace(getattr(settings, name), **fields)
         settings = msgspec.structs.replace(settings, **{name: section})
-    return Scenario(with_lattice(settings, scenario.map), scenario.map, scenario.profile)
+    return settled(Scenario(settings, scenario.map, scenario.profile))
 
 
 class Ran(NamedTuple):

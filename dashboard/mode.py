@@ -38,9 +38,9 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
 
 
 def missing() -> str | None:
-    """Say in one sentence that the dashboard's own dependencies are not installed; None: they are."""
+    """Return in one sentence that the dashboard's own dependencies are not installed; None: they are."""
     if find_spec("rerun") is None:
-        return "the dashboard needs Rerun, which is not installed: pip install 'zenoh-swarm[dashboard]', or run without"
+        return "the dashboard needs Rerun, which is not installed: pip install rerun-sdk, or run without"
     return None
 
 

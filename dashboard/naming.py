@@ -24,7 +24,7 @@ def stop_lane(number: int, stops: int, home: bool) -> str:
 
 
 def lane(robot: Robot, home: bool) -> str:
-    """Say in one word what a robot is about: the stop it drives to, or why it stands."""
+    """Return in one word what a robot is about: the stop it drives to, or why it stands."""
     if robot.stops == 0:
         return READY
     match robot.activity:

@@ -6,11 +6,11 @@ from typing import Final, NamedTuple, Protocol
 from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
 from swarm.errors import SwarmError
+from swarm.fuzzy import Controller, Profile
 from swarm.messages import Body, Broadcast, Truth
-from swarm.robot.fuzzy import Controller, Profile
+from swarm.messages.traffic import Epoch, JointPlan, Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, traffic_settings
-from swarm.traffic.record import Epoch, JointPlan, Record
 
 SPREAD: Final = 0.7  # of a cell's side: how far the lines of one plan lie apart where they share a way
 ORDERS: Final = 3  # of one plan, at most
@@ -109,7 +109,7 @@ class Overlays:
         return [drawn(plan, cells, bodies) for plan in followed(heard, self._plans)]
 
     def boxes(self, body: Body) -> list[Box]:
-        """Give the cells a robot holds."""
+        """Return the cells a robot holds."""
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]

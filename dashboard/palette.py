@@ -30,7 +30,7 @@ DONE: Final[Colour] = (240, 240, 240)
 
 
 def robot(number: int) -> Colour:
-    """Give the colour of the robot that stands at ``number`` in the fleet's list; from the ninth on they darken."""
+    """Return the colour of the robot that stands at ``number`` in the fleet's list; from the ninth on they darken."""
     red, green, blue = ROBOTS[number % len(ROBOTS)]
     share = 0.75 ** (number // len(ROBOTS) % 4)
     return round(red * share), round(green * share), round(blue * share)
@@ -49,7 +49,7 @@ def lightened(colour: Colour) -> Colour:
 
 
 def stop(number: int, stops: int) -> Colour:
-    """Give the colour of stop ``number`` of ``stops``: dark for the first, bright for the last."""
+    """Return the colour of stop ``number`` of ``stops``: dark for the first, bright for the last."""
     at = number / max(1, stops - 1) * (len(VIRIDIS) - 1)
     low = min(int(at), len(VIRIDIS) - 2)
     share = at - low

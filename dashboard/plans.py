@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from itertools import groupby
 from typing import NamedTuple
 
-from swarm.traffic.record import Epoch, JointPlan, Record
+from swarm.messages.traffic import Epoch, JointPlan, Record
 
 Visit = tuple[str, int]  # a robot, and the place of the cell within its way
 
@@ -22,7 +22,7 @@ class Followed(NamedTuple):
 
 
 def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[Followed]:
-    """Tell which plans are under way, the oldest first; one that nobody has anything left to drive of is done.
+    """Return the plans under way, the oldest first; a plan is done when nobody has anything left to drive of it.
 
     ``records`` is the newest of each robot. Of a plan that is not among ``plans`` only the next cells are known.
     """
@@ -42,7 +42,7 @@ def _way(record: Record, plan: JointPlan | None) -> tuple[int, ...]:
 
 
 def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[str, ...]]:
-    """Give the order at each cell that two or more have still to enter; not where another cell tells the same."""
+    """Return the order at each cell that two or more have still to enter; not where another cell tells the same."""
     orders: list[tuple[int, tuple[str, ...]]] = []
     for cell, visits in _visits(plan).items():
         to_come = (robot for robot, step in visits if robot in members and step > members[robot].entered)

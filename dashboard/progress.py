@@ -79,7 +79,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
 
     def robot(self, name: str) -> Robot:
-        """Give what is known of a robot; of one never heard, that it has done nothing yet."""
+        """Return what is known of a robot; of one never heard, that it has done nothing yet."""
         return self.robots.get(name) or Robot()
 
     def seconds(self, tick: int) -> float:
@@ -87,7 +87,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         return tick / self.rate
 
     def waits(self, name: str) -> float:
-        """Tell how long a robot has been standing for others, or without a path, by now [s]."""
+        """Return how long a robot has been standing for others, or without a path, by now [s]."""
         robot = self.robot(name)
         return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
 

@@ -8,8 +8,8 @@ import msgspec
 from swarm.errors import PeerError
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.wire import unpack
-from swarm.messages import Floor
-from swarm.scenario.schema import Settings
+from swarm.messages import Map
+from swarm.settings import Settings
 
 T = TypeVar("T")
 
@@ -29,8 +29,8 @@ class Scene:
         return list(own[robot] if robot < len(own) else self.settings.targets)
 
 
-def scene_of(floor: Floor) -> Scene:
-    """Read a ``Floor``: of its ``scenario`` the ``settings`` and, if there, ``profile`` and ``starts`` ((x, y, yaw)s).
+def scene_of(floor: Map) -> Scene:
+    """Read a ``Map``: of its ``scenario`` the ``settings`` and, if there, ``profile`` and ``starts`` ((x, y, yaw)s).
 
     Raises:
         PeerError: it does not hold settings and a map.

@@ -10,7 +10,7 @@ from dashboard import palette
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.messages import Body, Mover, Truth
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
@@ -93,7 +93,7 @@ def floor_image(floor: OccupancyMap) -> Bytes:
 
 
 def bounds(floor: OccupancyMap, margin: float) -> tuple[float, float, float, float]:
-    """Give the lowest and highest x, then y, of the map, with a margin [m]."""
+    """Return the lowest and highest x, then y, of the map, with a margin [m]."""
     rows, columns = floor.shape
     corners = np.array(floor.corners((0, 0), (rows, columns)))
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
@@ -134,7 +134,7 @@ class Trails:
                 del points[:-TRAIL_LENGTH]
 
     def strips(self) -> list[Floats]:
-        """Give one strip a robot; of a robot not seen yet, one without points."""
+        """Return one strip a robot; of a robot not seen yet, one without points."""
         return [np.array(points, dtype=np.float32).reshape(-1, 2) for points in self._points]
 
 

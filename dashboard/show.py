@@ -9,7 +9,7 @@ from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
-from swarm.messages import Broadcast, Event, Floor, Message, Truth
+from swarm.messages import Broadcast, Event, Map, Message, Truth
 
 OVERLAY: Final = 0.75  # s, simulated, between two overlays; in real time every drawing has one, and that is enough
 OVERLAYS: Final = 10  # in one drawing, about, where time runs faster
@@ -52,7 +52,7 @@ class Show:
 
     def take(self, message: Message) -> None:
         """Fold a message, and gather what it brings."""
-        if isinstance(message, Floor):
+        if isinstance(message, Map):
             self._take_floor(message)
             return
         before = self.progress
@@ -87,7 +87,7 @@ class Show:
             self._overlays.draw(self._view, self._truth)
             self._laid, self._truth = self._truth.time, None
 
-    def _take_floor(self, floor: Floor) -> None:
+    def _take_floor(self, floor: Map) -> None:
         try:
             self.scene = scene_of(floor)
             self._overlays = Overlays(self.scene, self._selected)

@@ -74,7 +74,7 @@ class Terminal:
                 self._console.print(self.line(), markup=False, highlight=False, soft_wrap=True)
 
     def renderable(self) -> RenderableType:
-        """Give the table: one row a robot, and above it the run as a whole."""
+        """Return the table: one row a robot, and above it the run as a whole."""
         progress = self.progress
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for name in ("robot", "stops", "target"):
@@ -100,7 +100,7 @@ class Terminal:
         return Group(Text(self._headline(), style="bold"), table)
 
     def line(self) -> str:
-        """Say everything in one plain line."""
+        """Return everything in one plain line."""
         progress = self.progress
         some = progress.order[:8]
         each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
@@ -126,7 +126,7 @@ class Terminal:
         return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
 
     def _news(self) -> list[str]:
-        """Tell each stop reached, each change of phase and each event once."""
+        """Print each stop reached, each change of phase and each event once."""
         progress = self.progress
         said = []
         if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):

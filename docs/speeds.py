@@ -6,8 +6,8 @@ from typing import Final, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.robot.fuzzy import Controller, load_profile
-from swarm.robot.fuzzy.vocabulary import Slowing
+from swarm.fuzzy import Controller, load_profile
+from swarm.fuzzy.vocabulary import Slowing
 
 PROFILES: Final = {"paper": "#4a6fa5", "careful": "#c8662b"}  # and the colour each is drawn in
 CAREFUL: Final = load_profile("careful")

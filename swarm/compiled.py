@@ -8,7 +8,7 @@ KERNELS: Final = (
     "swarm.planning.grid",
     "swarm.planning.path",
     "swarm.planning.rays",
-    "swarm.robot.fuzzy",
+    "swarm.fuzzy",
     "swarm.motion.sweep",
     "swarm.robot.rollout",
     "world.rays",

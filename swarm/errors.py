@@ -25,7 +25,7 @@ class PeerError(SwarmError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Say which known word was probably meant: ``"; did you mean 'radius'?"``, or list them when none is near."""
+    """Return which known word was probably meant: ``"; did you mean 'radius'?"``, or list them when none is near."""
     known = sorted(known)
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"

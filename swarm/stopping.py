@@ -12,7 +12,7 @@ SIGNALS: Final = (signal.SIGTERM, signal.SIGINT)
 
 @contextmanager
 def told_to_stop() -> Iterator[threading.Event]:
-    """Give a flag that these signals set, as long as the block lasts; threads other than the main one get none."""
+    """Return a flag that these signals set, as long as the block lasts; threads other than the main one get none."""
     flag = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:

@@ -11,8 +11,8 @@ from hypothesis import settings
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
-from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario, load
+from swarm.scenario.prepare import planning_grid, settled
 from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
@@ -24,7 +24,7 @@ MakeBus = Callable[..., Bus]
 
 @pytest.fixture(scope="session")
 def paper() -> Scenario:
-    return load(PAPER)
+    return settled(load(PAPER))
 
 
 @pytest.fixture(scope="session")
@@ -60,6 +60,6 @@ def make_bus(endpoint: Endpoint, request: pytest.FixtureRequest) -> Iterator[Mak
 
 @pytest.fixture
 def tmp_runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Give fleets a folder of their own for their cards, so that nobody else's fleet is found."""
+    """Return fleets a folder of their own for their cards, so that nobody else's fleet is found."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     return tmp_path

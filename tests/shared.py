@@ -1,15 +1,17 @@
 """What tests draw scenarios from: edits of a small valid one, and of the paper's rules."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from swarm.fuzzy import Profile, load_profile
+from swarm.maps.occupancy import Cell, OccupancyMap
 from swarm.maps.text import from_text
-from swarm.robot.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario, checked
-from swarm.traffic.cells_of import with_lattice
+from swarm.scenario.prepare import settled
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
@@ -35,19 +37,26 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
     raw |= fields
     settings = checked(raw, "test")
     floor = from_text(text, settings.map.cell)
-    return Scenario(with_lattice(settings, floor), floor, profile or load_profile("paper"))
+    return settled(Scenario(settings, floor, profile or load_profile("paper")))
+
+
+def with_block(floor: OccupancyMap, low: Cell, high: Cell, kind: int) -> OccupancyMap:
+    """Return the same map with a block of cells, ``high`` excluded, made one kind."""
+    cells = floor.cells.copy()
+    cells[max(low[0], 0) : max(high[0], 0), max(low[1], 0) : max(high[1], 0)] = kind
+    return replace(floor, cells=cells)
 
 
 def with_settings(scenario: Scenario, **sections: object) -> Scenario:
-    """Give the same scenario with some settings changed; a section's dict changes only the fields it names."""
+    """Return the same scenario with some settings changed; a section's dict changes only the fields it names."""
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
-    return Scenario(with_lattice(checked(raw, "test"), scenario.map), scenario.map, scenario.profile)
+    return settled(Scenario(checked(raw, "test"), scenario.map, scenario.profile))
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:
-    """Give the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
+    """Return the same profile with other consequents: ``choose(behaviour, terms)`` gives a rule's new terms."""
     document = profile.to_builtins()
     tables = dict(document["behaviours"])  # type: ignore[call-overload]
     for name, behaviour in profile.behaviours.items():
@@ -58,5 +67,5 @@ def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], 
 
 
 def constant_rules(profile: Profile, left: str, right: str) -> Profile:
-    """Give the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
+    """Return the same profile with every rule saying the same: ``left`` and ``right`` wheel."""
     return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], left, right))

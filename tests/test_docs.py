@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generate import MARKED, PAGES, PARTS, PICTURES, renewed
+from docs.generate import FILES, MARKED, PAGES, PARTS, renewed
 from swarm.bus import Bus, Endpoint
 from swarm.messages import RADIO, Activity, Broadcast
 
@@ -21,10 +21,10 @@ def test_generated_parts_are_what_the_code_says(page: str) -> None:
     assert renewed(text) == text, "out of date: python -m docs.generate"
 
 
-@pytest.mark.parametrize("picture", PICTURES)
+@pytest.mark.parametrize("picture", FILES)
 def test_generated_pictures_are_what_the_code_draws(picture: str) -> None:
     drawn = (ROOT / "docs" / picture).read_text(encoding="utf-8")
-    assert drawn == PICTURES[picture](), "out of date: python -m docs.generate"
+    assert drawn == FILES[picture](), "out of date: python -m docs.generate"
 
 
 def test_every_generated_part_is_on_a_page() -> None:

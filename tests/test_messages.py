@@ -225,7 +225,7 @@ def test_deep_maps_in_a_field_that_takes_anything_are_no_crash() -> None:
     for _ in range(400):
         deep = [deep]
     payload = msgpack.packb({"v": 1, "packed": {"a": deep}, "scenario": {}})
-    floor = decode(payload, messages.Floor, LARGE)
+    floor = decode(payload, messages.Map, LARGE)
     assert floor.packed["a"] == deep
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from swarm.robot.fuzzy import load_profile
+from swarm.fuzzy import load_profile
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, with_consequents, with_settings
 from world.simulate import Simulation

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.steering import FEW, WRONG, row, swapped, wrong_row
-from swarm.robot.fuzzy import Profile, load_profile
+from benchmarks.steering import FEW, WRONG, row, run, swapped, wrong_row
+from swarm.fuzzy import Profile, load_profile
 
 PAPER = load_profile("paper")
 
@@ -50,3 +50,10 @@ def test_rows_sum_runs_up() -> None:
 
 def test_the_short_run_knows_how_long_wrong_tables_may_take() -> None:
     assert set(FEW.wrong_robots) <= set(FEW.robots)
+
+
+def test_tables_that_ignore_what_they_are_told_get_nowhere() -> None:
+    """Nothing but the tables turns to an aim: a robot that always drives straight on stands at the first wall."""
+    report = run("paper", 1, 1, limit=295.0, rules="always medium/medium")
+    assert wrong_row(295.0, [report])[1:4] == ("0 of 4", "0", "0")
+    assert report["steering"]["angle"]["turned"] == 0.0

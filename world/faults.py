@@ -62,7 +62,7 @@ class Drill:
             self._spells.setdefault(spell.robot, []).append(spell)
 
     def health(self, robot: str, time: float, *, leads: bool) -> Health:
-        """Tell how a robot is; ask once a tick. ``leads``: it is making a joint plan, or its plan is still news."""
+        """Return how a robot is; ask once a tick. ``leads``: it is making a joint plan, or its plan is still news."""
         faults = self._faults
         if robot in self.dead:
             return Health.DEAD

@@ -4,7 +4,7 @@ from itertools import accumulate, pairwise
 from math import atan2
 
 from swarm.geometry import Pose, distance
-from swarm.scenario.schema import MoverSettings
+from swarm.settings import MoverSettings
 
 
 class Patrol:
@@ -18,7 +18,7 @@ class Patrol:
         self._speed = settings.speed
 
     def at(self, time: float) -> Pose:
-        """Give the pose at a time [s] since the run began; the yaw is the way's direction."""
+        """Return the pose at a time [s] since the run began; the yaw is the way's direction."""
         along = self._speed * time % self._stations[-1]
         leg = max(k for k in range(len(self._points) - 1) if self._stations[k] <= along)
         (ax, ay), (bx, by) = self._points[leg], self._points[leg + 1]

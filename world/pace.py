@@ -1,9 +1,8 @@
 """How fast ticks follow each other. The one file of the world that reads the wall clock."""
 
 from time import monotonic, perf_counter
-from typing import Final, Literal
+from typing import Final
 
-Pace = float | Literal["max"]  # a speed-up factor, or lockstep as fast as the machine allows
 SLIP: Final = 0.5  # s behind the wall clock; more is not caught up but given up, so that a stall is no burst
 
 

@@ -108,11 +108,11 @@ class Physics:
             self.touching.remove(contact)
 
     def pose(self, robot: int) -> Pose:
-        """Where a robot stands."""
+        """Return the pose of a robot."""
         return self.poses()[robot]
 
     def poses(self) -> list[Pose]:
-        """Where every robot stands."""
+        """Return the pose of every robot."""
         self._place()
         return self._poses
 
@@ -177,7 +177,7 @@ class Physics:
         return bool(rays.sees(*self._ground, *a, *b))
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
-        """Tell of each of some places, (n, 2), whether nothing that stands still lies between it and a point."""
+        """Check for each of some places, (n, 2), that nothing that stands still lies between it and a point."""
         seen: list[bool] = rays.sees_each(*self._ground, *here, places).tolist()
         return seen
 

@@ -72,7 +72,7 @@ def _traffic(world: World) -> dict[str, Any]:
 
 
 def missing(world: World) -> str:
-    """Say which stops were not reached, and which of them no path led to, in one sentence."""
+    """Return which stops were not reached, and which of them no path led to, in one sentence."""
     lacking = []
     for name, row, given_up in zip(world.robots, world.recorder.reached_at, world.recorder.unreachable, strict=True):
         stops = [

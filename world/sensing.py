@@ -9,7 +9,7 @@ import numpy as np
 from swarm.geometry import Pose, bearing, wrap
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.robot.sectors import sectors
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 from world.physics import Numbers, Physics
 
 

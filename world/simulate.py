@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace as changed
 
+from swarm.fuzzy import Controller
 from swarm.messages import Broadcast, Command, Event, Sense, State
 from swarm.robot.brain import Inputs, Robot
-from swarm.robot.fuzzy import Controller
-from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario
-from swarm.scenario.starts import starts
+from swarm.scenario.prepare import planning_grid, prepare
 from world.faults import SILENT, Drill, Faults, Health
 from world.report import missing, report
 from world.world import World
@@ -50,9 +49,8 @@ class Simulation:
     @classmethod
     def of(cls, scenario: Scenario, robots: int, seed: int, faults: Faults | None = None) -> "Simulation":
         """Set everybody up at the starts that the seed draws; ``faults`` is what shall go wrong."""
-        grid = planning_grid(scenario)
+        scenario, grid, poses = prepare(scenario, robots, seed)
         controller = Controller(scenario.profile)
-        poses = starts(scenario, grid, robots, seed)
         world = World(scenario, poses, seed)
         brains = [
             Robot(name, number, scenario, pose, grid, controller)

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from math import nan
 from typing import Any, Final
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Sense, Steering
-from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import fuzzy_speeds
 from swarm.scenario.load import Scenario
 
@@ -29,7 +29,7 @@ def stands(speeds: RimSpeeds) -> bool:
 
 
 def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
-    """Say what became of the tables' rim speeds in those commanded: the first label of `Steering` that fits.
+    """Return what became of the tables' rim speeds in those commanded: the first label of `Steering` that fits.
 
     >>> [classify(speeds, (0.6, 0.4)).value for speeds in ((0.6, 0.4), (0.3, 0.2), (0.2, 0.0), (0.4, 0.6), (0.0, 0.0))]
     ['tables', 'tables', 'tightened', 'blended', 'braked']
@@ -99,7 +99,7 @@ class SteeringWatch:
         return fuzzy_speeds(self._controller, self._robot, sense, command.heading, command.scale)
 
     def report(self) -> dict[str, Any]:
-        """Give the share of each label by ticks, metres and angle: all 0 where there were none.
+        """Return the share of each label by ticks, metres and angle: all 0 where there were none.
 
         ``scaled`` is how long [s, summed over robots] the tables were told distances with a scale below 1, and the mean
         of those scales.

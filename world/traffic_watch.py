@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Activity, Command
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.hearsay import Event
 from swarm.traffic.watch import Fault, Seen, Watch

@@ -6,24 +6,20 @@ own.
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import msgspec
 import numpy as np
-from shapely import Point as ShapelyPoint
-from shapely import Polygon
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import FREE, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import COMMAND, Activity, Body, Command, Edit, Event, Kind, Mover, Sense, Truth
 from swarm.motion.drive import DifferentialDrive, ramp
-from swarm.robot.ground import KINDS
-from swarm.robot.safety import SPARE
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
-from world.ether import Ether
+from world.edits import edited
 from world.movers import Patrol
 from world.physics import Contact, Physics
 from world.progress import STALLED, ProgressWatch
+from world.radio_model import RadioModel
 from world.recorder import Recorder
 from world.sensing import Distances, Sensing
 from world.steering import SteeringWatch
@@ -36,16 +32,6 @@ REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
-
-
-def merged(one: Command, other: Command) -> Command:
-    """Give the later of two commands of one robot (the second, of one tick), with all that either tells only once.
-
-    A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
-    what happened nor that it broadcast may be lost.
-    """
-    older, newer = sorted((one, other), key=lambda command: command.tick)
-    return msgspec.structs.replace(newer, notes=[*older.notes, *newer.notes], sent=older.sent or newer.sent)
 
 
 class World:
@@ -71,7 +57,7 @@ class World:
         self.edits = edits  # how many there have been, in all runs
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self._sensing = Sensing(settings.sensors, len(starts), seed)
-        self._ether = Ether(settings.radio, seed, self._physics.sees)
+        self._radio = RadioModel(settings.radio, seed, self._physics.sees)
         self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         self._stop_places = [np.array(stops, np.float64).reshape(-1, 2) for stops in self._stops]
         self._number = {name: number for number, name in enumerate(self.robots)}
@@ -127,7 +113,7 @@ class World:
             yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Let a tick pass under the commands that came; a robot without one keeps its last until that expires."""
+        """Let a tick pass under the commands that came; a robot without one keeps its last until it expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
@@ -143,7 +129,7 @@ class World:
         contacts = self._physics.roll([self._drive.twist(*wheels) for wheels in self._wheels], movers)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
-        heard = self._ether.hears(poses, senders)
+        heard = self._radio.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
         for contact in self.recorder.contacts(contacts, self._physics.touching, self._wheels):
@@ -157,7 +143,7 @@ class World:
         return events
 
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
-        """Name who got nowhere for long with stops left, whatever the cause."""
+        """Report robots that have stops left and got nowhere for long, whatever the cause."""
         left = [self._next_stop(number) for number in range(len(self.robots))]
         for number in self.progress.look(self.time, poses, left):
             name, command = self.robots[number], self._commands[number]
@@ -232,23 +218,8 @@ class World:
         Raises:
             ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
         """
-        kind = KINDS[edit.kind]
-        floor, low, high = self.floor.edited(kind, edit.low, edit.high)
-        if low[0] >= high[0] or low[1] >= high[1]:
-            raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
-        if kind != FREE:
-            block, robot = Polygon(floor.corners(low, high)), self._settings.robot
-            for name, pose, wheels in zip(self.robots, self.poses(), self._wheels, strict=True):
-                gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
-                if gap <= 0.0:
-                    raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
-                speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * self.dt
-                if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * self.dt + SPARE:
-                    raise ConfigError(
-                        f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
-                        f"it drives {gap:.2f} m away; wait"
-                    )
-        self.floor = floor
+        bodies = zip(self.robots, self.poses(), self._wheels, strict=True)
+        self.floor = floor = edited(self.floor, edit, bodies, self._settings.robot, self.dt)
         self._physics.set_floor(floor)
         self.recorder.set_floor(floor)
         self.traffic.set_floor(floor, self._settings)
@@ -256,7 +227,7 @@ class World:
         self.edits += 1
 
     def poses(self) -> list[Pose]:
-        """Where every robot stands."""
+        """Return the pose of every robot."""
         return self._physics.poses()
 
     def touching(self) -> list[Contact]:
@@ -264,7 +235,7 @@ class World:
         return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
-        """Where every moving obstacle is."""
+        """Return the pose of every moving obstacle."""
         return [patrol.at(self.time) for patrol in self._patrols]
 
     def stops(self, name: str) -> tuple[Point, ...]:
@@ -272,7 +243,7 @@ class World:
         return self._stops[self._number[name]]
 
     def truth(self) -> Truth:
-        """Everything that can be seen from outside, for those who watch."""
+        """Return everything that can be seen from outside, for those who watch."""
         bodies = []
         for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
             pose, (left, front, right, _) = self._physics.pose(number), self._distances[number]

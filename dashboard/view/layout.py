@@ -55,7 +55,7 @@ def _floor(scene: Scene) -> rrb.Spatial2DView:
 
 
 def _wheel(side: str) -> rrb.TimeSeriesView:
-    """The last half minute: what is older than that tells nothing about now."""
+    """Return a window over the last half minute: older values say nothing about now."""
     start, end = (rrb.TimeRangeBoundary.cursor_relative(seconds=seconds) for seconds in (-WINDOW, 0.0))
     return rrb.TimeSeriesView(
         name=f"{side.title()} wheel [m/s]",

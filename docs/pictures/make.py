@@ -43,7 +43,7 @@ def viewer(size: str = "1600x1000") -> Iterator[ViewerClient]:
     """
     program = viewer_program()
     if program is None:
-        raise RuntimeError("expected Rerun's native viewer, found none; pip install 'zenoh-swarm[dashboard]'")
+        raise RuntimeError("expected Rerun's native viewer, found none; pip install rerun-sdk")
     port = Endpoint("127.0.0.1", 0).claim().port
     arguments = [str(program), "--headless", "--port", str(port), "--window-size", size, "--hide-welcome-screen"]
     process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -7,7 +7,6 @@ put what came into the inbox; everything is decoded and decided in the thread th
 import re
 from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from time import monotonic
 from types import TracebackType
@@ -16,6 +15,7 @@ from typing import Any, Final, TypeVar
 import zenoh
 
 from swarm.bus import settings
+from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.codec import decode, encode
 from swarm.errors import ConfigError, PeerError, SwarmError
 from swarm.messages import REPLIES, Accepted, Message, Topic
@@ -24,52 +24,6 @@ INBOX_LIMIT: Final = 50_000  # arrivals that nobody has taken yet; more are drop
 ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
 
 M = TypeVar("M", bound=Message)
-
-
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """A message on a topic listened to."""
-
-    topic: Topic[Any]
-    ids: dict[str, str]  # the key's variable parts
-    message: Any  # of ``topic.message``
-
-
-@dataclass(frozen=True, slots=True)
-class Presence:
-    """A process came or went."""
-
-    role: str
-    id: str
-    session: str  # so that two processes under one name are told apart
-    alive: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """The connection to the router came up or went down."""
-
-    up: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """Somebody asks; answer it once, with ``accept`` or ``refuse``."""
-
-    topic: Topic[Any]
-    message: Any
-    query: zenoh.Query = field(repr=False)
-    key: str
-
-    def accept(self, reply: Message) -> None:
-        """Answer."""
-        self.query.reply(self.key, encode(reply))
-        self.query.drop()  # type: ignore[no-untyped-call]
-
-    def refuse(self, reason: str) -> None:
-        """Say no, and why."""
-        self.query.reply_err(reason.encode())
-        self.query.drop()  # type: ignore[no-untyped-call]
 
 
 class Bus:

@@ -44,7 +44,7 @@ def edit(options: argparse.Namespace) -> int:
 
 
 def status(options: argparse.Namespace) -> int:
-    """Tell where a running fleet stands, as JSON."""
+    """Print where a running fleet stands, as JSON."""
     from swarm.messages import CLOCK, STATE
 
     with fleet_bus(options) as bus:

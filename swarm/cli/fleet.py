@@ -1,10 +1,8 @@
 """A whole fleet on this machine, or one process of a fleet for many hosts."""
 
 import argparse
-import importlib
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import DEFAULT_ENDPOINT, Commands, Parser, pace
 from swarm.errors import ConfigError
@@ -12,13 +10,19 @@ from swarm.errors import ConfigError
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
     from swarm.scenario.load import Scenario
-    from swarm.scenario.schema import Settings
+    from swarm.settings import Settings
 
 
 def run(options: argparse.Namespace) -> int:
-    """Launch a whole fleet on this machine."""
+    """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.launch.fleet import warm_up
+    from swarm.scenario.shipped import found, shipped
 
+    if options.scenario is None:
+        print("swarm run SCENARIO: a scenario file, or one of these:")
+        print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
+        return 0
+    options.scenario = found(options.scenario)
     if options.scenario.is_file():
         warm_up()
     from swarm.launch import run as launch
@@ -64,14 +68,15 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Be the world."""
-    from swarm.robot.ground import planning_grid
     from swarm.scenario.check import check
     from swarm.scenario.load import load
+    from swarm.scenario.shipped import found
+    from world.process import run as run_world
 
-    scenario = load(options.scenario)
+    scenario = load(found(options.scenario))
     robots, seed, limit = _numbers(options, scenario.settings)
-    check(scenario, planning_grid(scenario), robots, seed)
-    status: int = _by_name("world.process:run")(
+    scenario = check(scenario, robots, seed).scenario
+    return run_world(
         _endpoint(options),
         options.fleet,
         scenario,
@@ -82,7 +87,6 @@ def world(options: argparse.Namespace) -> int:
         wait=options.wait,
         report_to=options.report,
     )
-    return status
 
 
 def robot(options: argparse.Namespace) -> int:
@@ -109,7 +113,8 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
 def add(commands: "Commands[Parser]") -> None:
     """Put these commands on the line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
-    launch.add_argument("scenario", type=Path, help="a scenario .yaml, or a MovingAI .map with --scen")
+    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
+    launch.add_argument("scenario", type=Path, nargs="?", help=text)
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
@@ -153,9 +158,3 @@ def _endpoint(options: argparse.Namespace) -> "Endpoint":
     from swarm.bus import Endpoint
 
     return Endpoint.parse(options.connect)
-
-
-def _by_name(target: str) -> Callable[..., Any]:
-    module, _, function = target.partition(":")
-    found: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    return found

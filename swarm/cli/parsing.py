@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from swarm.errors import ConfigError
+from swarm.settings import Pace
 
 if TYPE_CHECKING:
     from swarm.maps.occupancy import Point
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
-PACES: Final[dict[str, float | str]] = {"realtime": 1.0, "max": "max"}
+PACES: Final[dict[str, Pace]] = {"realtime": 1.0, "max": "max"}
 POINTS: Final = ("--from", "--to")
 
 Commands = argparse._SubParsersAction  # argparse gives it no public name
@@ -21,7 +22,7 @@ class Parser(argparse.ArgumentParser):
     """argparse, with one sentence for what is wrong."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong and how to see what is right."""
+        """Raise what is wrong, and how to see what is right."""
         raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
 
 
@@ -51,7 +52,7 @@ def point(text: str) -> "Point":
     return x, y
 
 
-def pace(text: str) -> float | str:
+def pace(text: str) -> Pace:
     """Read ``realtime``, ``max`` (lockstep) or a speed-up factor."""
     if text in PACES:
         return PACES[text]

@@ -10,7 +10,7 @@ from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
-    from world.storm.plan import StormPlan
+    from swarm.storm.plan import StormPlan
 
 DEFAULT: Final = 100  # seeds
 LARGEST: Final = 2**53
@@ -18,7 +18,7 @@ LARGEST: Final = 2**53
 
 def storm(options: argparse.Namespace) -> int:
     """Run what seeds draw, or plan files, and print what broke which law."""
-    from world.storm import command
+    from swarm.storm import command
 
     profiles = tuple(options.profile.split(","))
     if options.show is not None:
@@ -77,8 +77,8 @@ def _seed(flag: str, text: str) -> int:
 
 def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
     """Draw a seed's plan, or read a plan file."""
-    from world.storm.draw import draw
-    from world.storm.plan import read
+    from swarm.storm.draw import draw
+    from swarm.storm.plan import read
 
     return read(Path(text)) if text.endswith((".yaml", ".yml")) else draw(_only(profiles), _seed("--shrink", text))
 

@@ -11,8 +11,8 @@ from swarm.maps.occupancy import OccupancyMap
 
 
 def explain(options: argparse.Namespace) -> int:
-    """Say what the fuzzy controller makes of one reading, rule by rule."""
-    from swarm.robot.fuzzy.explain import explain as explanation
+    """Print what the fuzzy controller makes of one reading, rule by rule."""
+    from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)
     print(explanation(*inputs, profile=options.profile, as_json=options.json, surface_png=options.surface))
@@ -40,7 +40,9 @@ def _map(path: Path) -> OccupancyMap:
     """Load a map, or that of a scenario."""
     from swarm.maps.load import load_map
     from swarm.scenario.load import load
+    from swarm.scenario.shipped import found
 
+    path = found(path)
     if path.suffix in {".yaml", ".yml"} and path.is_file() and "targets:" in path.read_text(errors="replace"):
         return load(path).map
     return load_map(path)

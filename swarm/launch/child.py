@@ -1,10 +1,10 @@
 """The first lines that run in a process of the fleet: where its output goes, what ends it, how its end is told."""
 
-import importlib
 import os
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,8 @@ from typing import Any
 from swarm.errors import SwarmError
 
 
-def main(target: str, arguments: dict[str, Any], log: Path) -> None:
-    """Call ``module:function`` with its arguments and end with its exit status."""
+def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log: Path) -> None:
+    """Call what runs in this process and end with its exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the launcher tells each one
     output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     os.dup2(output, 1)
@@ -21,9 +21,8 @@ def main(target: str, arguments: dict[str, Any], log: Path) -> None:
     sys.stdout = open(1, "w", buffering=1, closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", buffering=1, closefd=False)  # noqa: SIM115
     _die_with_parent()
-    module, _, function = target.partition(":")
     try:
-        status = getattr(importlib.import_module(module), function)(**arguments)
+        status = load()(**arguments)
     except SwarmError as fault:
         print(fault, file=sys.stderr)
         status = 2

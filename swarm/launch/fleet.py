@@ -59,17 +59,17 @@ class Fleet:
         """Start a process; ``name`` is unique in the fleet."""
         self._arguments[name] = dict(arguments)
         process = self._context.Process(
-            target=child.main, args=(role.target, self._arguments[name], self.log_of(name)), name=name, daemon=False
+            target=child.main, args=(role.load, self._arguments[name], self.log_of(name)), name=name, daemon=False
         )
         process.start()
         self._running[name] = (role, process)
 
     def log_of(self, name: str) -> Path:
-        """Where a process's output goes."""
+        """Return the file that a process's output goes to."""
         return self._folder / f"{name}.log"
 
     def pid_of(self, name: str) -> int | None:
-        """The process id under a name, while it runs."""
+        """Return the process id under a name, None where it does not run."""
         return self._running[name][1].pid if name in self._running else None
 
     def watch(self, timeout: float) -> list[Ended]:
@@ -92,7 +92,7 @@ class Fleet:
         return ended
 
     def last_lines(self, name: str) -> str:
-        """What a process said last."""
+        """Return the last lines that a process has printed."""
         try:
             text = self.log_of(name).read_text(encoding="utf-8", errors="replace")
         except OSError:

@@ -1,10 +1,9 @@
 """`swarm run`: a whole fleet on this machine, from the command to the exit status."""
 
-import importlib
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
@@ -12,20 +11,20 @@ from typing import Any, Final
 
 from rich.console import Console
 
+from dashboard.mode import choose, missing, page_address
+from dashboard.terminal import Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError
 from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.running import registered
 from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, STATE
-from swarm.robot.ground import planning_grid
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
+from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
-TERMINAL: Final = "dashboard.terminal:Terminal"  # by name: swarm imports nothing above it
-DASHBOARD_MODE: Final = "dashboard.mode"
 LOOK: Final = 0.1  # s
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
@@ -37,7 +36,7 @@ class Options:
     scenario: Scenario
     robots: int
     seed: int
-    pace: float | str  # a factor, or "max"
+    pace: Pace
     limit: float  # s, simulated
     wait: bool
     dashboard: str  # auto, viewer, web, off
@@ -54,7 +53,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, a file cannot be written.
     """
-    check(options.scenario, planning_grid(options.scenario), options.robots, options.seed)
+    options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -62,9 +61,8 @@ def run(options: Options) -> int:
             raise ConfigError(
                 f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
             )
-    modes = importlib.import_module(DASHBOARD_MODE)
-    mode = modes.choose(options.dashboard, os.environ, record=options.record is not None)
-    if mode is not None and (lacks := modes.missing()) is not None:
+    mode = choose(options.dashboard, os.environ, record=options.record is not None)
+    if mode is not None and (lacks := missing()) is not None:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or say --dashboard off")
         mode = None
@@ -76,7 +74,7 @@ def run(options: Options) -> int:
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
-            say(f"watch it: {modes.page_address(ports['web_port'], ports['grpc_port'])}")
+            say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
         with Fleet(home, say) as fleet:
             summary_file = home / "report.json"
@@ -146,8 +144,7 @@ def _watch(
     scenario: Scenario,
 ) -> str:
     """Show progress until the world ends, or we are told to stop; give what went wrong, if anything did."""
-    module, _, kind = TERMINAL.partition(":")
-    terminal = getattr(importlib.import_module(module), kind)(console, home=scenario.settings.return_home)
+    terminal = Terminal(console, home=scenario.settings.return_home)
     with Bus(endpoint, name) as bus, terminal:
         bus.watch_presence()
         for topic in (CLOCK, STATE, EVENT):
@@ -200,7 +197,7 @@ def _summary(path: Path, options: Options, trouble: str) -> dict[str, Any]:
 
 
 def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
-    """Say how it went, for people."""
+    """Return the lines that sum a run up, for people."""
     if "contacts" not in summary:
         return [f"not complete: {summary['reason']}"]
     contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())

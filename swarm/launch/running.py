@@ -28,7 +28,7 @@ class Card(msgspec.Struct, frozen=True):
 
 
 def folder() -> Path:
-    """Where fleets of this user leave their cards and logs."""
+    """Return the folder in which fleets of this user leave their cards and logs."""
     base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
     return Path(base) / f"zenoh-swarm-{os.getuid()}"
 

@@ -1,5 +1,9 @@
-"""The processes of a fleet: what runs, and what it means when one ends before it is told to."""
+"""The processes of a fleet: what runs, and what it means when one ends before it is told to.
 
+What runs is imported in its own process only.
+"""
+
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Final, NamedTuple
 
@@ -17,17 +21,45 @@ class Role(NamedTuple):
     """A kind of process."""
 
     name: str
-    target: str  # module:function
+    load: Callable[[], Callable[..., int]]  # imports what runs; that returns the exit status
     on_success: EarlyEnd  # it ended with exit status 0
     on_failure: EarlyEnd
 
 
+def router() -> Callable[..., int]:
+    """`swarm.bus.router`."""
+    from swarm.bus.router import serve
+
+    return serve
+
+
+def world() -> Callable[..., int]:
+    """`world.process`."""
+    from world.process import run
+
+    return run
+
+
+def robot() -> Callable[..., int]:
+    """`swarm.robot.process`."""
+    from swarm.robot.process import run
+
+    return run
+
+
+def dashboard() -> Callable[..., int]:
+    """`dashboard.process`."""
+    from dashboard.process import run
+
+    return run
+
+
 # fmt: off
-#                          name         target                           on success         on failure
-ROUTER: Final    = Role("router",    "swarm.bus.router:serve",        EarlyEnd.RESTART,  EarlyEnd.RESTART)
-WORLD: Final     = Role("world",     "world.process:run",             EarlyEnd.FINISH,   EarlyEnd.FINISH)
-ROBOT: Final     = Role("robot",     "swarm.robot.process:run",       EarlyEnd.RESTART,  EarlyEnd.RESTART)
-DASHBOARD: Final = Role("dashboard", "dashboard.process:run",         EarlyEnd.LEAVE,    EarlyEnd.REPORT)
+#                          name       load         on success         on failure
+ROUTER: Final    = Role("router",    router,      EarlyEnd.RESTART,  EarlyEnd.RESTART)
+WORLD: Final     = Role("world",     world,       EarlyEnd.FINISH,   EarlyEnd.FINISH)
+ROBOT: Final     = Role("robot",     robot,       EarlyEnd.RESTART,  EarlyEnd.RESTART)
+DASHBOARD: Final = Role("dashboard", dashboard,   EarlyEnd.LEAVE,    EarlyEnd.REPORT)
 # fmt: on
 
 STOP_ORDER: Final = (WORLD, DASHBOARD, ROBOT, ROUTER)  # the world first: it writes the report

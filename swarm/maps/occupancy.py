@@ -45,7 +45,7 @@ class OccupancyMap:
         return floor(up / self.resolution), floor(along / self.resolution)
 
     def centre_of(self, cell: Cell) -> Point:
-        """Give the middle of a cell [m, map frame]."""
+        """Return the middle of a cell [m, map frame]."""
         return from_frame(self.origin, (cell[1] + 0.5) * self.resolution, (cell[0] + 0.5) * self.resolution)
 
     def inside(self, cell: Cell) -> bool:
@@ -54,7 +54,7 @@ class OccupancyMap:
         return 0 <= cell[0] < rows and 0 <= cell[1] < columns
 
     def at(self, x: float, y: float) -> int:
-        """Tell what stands at a point; everything outside the map is WALL."""
+        """Return what stands at a point; everything outside the map is WALL."""
         cell = self.cell_of(x, y)
         return int(self.cells[cell]) if self.inside(cell) else WALL
 
@@ -76,31 +76,11 @@ class OccupancyMap:
         return replace(self, cells=cells), low, (max(low[0], high[0]), max(low[1], high[1]))
 
     def corners(self, low: Cell, high: Cell) -> list[Point]:
-        """Give the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
+        """Return the four corners, counter-clockwise, of the block of cells from ``low`` up to and without ``high``."""
         (r0, c0), (r1, c1) = low, high
         side = self.resolution
         ring = ((c0, r0), (c1, r0), (c1, r1), (c0, r1))
         return [from_frame(self.origin, column * side, row * side) for column, row in ring]
-
-    def block_between(self, a: Point, b: Point) -> tuple[Cell, Cell]:
-        """Find the block of cells, ``(low, high)``, ``high`` excluded, that holds two opposite corners [m, map frame].
-
-        A corner on a border takes the cells on its inner side; at least one cell; clipped to the map, perhaps to none.
-        """
-        (x0, y0), (x1, y1) = (to_frame(self.origin, *point) for point in (a, b))
-        rows, columns = self.cells.shape
-        spans = []
-        for first, last, side in ((min(y0, y1), max(y0, y1), rows), (min(x0, x1), max(x0, x1), columns)):
-            low = floor(first / self.resolution + 1e-6)
-            high = max(low + 1, ceil(last / self.resolution - 1e-6))
-            spans.append((min(max(low, 0), side), min(max(high, 0), side)))
-        return (spans[0][0], spans[1][0]), (spans[0][1], spans[1][1])
-
-    def with_block(self, low: Cell, high: Cell, kind: int) -> "OccupancyMap":
-        """Give the same map with a block of cells, ``high`` excluded, made one kind: WALL builds, FREE clears."""
-        cells = self.cells.copy()
-        cells[max(low[0], 0) : max(high[0], 0), max(low[1], 0) : max(high[1], 0)] = kind
-        return replace(self, cells=cells)
 
     def blocks(self, kind: int) -> Iterator[tuple[Cell, Cell]]:
         """Cover all cells of one kind with few rectangles: ``(low, high)``, ``high`` excluded; none overlap."""

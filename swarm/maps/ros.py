@@ -59,11 +59,6 @@ def load_ros(path: Path) -> OccupancyMap:
     return from_pixels(load_image(image), description)
 
 
-def describes_map(content: bytes) -> bool:
-    """Return True if the bytes of a ``.yaml`` look like map_server's: it has a key ``image`` at its top."""
-    return any(line.startswith(b"image") and line[5:].lstrip().startswith(b":") for line in content.splitlines())
-
-
 def from_yaml(content: bytes, where: str = "map.yaml") -> Description:
     """Read the bytes of a map_server ``.yaml``.
 

@@ -14,7 +14,7 @@ KEYS: Final = frozenset({"rows", "columns", "resolution", "origin", "cells"})
 
 
 def pack(map: OccupancyMap) -> dict[str, object]:  # noqa: A002
-    """Give a map as builtins: ``cells`` are bytes row by row from the bottom, compressed with zlib."""
+    """Return a map as builtins: ``cells`` are bytes row by row from the bottom, compressed with zlib."""
     rows, columns = map.shape
     return {
         "rows": rows,

@@ -15,20 +15,20 @@ class DifferentialDrive:
     wheel_radius: float  # m, r
 
     def twist(self, left: float, right: float) -> Twist:
-        """Body twist of two rim speeds [m/s]: v = (v_r + v_l)/2, w = (v_r - v_l)/L."""
+        """Return the body twist of two rim speeds [m/s]: v = (v_r + v_l)/2, w = (v_r - v_l)/L."""
         return Twist((right + left) / 2, (right - left) / self.track_width)
 
     def rim_speeds(self, twist: Twist) -> tuple[float, float]:
-        """Rim speeds (left, right) [m/s] that give a body twist: the inverse of ``twist``."""
+        """Return the rim speeds (left, right) [m/s] that give a body twist: the inverse of ``twist``."""
         half = twist.angular * self.track_width / 2
         return twist.linear - half, twist.linear + half
 
     def wheel_rates(self, left: float, right: float) -> tuple[float, float]:
-        """Angular speeds (left, right) [rad/s] of wheels with these rim speeds: w = v / r."""
+        """Return the angular speeds (left, right) [rad/s] of wheels with these rim speeds: w = v / r."""
         return left / self.wheel_radius, right / self.wheel_radius
 
     def icc(self, pose: Pose, left: float, right: float) -> tuple[float, float] | None:
-        """Instantaneous centre of curvature [m, map frame], or None on a straight.
+        """Return the instantaneous centre of curvature [m, map frame], or None on a straight.
 
         It lies on the axle at R = (L/2)(v_r + v_l)/(v_r - v_l) to the left: (x - R sin yaw, y + R cos yaw).
         """

@@ -14,7 +14,7 @@ FAR = 1 << 20  # half cells, more than any map is wide
 
 @njit(int64[:, ::1](uint8[:, ::1]), cache=True, error_model="numpy")
 def squared_half_cells(solid: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Give the squared distance of every centre to the nearest solid square [half cells squared].
+    """Return the squared distance of every centre to the nearest solid square [half cells squared].
 
     ``solid`` is (rows, columns), 1 where solid; without any, every entry is at least ``FAR`` squared.
     """

@@ -93,7 +93,7 @@ class Grid:
         return floor(row), floor(column)
 
     def centre_of(self, cell: Cell) -> Point:
-        """Give the middle of a cell [m, map frame]."""
+        """Return the middle of a cell [m, map frame]."""
         return self.from_cells(cell[1] + 0.5, cell[0] + 0.5)
 
     def to_cells(self, x: float, y: float) -> Point:
@@ -154,7 +154,7 @@ class Grid:
         return costs
 
     def with_discs(self, centres: Iterable[Point], radius: float) -> "Grid":
-        """Give the same grid with more discs standing on it, each of ``radius`` [m] about a centre [m, map frame]."""
+        """Return the same grid with more discs standing on it, each of ``radius`` [m] about a centre [m, map frame]."""
         free, clearance = self.free.copy(), self.clearance.copy()
         added = [(*self.to_cells(x, y), (radius + self.radius) / self.resolution) for x, y in centres]
         grid = replace(
@@ -182,7 +182,7 @@ class Grid:
         return grid
 
     def changed(self, map: OccupancyMap, low: Cell, high: Cell) -> "Grid":  # noqa: A002
-        """Give the grid of an edited map: cells of the *map* from ``low`` up to and without ``high`` may differ.
+        """Return the grid of an edited map: cells of the *map* from ``low`` up to and without ``high`` may differ.
 
         The same as growing ``map`` anew, for the cost of the edit's surroundings.
 

@@ -39,7 +39,7 @@ class Path:
         object.__setattr__(self, "length", self.stations[-1])
 
     def point_at(self, s: float) -> Point:
-        """Give the point at arc length ``s`` [m]; before the start it is the start, past the goal the goal."""
+        """Return the point at arc length ``s`` [m]; before the start it is the start, past the goal the goal."""
         if s >= self.length:
             return self.points[-1]
         leg = max(0, bisect_right(self.stations, s) - 1)

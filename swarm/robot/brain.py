@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
 from swarm.robot.cell_pilot import CellPilot
-from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
@@ -13,15 +14,15 @@ from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.aim import Aiming, distance_along
+from swarm.robot.detour import Detour
 from swarm.robot.flight import Flight
-from swarm.robot.fuzzy import Controller
 from swarm.robot.ground import Block
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
-from swarm.robot.safety import NO_BODIES, Body, Constraints, SafetyFilter, WheelSpeeds
+from swarm.robot.safety import NO_BODIES, STAND, Body, Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.look import Scan
@@ -35,6 +36,7 @@ IN_VIEW: Final = 5  # cells of the way that may be aimed at in thought
 CIRCLES: Final = 5.0  # s in which its way has become no shorter
 LONGER: Final = 6  # cells by which a way is longer than before because it is another one
 LEAST_SCALE: Final = 0.15  # then
+DETOUR_SCALE: Final = 0.02  # on a detour: what the safety filter keeps clear of anyway counts as far
 TIGHT_SCALE: Final = 0.4  # where the floor that is granted ends close by,
 PASSAGE: Final = 2  # ways out of a cell
 TURNED: Final = 0.7  # share by which all is told farther still if the aim is behind: then the tables turn at once
@@ -62,6 +64,7 @@ class CellPilot:
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._filter = SafetyFilter(settings)
+        self._detour = Detour(self._filter)
         self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
         self._scale = 1.0  # of the distances that the tables are told
@@ -148,6 +151,7 @@ class CellPilot:
         sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and granted.threat is None:
+            self._detour.end()
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
@@ -162,10 +166,14 @@ class CellPilot:
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
             if not self._turns_meanwhile(granted):
-                return self._filter.rest(), heading
+                self._detour.end()
+                return STAND, heading
             within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), LEAST_SCALE
-        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
+        aside = self._detour.heading(sense, constraints)
+        if aside is not None:
+            heading, self._scale = aside, DETOUR_SCALE
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
         if granted.threat is not None and self._flight.threatens(sense, tables, constraints, granted.threat):
             constraints = constraints._replace(may_drive=False)
         return self._filter.check(sense, tables, constraints), heading

@@ -16,7 +16,7 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import Boxes, advance, clearance_along, gap
 from swarm.robot.safety import SPARE, Constraints
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.threat import HALF_WIDTH, Threat
 
 SPEED: Final = 0.6  # m/s at most: the scenarios' cruise

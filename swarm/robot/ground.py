@@ -15,9 +15,8 @@ from swarm.planning.grid import Grid
 from swarm.planning.rays import note
 from swarm.robot.sectors import sectors
 from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import RESOLUTION, planning_grid
 
-RESOLUTION: Final = 0.1  # m, of the planning grid, at most
-EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there
 KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
 
 GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
@@ -30,13 +29,6 @@ TELL: Final = 120  # cells told in one broadcast: the new ones first, then all i
 
 
 Block = tuple[Cell, Cell]  # of fine cells, from the first up to and without the second
-
-
-def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:
-    """Grow the scenario's map to the grid its robots plan on; or a ``learned`` one, where the unknown may be free."""
-    robot, floor = scenario.settings.robot, scenario.map if learned is None else learned
-    margin = EASE * robot.distance_scale
-    return Grid.grown(floor, robot.radius, margin, RESOLUTION, unknown_free=learned is not None)
 
 
 class Ground:
@@ -112,7 +104,7 @@ class Ground:
         return changed
 
     def tell(self) -> list[int]:
-        """Give cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
+        """Return cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
         if self._known:
             return []
         sure = (self.map.cells == WALL) & (self._odds >= SURE)

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 from math import degrees
 from typing import NamedTuple
 
+from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Broadcast, Sense
-from swarm.robot.fuzzy import Controller
+from swarm.messages.traffic import TrafficBroadcast
 from swarm.robot.navigator import Navigator
 from swarm.robot.safety import WheelSpeeds
-from swarm.scenario.schema import RobotSettings
-from swarm.traffic.record import TrafficBroadcast
+from swarm.settings import RobotSettings
 
 
 class Situation(NamedTuple):

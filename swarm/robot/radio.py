@@ -1,4 +1,4 @@
-"""A robot's ear: it subscribes to the zones around it, and hears just those whom the ether lets it hear.
+"""A robot's ear: it subscribes to the zones around it, and hears just those whom the radio model lets it hear.
 
 The floor is cut into square zones of the radio's range; a robot listens to its own and the eight around it, so that a
 neighbour is always subscribed to before it comes into range, and traffic does not grow as the square of the fleet.
@@ -52,13 +52,13 @@ class Radio:
         return any(pair not in self._arrived for pair in hears)
 
     def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
-        """Give what was heard at this tick, in the world's order: lockstep."""
+        """Return what was heard at this tick, in the world's order: lockstep."""
         heard = [self._arrived[pair] for pair in hears if pair in self._arrived]
         self._forget(now)
         return heard
 
     def what_came(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
-        """Give what was heard at this tick or a little earlier and has arrived by now, oldest first: real time."""
+        """Return what was heard at this tick or a little earlier and has arrived by now, oldest first: real time."""
         self._granted.update(hears)
         both = sorted((tick, robot) for robot, tick in self._granted if (robot, tick) in self._arrived)
         heard = [self._arrived.pop((robot, tick)) for tick, robot in both]

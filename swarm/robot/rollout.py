@@ -7,13 +7,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from swarm.fuzzy import Controller
+from swarm.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_size
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.motion.sweep import advance
-from swarm.robot.fuzzy import Controller
-from swarm.robot.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_size
 from swarm.robot.safety import Body
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 
 AHEAD: Final = 2.5  # s
 THERE: Final = 0.1  # m off the aim it is reached

@@ -3,12 +3,11 @@
 The fuzzy controller steers; this never chooses where to. The two speeds pass unchanged where the way they lead is
 clear. Where it is not, the mildest of ``REMEDIES`` is taken that keeps clear: first the same arc, slower; then the same
 turn, with less way on; then none. As the footprint is round, turning on the spot is always clear, so there is always a
-safe answer. A robot that gets nowhere for a while turns to the freer side until there is a way ahead, and drives a
-little way along it. None of this knows the target: a robot whose tables do not steer gets nowhere.
+safe answer. The check knows no target and begins no turn: a robot whose tables do not steer gets nowhere.
 """
 
 from collections.abc import Sequence
-from math import copysign, hypot, inf, isfinite, pi, sqrt
+from math import copysign, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 
 SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not touch
 LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
@@ -28,11 +27,7 @@ SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming t
 NEARING: Final = 0.8  # 1/s, and speed per distance to there: so it turns round it ever more tightly
 STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
 CREEP: Final = 0.05  # m/s; slower than that is no driving
-PATIENCE: Final = 3.0  # s in which it gets nowhere: the tables have had the time to turn out of it
-PROGRESS: Final = 0.1  # m in that time are some
-ESCAPE: Final = 1.5  # rad/s, turn on the spot then, to the freer side,
-STRAIGHT: Final = 0.3  # m/s, until driving straight on at that speed keeps clear,
-ENOUGH: Final = 0.4  # m, and drive so far
+STRAIGHT: Final = 0.3  # m/s; where driving straight on at that speed keeps clear there is a way ahead
 DIRECTIONS: Final = 12  # tried to either side
 
 TURN_UNTIL: Final = 0.07  # rad off the place to face
@@ -43,9 +38,6 @@ ABOUT: Final = 2.6  # rad off it: to turn either way is as good
 REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # of a way out
-NOWHERE: Final = (inf, inf)
-
-
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 
@@ -81,7 +73,7 @@ class Constraints(NamedTuple):
 
 
 class SafetyFilter:
-    """Keeps one robot clear. It remembers where it last got on, and an escape that it is in the middle of."""
+    """Keeps one robot clear."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
@@ -90,10 +82,6 @@ class SafetyFilter:
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
         self._ticks = max(1, round(LOOK / self._dt))
-        self._got_on = NOWHERE  # m, where it last got on,
-        self._since = 0.0  # s, and when
-        self._leaving: tuple[float, float] | None = None  # m, where the escape began
-        self._escape = 0.0  # rad/s, the turn on the spot that it begins with
         self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
@@ -104,28 +92,17 @@ class SafetyFilter:
         if not constraints.may_drive and abs(sense.linear) > STANDS:
             return STAND  # to turn at once would take longer to come to a stand
         fastest = self._fastest(sense.front, constraints)
-        away = self._away(sense, constraints, fastest)
-        if away is not None:
-            return away
         gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
         if constraints.slowly:
             gently = min(gently, NEARING * constraints.stop_within)
         wanted = Twist(min(wanted.linear, gently), wanted.angular)
         number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
-        if number < 0:
-            return STAND
-        self._watch(sense, constraints)
-        return speeds
+        return STAND if number < 0 else speeds
 
     def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
         """Return the speeds of a way out: as wanted, or slower where that is not clear."""
         number, speeds = self._first(TURNS, sense, wanted, constraints, self._fastest(sense.front, constraints))
-        return speeds if number >= 0 else STAND
-
-    def rest(self) -> WheelSpeeds:
-        """Stand, for there is nowhere to go."""
-        self._got_on, self._leaving, self._escape = NOWHERE, None, 0.0
-        return STAND
+        return STAND if number < 0 else speeds
 
     def face(self, body: Body, error: float) -> WheelSpeeds:
         """Turn on the spot by ``error`` [rad]: brake first, then as fast as can be stopped in time, sqrt(2 a e)."""
@@ -152,42 +129,23 @@ class SafetyFilter:
         )
         return points
 
-    def _watch(self, sense: Sense, constraints: Constraints) -> None:
-        """Begin an escape where it has got nowhere for long; who shall not drive on gets nowhere rightly."""
-        x, y = self._got_on
-        waits = not constraints.may_drive or constraints.stop_within <= 0.0
-        if waits or hypot(sense.x - x, sense.y - y) > PROGRESS:
-            self._got_on, self._since = (sense.x, sense.y), sense.time
-        elif sense.time - self._since > PATIENCE:
-            self._leaving, self._since = (sense.x, sense.y), sense.time
-            self._escape = copysign(ESCAPE, self._freer_side(sense, constraints))
+    def way_ahead(self, sense: Sense, constraints: Constraints) -> bool:
+        """Return True if the robot can drive straight on."""
+        fastest = self._fastest(sense.front, constraints)
+        return fastest >= STRAIGHT and self._clear_ahead(sense, constraints)
 
-    def _away(self, sense: Sense, constraints: Constraints, fastest: float) -> WheelSpeeds | None:
-        """Return the speeds of an escape, None where there is none under way or it has come to its end."""
-        if self._leaving is None:
-            return None
-        ahead = Twist(STRAIGHT, 0.0)
-        number, speeds = self._first(AS_IT_IS, sense, ahead, constraints, min(STRAIGHT, fastest))
-        if self._escape and (number < 0 or fastest < STRAIGHT):
-            return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, self._escape)))
-        if self._escape:
-            self._escape, self._since = 0.0, sense.time
-        x, y = self._leaving
-        in_time = sense.time - self._since <= PATIENCE  # else the wheels do not obey
-        if number >= 0 and in_time and hypot(sense.x - x, sense.y - y) < ENOUGH:
-            return speeds
-        self._leaving = None
-        return None
-
-    def _freer_side(self, sense: Sense, constraints: Constraints) -> int:
+    def freer_side(self, sense: Sense, constraints: Constraints) -> int:
         """Return 1 for left, -1 for right: where it has to turn less until there is a way ahead."""
         first = 1 if sense.left >= sense.right else -1
         for step in range(1, DIRECTIONS + 1):
             for side in (first, -first):
                 off = side * step * pi / DIRECTIONS
-                if self._first(AS_IT_IS, sense, Twist(STRAIGHT, 0.0), constraints, inf, off)[0] >= 0:
+                if self._clear_ahead(sense, constraints, off):
                     return side
         return first
+
+    def _clear_ahead(self, sense: Sense, constraints: Constraints, off: float = 0.0) -> bool:
+        return self._first(AS_IT_IS, sense, Twist(STRAIGHT, 0.0), constraints, inf, off)[0] >= 0
 
     def _first(
         self,

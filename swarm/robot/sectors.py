@@ -4,7 +4,7 @@ from math import radians
 from typing import NamedTuple
 
 from swarm.geometry import wrap
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 
 Angles = tuple[float, ...]  # rad, in base_link
 

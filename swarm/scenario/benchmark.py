@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Final
 
 from swarm.errors import ConfigError
+from swarm.fuzzy import load_profile
 from swarm.maps.load import load_map
 from swarm.maps.movingai import load_scen
-from swarm.robot.fuzzy import load_profile
 from swarm.scenario.load import Scenario
-from swarm.scenario.schema import (
+from swarm.settings import (
     MapSettings,
     RadioSettings,
     RobotSettings,
@@ -18,7 +18,6 @@ from swarm.scenario.schema import (
     StartSettings,
     TrafficSettings,
 )  # fmt: skip
-from swarm.traffic.cells_of import with_lattice
 
 CELL: Final = 1.0  # m, a cell of the map; traffic hands out the same ones
 ROBOT: Final = RobotSettings(radius=0.2, track_width=0.4, speed_scale=0.4, distance_scale=0.375)
@@ -56,4 +55,4 @@ def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scena
         radio=RadioSettings(range=8.0),
         traffic=TrafficSettings(cell=CELL),
     )
-    return Scenario(with_lattice(settings, floor), floor, load_profile("paper"))
+    return Scenario(settings, floor, load_profile("paper"))

@@ -8,18 +8,20 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import Mission, planning_grid, settled
 from swarm.scenario.starts import names, starts
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
 from swarm.traffic.settings import least_range
 
 
-def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
-    """Draw the starts, and refuse what cannot be: starts or targets in walls, overlaps, targets no path reaches.
+def check(scenario: Scenario, robots: int, seed: int) -> Mission:
+    """Prepare a mission, and refuse what cannot be: starts or targets in walls, overlaps, targets no path reaches.
 
     Raises:
         ConfigError: with the first thing that is wrong.
     """
-    settings = scenario.settings
+    scenario = settled(scenario)
+    settings, grid = scenario.settings, planning_grid(scenario)
     if settings.own_targets and robots > len(settings.own_targets):
         raise ConfigError(
             f"{settings.name}: own_targets: expected a list for each of {robots} robots, "
@@ -30,7 +32,7 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
     for name, targets in zip(names(robots), settings.own_targets, strict=False):
         for number, target in enumerate(targets, start=1):
             _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
-    poses = starts(scenario, grid, robots, seed)
+    poses = starts(scenario, robots, seed)
     for name, pose in zip(names(robots), poses, strict=True):
         _standable(scenario, grid, pose[:2], f"start of {name}")
     needed = 2 * settings.robot.radius
@@ -55,7 +57,7 @@ def check(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
                 )
             here = there
     _within_cells(scenario, poses)
-    return poses
+    return Mission(scenario, grid, poses)
 
 
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:

@@ -12,13 +12,12 @@ import msgspec
 import yaml
 
 from swarm.errors import ConfigError, nearest
+from swarm.fuzzy import Profile, load_profile
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
-from swarm.robot.fuzzy import Profile, load_profile
-from swarm.scenario.schema import Section, Settings
-from swarm.traffic.cells_of import with_lattice
+from swarm.settings import Section, Settings
 
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
 SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
@@ -43,7 +42,7 @@ class Scenario:
         return (*targets, *((start[:2],) if settings.return_home else ()))
 
     def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Give settings and profile, and the packed map, as plain values."""
+        """Return settings and profile, and the packed map, as plain values."""
         return {
             "settings": msgspec.to_builtins(self.settings),
             "profile": self.profile.to_builtins(),
@@ -78,7 +77,7 @@ def load(path: Path) -> Scenario:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
         floor = load_map(Path(str(where.file)), base=base, cell=where.cell)
-    return Scenario(with_lattice(settings, floor), floor, load_profile(settings.controller, base=base))
+    return Scenario(settings, floor, load_profile(settings.controller, base=base))
 
 
 def checked(raw: object, where: str) -> Settings:

@@ -7,7 +7,6 @@ import numpy as np
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, wrap
-from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, cells_within
 
@@ -21,12 +20,12 @@ def names(robots: int) -> tuple[str, ...]:
 
 
 def number_of(name: str) -> int:
-    """Give a robot's number, from 0: the inverse of ``names``."""
+    """Return a robot's number, from 0: the inverse of ``names``."""
     return int(name[1:]) - 1
 
 
-def starts(scenario: Scenario, grid: Grid, robots: int, seed: int) -> list[Pose]:
-    """Give each robot its start pose; the same seed gives the same ones.
+def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
+    """Return the start pose of each robot; the same seed gives the same poses.
 
     Raises:
         ConfigError: there are fewer listed poses than robots, or the area has no room for so many.

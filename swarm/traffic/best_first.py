@@ -2,8 +2,8 @@
 
 LaCAM goes depth first and now and then loses itself where two or three robots have to let each other pass. This search
 keeps every position it has seen, so it is slow for many robots, but it ends: with a plan, or with the proof that there
-is none. Some robots may not care where they end: they only make room. Of two positions the one comes first whose robots
-have fewer steps left in all (greedy best-first search, Pearl 1984).
+is none. Some robots may not care where they end: they only make room, and who of them stands where is all one. Of two
+positions the one comes first whose robots have fewer steps left in all (greedy best-first search, Pearl 1984).
 """
 
 from collections.abc import Sequence
@@ -27,9 +27,11 @@ class BestFirst:
         self.expansions = 0
         self.steps: Steps = []
         self._neighbours = neighbours
+        self._eager = tuple(eager)
         nowhere = [0] * len(neighbours)
         self._tables = [table if robot in eager else nowhere for robot, table in enumerate(tables)]
         self._parents: dict[Spots, Spots | None] = {starts: None}
+        self._seen = {self._alike(starts)}
         self._open = [(self._left(starts), 0, starts)]
 
     def advance(self, expansions: int) -> State:
@@ -52,10 +54,16 @@ class BestFirst:
                     if other in taken:
                         continue
                     following = (*at[:robot], other, *at[robot + 1 :])
-                    if following not in self._parents:
+                    alike = self._alike(following)
+                    if alike not in self._seen:
+                        self._seen.add(alike)
                         self._parents[following] = at
                         heappush(self._open, (left + table[other] - table[cell], len(self._parents), following))
         return self.state
+
+    def _alike(self, at: Spots) -> object:
+        """Return what a position has in common with those in which others that do not care have changed places."""
+        return frozenset(at), tuple(at[robot] for robot in self._eager)
 
     def _left(self, at: Spots) -> int:
         return sum(table[cell] for table, cell in zip(self._tables, at, strict=True))

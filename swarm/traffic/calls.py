@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
+from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.cells import CellMap
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import JointSearch, Result
 from swarm.traffic.question import Question
-from swarm.traffic.record import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.walk import Join
 

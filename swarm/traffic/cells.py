@@ -73,7 +73,7 @@ class CellMap:
     # ---- geometry
 
     def centre(self, cell: int) -> Point:
-        """Give the middle of a cell [m, map frame]."""
+        """Return the middle of a cell [m, map frame]."""
         found = self._centres.get(cell)
         if found is None:
             row, column = divmod(cell, self.columns)
@@ -89,7 +89,7 @@ class CellMap:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
-        """Give every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
+        """Return every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
         x0, y0, c, s, along, up, side = self._frame
         dx, dy = x - x0, y - y0
         u, v, reach = (c * dx + s * dy - along) / side, (c * dy - s * dx - up) / side, radius / side
@@ -113,7 +113,7 @@ class CellMap:
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
     def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
-        """Give every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
+        """Return every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
         if len(points) == 1:
             touched = frozenset(self.touched(points[0][0], points[0][1], radius))
             return touched - {OUTSIDE} if OUTSIDE in touched else touched
@@ -167,7 +167,7 @@ class CellMap:
         return min(standable, key=away)
 
     def leaning(self, cell: int, towards: int, radius: float) -> Point:
-        """Give the place in a cell [m, map frame] next to a joined cell, as near as a disc inside the cell can be."""
+        """Return the place in a cell [m, map frame] next to a joined cell, as near as a disc inside the cell can be."""
         (x0, y0), (x1, y1) = self.centre(cell), self.centre(towards)
         share = max(0.0, 0.5 - radius / self.side)
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
@@ -314,5 +314,5 @@ def breadth_first(
 
 
 def _solid(cells: NDArray[np.uint8], unknown_is_free: bool) -> Flags:
-    """Tell which fine cells a robot cannot be in."""
+    """Return which fine cells a robot cannot be in."""
     return np.asarray((cells != FREE) & (cells != UNKNOWN) if unknown_is_free else cells != FREE)

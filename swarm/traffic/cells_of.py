@@ -8,9 +8,10 @@ from typing import Any, Final
 
 import msgspec
 
+from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.cells import FAR, OUTSIDE, CellMap, breadth_first
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 from swarm.traffic.sight import without_unheard
@@ -35,17 +36,25 @@ IN_SIGHT: Final[dict[str, Any]] = {
 
 
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
-    """Lay the lattice over a floor, where the scenario says it lies: all must give a cell the same number."""
-    radius = settings.robot.radius
-    side = settings.traffic.cell or RADII[0] * radius
-    return _lattice(floor, side, radius + SPARE, settings.traffic.offset, _lean(settings))
+    """Lay the lattice over a floor, where ``with_lattice`` settled it: all must give a cell the same number."""
+    side, offset = _place(settings)
+    return _lattice(floor, side, settings.robot.radius + SPARE, offset, _lean(settings))
 
 
 def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
     """Lay the same lattice over what one robot has learned of a floor; what nobody has seen counts as free."""
-    traffic, radius = settings.traffic, settings.robot.radius
-    side = traffic.cell or RADII[0] * radius
-    return CellMap(floor, side=side, radius=radius + SPARE, offset=traffic.offset or (0.0, 0.0), unknown_is_free=True)
+    side, offset = _place(settings)
+    return CellMap(floor, side=side, radius=settings.robot.radius + SPARE, offset=offset, unknown_is_free=True)
+
+
+def _place(settings: Settings) -> tuple[float, Point]:
+    side, offset = settings.traffic.cell, settings.traffic.offset
+    if side is None or offset is None:
+        raise ConfigError(
+            "traffic: expected `cell` and `offset` of the lattice, got none: it is settled before a run begins, "
+            "by swarm.scenario.prepare"
+        )
+    return side, offset
 
 
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
@@ -125,7 +134,7 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
 
 
 def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
-    """Give how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
+    """Return how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
     cell = cells.nearest_standable(*stop)
     if cell == OUTSIDE:
         return inf
@@ -167,7 +176,7 @@ def best_offset(
 
 
 def traffic_settings(settings: Settings) -> TrafficSettings:
-    """Give traffic its constants for a scenario."""
+    """Return traffic's constants for a scenario."""
     robot, radio = settings.robot, settings.radio
     constants = TrafficSettings(
         tick=1.0 / settings.rate,

@@ -5,11 +5,11 @@ from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
+from swarm.messages.traffic import Claim
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
 from swarm.traffic.holds import ASK, TAKE, Case, obstacle
 from swarm.traffic.presence import Body
-from swarm.traffic.record import Claim
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from typing import Final, NamedTuple
 
-from swarm.traffic.record import Entry, Epoch, JointPlan, Record
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 

@@ -6,10 +6,10 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, hit_by, strange, unexplained
-from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.threat import WATCH, Threat, Threats
 

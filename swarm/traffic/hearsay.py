@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.record import Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 
 SKEW = 20  # ticks; clocks may differ by so much before a record counts as from the future
@@ -194,7 +194,7 @@ class Hearsay:
             refused.append(Event("refused", (robot,), f"{robot}: {fault}; its record was dropped"))
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
-        """Say why a record cannot be true, if so."""
+        """Return why a record cannot be true, or nothing."""
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
             return "a record from the future"

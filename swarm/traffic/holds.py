@@ -10,7 +10,7 @@ Claims are ordered by (stamp, robot). Safety needs no common clock: any order th
 from collections.abc import Callable, Iterable, Mapping
 from typing import Final, NamedTuple
 
-from swarm.traffic.record import Claim, Notice
+from swarm.messages.traffic import Claim, Notice
 
 Acks = tuple[tuple[str, int], ...]  # (robot, number of its claim)
 

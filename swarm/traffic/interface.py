@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.hearsay import Event
 from swarm.traffic.look import Scan
-from swarm.traffic.record import TrafficBroadcast
 from swarm.traffic.threat import Threat
 
 NO_RAYS: Final = Scan()

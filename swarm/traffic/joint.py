@@ -19,13 +19,13 @@ names the next one. A plan never gives a right to a cell: lost, late or half ado
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
+from swarm.messages.traffic import MOST_SHUT, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic import leading, standing
 from swarm.traffic.calls import Call, Collecting, Free, Frozen, Move, Part, Refused, Searching
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
 from swarm.traffic.hearsay import Event
 from swarm.traffic.need import named_leader, reason
-from swarm.traffic.record import MOST_SHUT, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import shut_joins

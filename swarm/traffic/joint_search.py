@@ -120,7 +120,7 @@ class JointSearch:
         return self.result
 
     def _allowance(self, search: Search) -> int:
-        """Tell how many openings this start may still cost: short tries first, twice as long every fourth time.
+        """Return how many openings this start may still cost: short tries first, twice as long every fourth time.
 
         Depth-first search now and then loses itself, and chance is cheaper than patience: restarts cut that tail.
         """

@@ -3,13 +3,13 @@
 The functions named in the table of ``joint`` return what comes of a transition, or None where it does not happen.
 """
 
+from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
 from swarm.traffic.dependencies import Order
 from swarm.traffic.following import SETTLE
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import Outcome, Result
 from swarm.traffic.question import ATTEMPTS, members_of, question_of
-from swarm.traffic.record import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.situation import Situation
 
 

@@ -5,11 +5,11 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import LEANS
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import View, has_gone, is_out_of_range, view
-from swarm.traffic.record import Record, Sighting
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation

@@ -1,7 +1,7 @@
 """When a robot asks for a joint plan, and whom: its way is shut by somebody who will not open it without one."""
 
+from swarm.messages.traffic import Record
 from swarm.traffic.calls import NEVER, Free, Part
-from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 

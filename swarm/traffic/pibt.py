@@ -201,7 +201,7 @@ class StepGenerator:
 
 
 def lanes(neighbours: Joined) -> tuple[tuple[int, int], ...]:
-    """Give the two ways each cell leads: even rows towards +1, odd ones back; odd columns up, even ones down."""
+    """Return the two ways each cell leads: even rows towards +1, odd ones back; odd columns up, even ones down."""
     columns = max((abs(other - cell) for cell, near in enumerate(neighbours) for other in near), default=1)
     return tuple(
         (

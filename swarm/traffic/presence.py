@@ -5,10 +5,10 @@ from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
+from swarm.messages.traffic import Record
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.holds import Ledger
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.walk import ALONE, BESIDE, Walk
 

@@ -5,10 +5,10 @@ from random import Random
 from typing import Final, NamedTuple
 
 from swarm.geometry import distance
+from swarm.messages.traffic import Epoch, Record
 from swarm.traffic.assign import Aside, assign
 from swarm.traffic.cells import CellMap
 from swarm.traffic.joint_search import Budget, JointSearch
-from swarm.traffic.record import Epoch, Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 
@@ -26,9 +26,8 @@ ATTEMPTS: Final = (
     Attempt(True, False, Aside.NEAR),  # a smaller question: a search among many now and then loses itself
     Attempt(False, True, Aside.NEAR),
     Attempt(True, True, Aside.STAY),
-    Attempt(True, True, Aside.AWAY),
-    Attempt(True, False, Aside.AWAY),
-    Attempt(False, True, Aside.AWAY),
+    Attempt(True, False, Aside.STAY),
+    Attempt(False, True, Aside.STAY),
 )
 
 
@@ -99,9 +98,8 @@ def question_of(
     if attempt.strangers:
         in_the_way |= _strangers(situation, heads, cells, settings)
     in_the_way -= set(heads.values())
-    away = attempt.aside is Aside.AWAY
     done = {robot for robot, member in everybody.items() if member.done}
-    idle = {robot for robot, member in everybody.items() if member.idle or (away and member.done)}
+    idle = {robot for robot in everybody if everybody[robot].idle} | (done if attempt.aside is Aside.STAY else set())
     wishes = {robot: member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
     goals = assign(cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)

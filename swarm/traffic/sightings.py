@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from swarm.traffic.record import Notice, Record, Sighting
+from swarm.messages.traffic import Notice, Record, Sighting
 from swarm.traffic.settings import TrafficSettings
 
 Cleared = frozenset[tuple[str, int]]  # (silent robot, cell that was seen empty since it spoke last)

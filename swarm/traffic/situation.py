@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from swarm.traffic.record import Record
+from swarm.messages.traffic import Record
 from swarm.traffic.sightings import Cleared
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
+from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.doing import Doing
 from swarm.traffic.holds import Acks, Ledger, acknowledged
-from swarm.traffic.record import Record, Sighting
 from swarm.traffic.settings import TrafficSettings
 
 

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from swarm.errors import ConfigError
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
 from swarm.traffic.doing import Doing
@@ -23,7 +24,6 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutpu
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.lookout import Lookout
 from swarm.traffic.presence import Body, Presence, awoken, body_of, cells_for_me_alone, given_back, owned_up, spread
-from swarm.traffic.record import Record, TrafficBroadcast
 from swarm.traffic.route import OwnWay
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings

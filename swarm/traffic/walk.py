@@ -4,9 +4,9 @@ from collections.abc import Collection, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from swarm.messages.traffic import Claim
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.holds import Ledger
-from swarm.traffic.record import Claim
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
 BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it

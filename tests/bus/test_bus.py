@@ -3,10 +3,9 @@
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Presence, Request
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.bus import session as module
 from swarm.bus.codec import encode
-from swarm.bus.session import Link
 from swarm.bus.settings import client
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import (

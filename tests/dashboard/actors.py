@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
-from swarm.messages import CLOCK, MAP, PLAN, STATE, Floor, Message
+from swarm.messages import CLOCK, MAP, PLAN, STATE, Map, Message
 from tests.dashboard.rehearsal import Rehearsal
 
 
@@ -49,9 +49,9 @@ class World:
         for topic, message, ids in rehearsal.messages(tick):
             self._bus.send(topic, message, **ids)
 
-    def _floor(self) -> dict[str, Floor]:
+    def _floor(self) -> dict[str, Map]:
         scenario, packed = self._rehearsal.scenario.to_wire()
-        return {MAP.key: Floor(scenario=scenario, packed=packed)}
+        return {MAP.key: Map(scenario=scenario, packed=packed)}
 
     def _each(self, key: str, message: Callable[[int, int], M]) -> dict[str, M]:
         names = self._rehearsal.names

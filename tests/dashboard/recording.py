@@ -23,7 +23,7 @@ class Recording:
         return {name for chunk in self._chunks for name in chunk.timeline_names}
 
     def rows(self, entity: str, component: str) -> list[tuple[float, list[Any]]]:
-        """Give all values of a component, by time [s]; what stands still has time -1."""
+        """Return all values of a component, by time [s]; what stands still has time -1."""
         found = []
         for chunk in self._chunks:
             batch = chunk.to_record_batch()

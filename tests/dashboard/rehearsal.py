@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, radians, sin
 from typing import Any, Final
 
+from swarm.fuzzy import load_profile
 from swarm.geometry import wrap
 from swarm.maps.text import from_text
 from swarm.messages import (
@@ -33,10 +34,10 @@ from swarm.messages import (
     Topic,
     Truth,
 )
-from swarm.robot.fuzzy import load_profile
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 from swarm.scenario.load import Scenario, checked
+from swarm.scenario.prepare import settled
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 
 RATE: Final = 20  # Hz
 SPEED: Final = 0.8  # m/s
@@ -72,7 +73,7 @@ WAY: Final[tuple[tuple[Point, ...], ...]] = (  # to each stop in turn; home is a
 
 
 def scenario() -> Scenario:
-    """Give the scenario that belongs to it."""
+    """Return the scenario that belongs to it."""
     settings = checked(
         {
             "name": "rehearsal",
@@ -82,7 +83,7 @@ def scenario() -> Scenario:
         },
         "rehearsal",
     )
-    return Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper"))
+    return settled(Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper")))
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ class Rehearsal:
         )
 
     def _held(self, number: int, now: At) -> tuple[int, ...]:
-        """Give the cell a robot is in and the next one of its way."""
+        """Return the cell a robot is in and the next one of its way."""
         spots = [(now.x, now.y), *self._ahead(number, now)[:4]]
         return tuple(dict.fromkeys(self._cells.cell_of(*spot) for spot in spots))
 
@@ -166,7 +167,7 @@ class Rehearsal:
         return self._starts(number) + int(sum(map(length, self._legs[number])) / SPEED * RATE) + 3 * RATE + 2
 
     def at(self, number: int, tick: int) -> At:
-        """Tell where a robot is at a tick."""
+        """Return where a robot is at a tick."""
         legs, start = self._legs[number], self._starts(number)
         pause = start + 15 * RATE  # stands three seconds for another
         waits = pause <= tick < pause + 3 * RATE
@@ -191,7 +192,7 @@ class Rehearsal:
         return At(*here, yaw, activity, target, left, reached, activity is Activity.DRIVE)
 
     def messages(self, tick: int) -> Iterator[tuple[Topic[Any], Message, dict[str, Any]]]:
-        """Give everything that is sent at a tick."""
+        """Return everything that is sent at a tick."""
         time = tick / RATE
         all_at = [self.at(number, tick) for number in range(len(self.names))]
         records = [self._record(number, tick, now) for number, now in enumerate(all_at)]
@@ -253,7 +254,7 @@ class Rehearsal:
         )
 
     def plan(self, number: int, tick: int) -> Plan:
-        """Say which path a robot follows."""
+        """Return which path a robot follows."""
         now = self.at(number, tick)
         points = self._legs[number][now.target] if now.target < len(self._legs[number]) else []
         return Plan(robot=self.names[number], run=self.run, tick=tick, points=points)

@@ -44,7 +44,7 @@ def test_an_unknown_word_is_refused() -> None:
 
 def test_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mode, "find_spec", lambda name: None)
-    assert "zenoh-swarm[dashboard]" in str(mode.missing())
+    assert "pip install rerun-sdk" in str(mode.missing())
     monkeypatch.setattr(mode, "find_spec", lambda name: object())
     assert mode.missing() is None
 

@@ -5,10 +5,10 @@ import pytest
 
 from dashboard.overlays import Drawing, Overlays, in_words, waits
 from dashboard.scene import scene_of
-from swarm.messages import Activity, Body, Broadcast, Floor, Steering, Truth
+from swarm.messages import Activity, Body, Broadcast, Map, Steering, Truth
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 
 
 class Drawn:
@@ -41,9 +41,9 @@ def body(robot: str, **changes: Any) -> Body:  # noqa: ANN401
     return msgspec.structs.replace(still, **changes)
 
 
-def floor_of(scenario: Scenario) -> Floor:
+def floor_of(scenario: Scenario) -> Map:
     settings, packed = scenario.to_wire()
-    return Floor(packed=packed, scenario=settings)
+    return Map(packed=packed, scenario=settings)
 
 
 def test_the_selected_robots_rules_are_told(paper: Scenario) -> None:

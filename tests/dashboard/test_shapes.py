@@ -11,7 +11,7 @@ from dashboard.collect import BODIES, Batch
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Truth
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 from tests.dashboard.rehearsal import Rehearsal
 
 SENSORS = SensorSettings()

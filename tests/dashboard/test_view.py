@@ -13,7 +13,7 @@ from dashboard.scene import scene_of
 from dashboard.show import Show
 from dashboard.view import Recorder
 from swarm.errors import ConfigError
-from swarm.messages import Event, Floor, Message, Mover, Truth
+from swarm.messages import Event, Map, Message, Mover, Truth
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import TARGETS, Rehearsal
 
@@ -27,9 +27,9 @@ def strict(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RERUN_STRICT", "1")
 
 
-def floor(rehearsal: Rehearsal) -> Floor:
+def floor(rehearsal: Rehearsal) -> Map:
     scenario, packed = rehearsal.scenario.to_wire()
-    return Floor(scenario=scenario, packed=packed)
+    return Map(scenario=scenario, packed=packed)
 
 
 def played(path: Path, *rehearsals: Rehearsal, ticks: int | None = None, every: int = 10) -> Recording:
@@ -216,7 +216,7 @@ def test_a_changed_map_is_drawn_anew(tmp_path: Path) -> None:
 def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
     said: list[str] = []
     show = Show(Recorder(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
-    show.take(Floor(packed={}, scenario={}))
+    show.take(Map(packed={}, scenario={}))
     assert show.scene is None
     assert len(said) == 1
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarm.robot.fuzzy import Controller, Profile, load_profile
+from swarm.fuzzy import Controller, Profile, load_profile
 
 COLUMNS = ("head_ang", "left_obs", "right_v", "front_obs", "left_v", "right_obs")  # an order unlike the paper's
 Floats = NDArray[np.float64]

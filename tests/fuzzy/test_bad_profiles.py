@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
-from swarm.robot.fuzzy import Controller, Profile, load_profile
-from swarm.robot.fuzzy.load import LARGEST_FILE, PROFILES
+from swarm.fuzzy import Controller, Profile, load_profile
+from swarm.fuzzy.load import LARGEST_FILE, PROFILES
 
 PAPER_TEXT = (PROFILES / "paper.yaml").read_text(encoding="utf-8")
 

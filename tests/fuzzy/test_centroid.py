@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm.robot.fuzzy.kernel import centroid
-from swarm.robot.fuzzy.tables import pieces_of
-from swarm.robot.fuzzy.vocabulary import Term, Variable
+from swarm.fuzzy.kernel import centroid
+from swarm.fuzzy.tables import pieces_of
+from swarm.fuzzy.vocabulary import Term, Variable
 
 CELLS = 40_000  # over 0..4; corners lie between cells, so that vertical edges cost no accuracy
 MIDPOINTS = (np.arange(CELLS) + 0.5) * 4 / CELLS

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from swarm.robot.fuzzy import ControlInputError, Controller, kernel, load_profile
+from swarm.fuzzy import ControlInputError, Controller, kernel, load_profile
 
 from . import oracle
 
@@ -110,7 +110,7 @@ def test_plain_python_gives_the_compiled_bits(left: float, front: float, right: 
 def test_another_process_gives_the_same_bits() -> None:
     rows = np.random.default_rng(2).uniform([0, 0, 0, -180], [1.6, 1.6, 1.6, 180], (200, 4)).tolist()
     code = (
-        "import json, sys; from swarm.robot.fuzzy import Controller, load_profile; "
+        "import json, sys; from swarm.fuzzy import Controller, load_profile; "
         "c = Controller(load_profile('paper')); "
         "print(json.dumps([c.wheel_speeds(*row) for row in json.load(sys.stdin)]))"
     )

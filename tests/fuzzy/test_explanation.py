@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.robot.fuzzy import Controller, load_profile
-from swarm.robot.fuzzy.explain import explain
+from swarm.fuzzy import Controller, load_profile
+from swarm.fuzzy.explain import explain
 
 from .oracle import fuzzify_distance, fuzzify_heading, transcription
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.robot.fuzzy import Controller, load_profile
+from swarm.fuzzy import Controller, load_profile
 
 from .oracle import Row, transcription
 

@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from swarm.errors import ConfigError
-from swarm.robot.fuzzy import Controller, Profile, built_in_profiles, load_profile
-from swarm.robot.fuzzy.load import PROFILES
+from swarm.fuzzy import Controller, Profile, built_in_profiles, load_profile
+from swarm.fuzzy.load import PROFILES
 
 PAPER_TEXT = (PROFILES / "paper.yaml").read_text(encoding="utf-8")
 

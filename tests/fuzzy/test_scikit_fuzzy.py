@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from skfuzzy import control, trapmf, trimf
 
-from swarm.robot.fuzzy import Controller, load_profile
+from swarm.fuzzy import Controller, load_profile
 
 from .oracle import transcription
 

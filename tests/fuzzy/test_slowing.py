@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm.fuzzy import Controller, load_profile
+from swarm.fuzzy.explain import explain
+from swarm.fuzzy.kernel import slowing_factor
 from swarm.geometry import Pose
 from swarm.messages import Sense
-from swarm.robot.fuzzy import Controller, load_profile
-from swarm.robot.fuzzy.explain import explain
-from swarm.robot.fuzzy.kernel import slowing_factor
 from swarm.robot.rollout import Rollout
 from swarm.robot.safety import Body
 from tests.shared import scenario_of

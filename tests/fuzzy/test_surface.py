@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from swarm.errors import ConfigError
-from swarm.robot.fuzzy import Controller, load_profile
-from swarm.robot.fuzzy.explain import explain
-from swarm.robot.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, _ticks, surface
+from swarm.fuzzy import Controller, load_profile
+from swarm.fuzzy.explain import explain
+from swarm.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, _ticks, surface
 
 PAPER = Controller(load_profile("paper"))
 FASTEST = 4.0  # m/s, at the bright end of the colours

@@ -5,9 +5,9 @@ from math import degrees, pi
 import numpy as np
 import pytest
 
+from swarm.fuzzy import Controller, load_profile
 from swarm.geometry import Pose, bearing, integrate
 from swarm.motion.drive import DifferentialDrive
-from swarm.robot.fuzzy import Controller, load_profile
 
 RADIUS, SPEED_SCALE, DT = 0.2, 0.4, 0.05  # m, 1, s
 DRIVE = DifferentialDrive(track_width=0.4, wheel_radius=0.05)

@@ -17,7 +17,7 @@ from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
 from swarm.robot.ground import DEAF, TELL, Ground
 from swarm.scenario.load import Scenario
-from tests.shared import scenario_of, with_settings
+from tests.shared import scenario_of, with_block, with_settings
 from world.world import World
 
 TEXT = """\
@@ -143,7 +143,7 @@ def test_a_wall_that_goes_is_unlearned() -> None:
     scenario = unknown()
     ground = learned(scenario)
     assert ground.map.at(4.05, 2.5) == WALL
-    opened = Scenario(scenario.settings, scenario.map.with_block((2, 4), (4, 6), FREE), scenario.profile)
+    opened = Scenario(scenario.settings, with_block(scenario.map, (2, 4), (4, 6), FREE), scenario.profile)
     for _ in range(12):
         for sense in looks(opened):
             ground.look(sense, nobody)
@@ -235,7 +235,7 @@ def test_forgetting_leaves_an_empty_floor_that_can_be_learned_anew() -> None:
 
 
 def test_the_grid_is_always_the_one_grown_from_the_map() -> None:
-    from swarm.robot.ground import planning_grid
+    from swarm.scenario.prepare import planning_grid
 
     scenario = unknown(noise=0.03)
     ground = Ground(scenario)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.schema import MoverSettings
+from swarm.settings import MoverSettings
 from tests.shared import ROOT
 from world.movers import Patrol
 from world.simulate import Simulation

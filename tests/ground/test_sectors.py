@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.robot.sectors import fan, sectors
-from swarm.scenario.schema import SensorSettings
+from swarm.settings import SensorSettings
 
 
 def test_the_papers_sectors_are_left_front_and_right() -> None:

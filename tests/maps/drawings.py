@@ -28,7 +28,7 @@ P2 = b"P2 # a comment\n3 2 # sizes\n255\n0 205 254\n255 255 0 # end\n"
 
 
 def png(mode: str = "L", size: tuple[int, int] = (3, 2)) -> bytes:
-    """Give the bytes of a small picture."""
+    """Return the bytes of a small picture."""
     file = BytesIO()
     width, height = size
     Image.fromarray(np.arange(width * height, dtype=np.uint8).reshape(height, width) * 40).convert(mode).save(
@@ -38,12 +38,12 @@ def png(mode: str = "L", size: tuple[int, int] = (3, 2)) -> bytes:
 
 
 def chunk(kind: bytes, content: bytes) -> bytes:
-    """Give a chunk of a PNG with its right checksum."""
+    """Return a chunk of a PNG with its right checksum."""
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
 def mended(content: bytes) -> bytes:
-    """Give a damaged PNG with its chunks' checksums and lengths made right again, so that the damage gets further."""
+    """Return a damaged PNG with its chunks' checksums and lengths made right again, so that the damage gets further."""
     at, whole = 8, content[:8]
     while at + 12 <= len(content):
         size = min(int.from_bytes(content[at : at + 4], "big"), len(content) - at - 12)
@@ -53,7 +53,7 @@ def mended(content: bytes) -> bytes:
 
 
 def hand_made_png(width: int, height: int, depth: int, colour: int, pixels: bytes) -> bytes:
-    """Give a PNG whose header says whatever it is told."""
+    """Return a PNG whose header says whatever it is told."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) + chunk(b"IEND", b"")
 

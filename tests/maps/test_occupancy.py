@@ -18,26 +18,26 @@ BLOCKS: dict[str, tuple[Point, Point, tuple[Cell, Cell]]] = {
     "touched cells count": ((0.4, 0.6), (1.1, 0.9), ((1, 0), (2, 3))),
     "a point": ((0.7, 0.7), (0.7, 0.7), ((1, 1), (2, 2))),
     "clipped": ((-5.0, -5.0), (0.6, 0.6), ((0, 0), (2, 2))),
-    "beyond": ((7.0, 7.0), (8.0, 8.0), ((4, 6), (4, 6))),
+    "beyond": ((7.0, 7.0), (8.0, 8.0), ((14, 14), (14, 14))),
 }
 
 
 @pytest.mark.parametrize(("a", "b", "block"), BLOCKS.values(), ids=BLOCKS)
 def test_blocks_between_corners(a: Point, b: Point, block: tuple[Cell, Cell]) -> None:
-    assert EMPTY.block_between(a, b) == block
+    assert EMPTY.edited(WALL, a, b)[1:] == block
 
 
 def test_blocks_follow_the_origin() -> None:
     turned = OccupancyMap(EMPTY.cells, 0.5, Pose(3.0, -1.0, pi / 2))
-    assert turned.block_between((2.5, -0.5), (2.0, 0.0)) == ((1, 1), (2, 2))
+    assert turned.edited(WALL, (2.5, -0.5), (2.0, 0.0))[1:] == ((1, 1), (2, 2))
 
 
 def test_an_edit_leaves_the_old_map_as_it_was() -> None:
-    walled = EMPTY.with_block((1, 2), (3, 9), WALL)
+    walled, _, _ = EMPTY.edited(WALL, (1.0, 0.5), (4.5, 1.5))
     assert (walled.cells == WALL).sum() == 2 * 4
     assert (EMPTY.cells == FREE).all()
-    assert (walled.with_block((-3, -3), (9, 9), FREE).cells == FREE).all()
-    assert (walled.with_block((-3, -3), (-1, -1), OBSTACLE).cells == walled.cells).all()
+    assert (walled.edited(FREE, (-1.5, -1.5), (4.5, 4.5))[0].cells == FREE).all()
+    assert (walled.edited(OBSTACLE, (-1.5, -1.5), (-0.5, -0.5))[0].cells == walled.cells).all()
 
 
 @given(st.integers(1, 8), st.integers(1, 8), st.integers(0, 2**32))

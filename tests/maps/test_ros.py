@@ -13,7 +13,7 @@ from swarm.geometry import Pose
 from swarm.maps.images import Pixels, from_image
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL
-from swarm.maps.ros import Description, describes_map, from_pixels, from_yaml
+from swarm.maps.ros import Description, from_pixels, from_yaml
 from tests.maps.drawings import P2, P5, P5_WIDE, YAML, hand_made_png, png
 from tests.planning.shared import DATA, needs_data
 
@@ -162,11 +162,6 @@ def test_an_image_outside_the_folder_is_refused(tmp_path: Path) -> None:
             load_map(folder / "map.yaml")
     (folder / "map.yaml").write_text(YAML.replace("map.pgm", "below/map.pgm"))
     assert load_map(folder / "map.yaml").shape == (2, 3)
-
-
-def test_a_description_is_told_from_a_scenario() -> None:
-    assert describes_map(YAML.encode())
-    assert not describes_map(b"robots: 4\nmap: |\n  image\n")
 
 
 @needs_data

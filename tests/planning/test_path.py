@@ -202,8 +202,7 @@ def test_a_path_is_checked_onward_from_where_the_robot_is() -> None:
     assert path is not None
     assert path_is_free(grid, path)
     x, y = path.point_at(2.0)
-    walled = ROOMS.with_block(*ROOMS.block_between((x - 0.2, y - 0.2), (x + 0.2, y + 0.2)), WALL)
-    edited = grid.changed(walled, *ROOMS.block_between((x - 0.2, y - 0.2), (x + 0.2, y + 0.2)))
+    edited = grid.changed(*ROOMS.edited(WALL, (x - 0.2, y - 0.2), (x + 0.2, y + 0.2)))
     assert not path_is_free(edited, path)
     assert path_is_free(edited, path, from_s=4.0)
     assert path_is_free(edited, path, from_s=path.length)

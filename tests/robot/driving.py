@@ -12,7 +12,7 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.planning.grid import Grid
 from swarm.robot.safety import NO_BODIES, Body, Constraints
-from swarm.scenario.schema import Settings
+from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from tests.shared import scenario_of
 

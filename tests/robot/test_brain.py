@@ -9,9 +9,9 @@ import pytest
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, Activity, Broadcast, State
+from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.robot.brain import RETRY, STUCK, Robot
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.record import Record, TrafficBroadcast
 from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 
@@ -183,7 +183,7 @@ def test_it_plans_anew_where_it_gets_nowhere_and_not_at_every_tick(name: str) ->
 
 
 def dense(points: Sequence[Point]) -> list[Point]:
-    """Give a polyline's points and many between them."""
+    """Return a polyline's points and many between them."""
     return [
         (a[0] + (b[0] - a[0]) * k / 50, a[1] + (b[1] - a[1]) * k / 50) for a, b in pairwise(points) for k in range(51)
     ]

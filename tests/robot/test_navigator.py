@@ -4,8 +4,8 @@ import pytest
 
 from swarm.geometry import Pose, distance
 from swarm.planning.grid import Grid
-from swarm.robot.ground import planning_grid
 from swarm.robot.navigator import BODY_GAP, JUMP, STRAYED, Navigator
+from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 
 RADIUS = 0.2  # m

@@ -5,8 +5,8 @@ from typing import cast
 
 import pytest
 
+from swarm.fuzzy import Controller
 from swarm.messages import Sense
-from swarm.robot.fuzzy import Controller
 from swarm.robot.pilot import fuzzy_speeds
 from tests.shared import scenario_of
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from swarm.fuzzy import Controller, load_profile
 from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
-from swarm.robot.fuzzy import Controller, load_profile
 from swarm.robot.pilot import fuzzy_speeds
 from swarm.robot.rollout import AHEAD, NEARER, ROUND, THERE, Rollout
 from swarm.robot.safety import Body

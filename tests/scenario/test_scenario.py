@@ -40,14 +40,14 @@ def test_a_broken_scenario_on_the_wire_is_refused(paper: Scenario, broken: dict[
 
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_the_paper_scenario_passes_its_check_with_many_robots(paper: Scenario, paper_grid: Grid, seed: int) -> None:
-    assert len(check(paper, paper_grid, 12, seed)) == 12
+    assert len(check(paper, 12, seed).starts) == 12
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_the_shortest_way_of_the_paper_scenario_is_well_longer_than_the_straight_one(
     paper: Scenario, paper_grid: Grid, seed: int
 ) -> None:
-    (start,) = starts(paper, paper_grid, 1, seed)
+    (start,) = starts(paper, 1, seed)
     legs = list(pairwise((start[:2], *paper.stops(0, start[:2]))))
     ways = [plan(paper_grid, a, b) for a, b in legs]
     assert sum(way.length for way in ways if way) >= 1.3 * sum(distance(a, b) for a, b in legs)
@@ -58,9 +58,8 @@ def test_the_shortest_way_of_the_paper_scenario_is_well_longer_than_the_straight
 @given(seed=st.integers(0, 2**53), robots=st.integers(1, 6))
 def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(seed: int, robots: int) -> None:
     scenario = scenario_of(start={"area": [6.5, 4.9, 1.1, 1.1]})
-    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
-    poses = starts(scenario, grid, robots, seed)
-    assert poses == starts(scenario, grid, robots, seed)
+    poses = starts(scenario, robots, seed)
+    assert poses == starts(scenario, robots, seed)
     for pose in poses:
         assert 1.1 <= pose.x <= 6.5
         assert 1.1 <= pose.y <= 4.9
@@ -73,7 +72,7 @@ def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(see
 def test_starts_drawn_under_holds_have_a_cell_each(paper: Scenario, paper_grid: Grid, seed: int) -> None:
     cells = cells_of(paper.map, paper.settings)
     radius = paper.settings.robot.radius
-    touched = [cells.touched(pose.x, pose.y, radius) for pose in starts(paper, paper_grid, 12, seed)]
+    touched = [cells.touched(pose.x, pose.y, radius) for pose in starts(paper, 12, seed)]
     assert all(len(under) == 1 for under in touched)
     assert len(set(touched)) == 12
 
@@ -84,7 +83,7 @@ def test_a_floor_that_nobody_is_given_has_the_same_lattice() -> None:
 
 
 def corner_target(reach: float, **traffic: object) -> Scenario:
-    """Give a target where four cells of 1 m meet, unless the lattice lies elsewhere."""
+    """Return a target where four cells of 1 m meet, unless the lattice lies elsewhere."""
     return scenario_of(targets=[[5.0, 3.0]], reach=reach, traffic={"cell": 1.0, "offset": [0.0, 0.0]} | traffic)
 
 
@@ -102,12 +101,11 @@ CORNERS: dict[str, tuple[float, dict[str, Any], bool]] = {  # reach [m], traffic
 def test_a_stop_that_cannot_be_reached_from_inside_its_cell_is_refused(name: str) -> None:
     reach, traffic, refused = CORNERS[name]
     scenario = corner_target(reach, **traffic)
-    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
     if refused:
         with pytest.raises(ConfigError, match=r"target 1 of r1 at \(5, 3\): expected a place that is reached within"):
-            check(scenario, grid, 2, 1)
+            check(scenario, 2, 1)
     else:
-        assert len(check(scenario, grid, 2, 1)) == 2
+        assert len(check(scenario, 2, 1).starts) == 2
 
 
 # fmt: off
@@ -124,16 +122,15 @@ def test_a_stop_that_no_way_over_cells_leads_to_is_refused(name: str) -> None:
     traffic, refused = LATTICES[name]
     door = "##########\n#...#....#\n#........#\n#...#....#\n#...#....#\n##########\n"
     scenario = scenario_of(door, start={"poses": [[2.5, 2.5, 0.0]]}, reach=0.6, traffic=traffic)
-    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
     if refused:
         with pytest.raises(ConfigError, match=r"target 1 of r1 at \(7.5, 3.5\): expected a way over cells of 1 m from"):
-            check(scenario, grid, 1, 1)
+            check(scenario, 1, 1)
     else:
-        assert check(scenario, grid, 1, 1) == [(2.5, 2.5, 0.0)]
+        assert check(scenario, 1, 1).starts == [(2.5, 2.5, 0.0)]
 
 
 def test_the_first_robots_start_where_they_did_when_more_join(paper: Scenario, paper_grid: Grid) -> None:
-    assert starts(paper, paper_grid, 8, 3)[:4] == starts(paper, paper_grid, 4, 3)
+    assert starts(paper, 8, 3)[:4] == starts(paper, 4, 3)
 
 
 @pytest.mark.parametrize("robots", [1, 9, 10, 100, 1000])
@@ -152,10 +149,8 @@ def test_stops_end_at_home_only_where_the_mission_returns() -> None:
 
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
 def test_every_scenario_that_comes_with_the_project_can_be_driven(path) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    from swarm.robot.ground import planning_grid
-
     scenario = load(path)
-    assert check(scenario, planning_grid(scenario), scenario.settings.robots, scenario.settings.seed)
+    assert check(scenario, scenario.settings.robots, scenario.settings.seed).starts
 
 
 @pytest.mark.parametrize(("folder", "path"), [(".", "scenarios/office.yaml"), ("scenarios", "depot.yaml")])
@@ -194,9 +189,8 @@ def test_cells_are_the_largest_that_serve(cell: float, fields: dict[str, Any], s
         **fields,
     )
     assert scenario.settings.traffic.cell == pytest.approx(side)
-    grid = Grid.grown(scenario.map, scenario.settings.robot.radius, 0.5, 0.1)
     if refused:
         with pytest.raises(ConfigError, match=refused):
-            check(scenario, grid, 1, 1)
+            check(scenario, 1, 1)
     else:
-        assert check(scenario, grid, 1, 1)
+        assert check(scenario, 1, 1)

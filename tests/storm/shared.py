@@ -9,8 +9,8 @@ import msgspec
 
 from swarm.messages import Broadcast, Command
 from swarm.scenario.load import checked
-from world.storm.history import History, Moment, record
-from world.storm.plan import StormPlan
+from swarm.storm.history import History, Moment, record
+from swarm.storm.plan import StormPlan
 
 FLOOR = """\
 ###########################
@@ -60,7 +60,7 @@ def with_moments(history: History, change: Callable[[Moment], Moment]) -> Histor
 
 
 def with_commands(history: History, change: Callable[[int, str, Command], Command]) -> History:
-    """Give the same history with each command changed: of a tick, of a robot."""
+    """Return the same history with each command changed: of a tick, of a robot."""
     return with_moments(
         history,
         lambda moment: moment._replace(
@@ -70,7 +70,7 @@ def with_commands(history: History, change: Callable[[int, str, Command], Comman
 
 
 def with_words(history: History, change: Callable[[str, Broadcast], Broadcast]) -> History:
-    """Give the same history with each broadcast changed."""
+    """Return the same history with each broadcast changed."""
     return with_moments(
         history,
         lambda moment: moment._replace(spoken={name: change(name, words) for name, words in moment.spoken.items()}),
@@ -78,7 +78,7 @@ def with_words(history: History, change: Callable[[str, Broadcast], Broadcast]) 
 
 
 def with_report(history: History, robot: str | None = None, **fields: object) -> History:
-    """Give the same history with fields of its report changed, or of one robot's row."""
+    """Return the same history with fields of its report changed, or of one robot's row."""
     report = history.report
     if robot is None:
         return replace(history, report=report | fields)

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
+from swarm.storm import processes
+from swarm.storm.processes import only_simulated, perform_both
+from swarm.storm.results import Job
 from tests.storm.shared import plan_of
-from world.storm import processes
-from world.storm.processes import only_simulated, perform_both
-from world.storm.results import Job
 
 Capture = pytest.CaptureFixture[str]
 

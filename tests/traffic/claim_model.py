@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple, TypeVar
 
+from swarm.messages.traffic import Claim, Notice
 from swarm.traffic.holds import ASK, GRANT, TAKE, Acks, Case, Ledger, Rule, acknowledged, obstacle
-from swarm.traffic.record import Claim, Notice
 
 T = TypeVar("T")
 

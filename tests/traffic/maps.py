@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from swarm.fuzzy import load_profile
 from swarm.geometry import Pose, bearing
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.robot.fuzzy import load_profile
 from swarm.scenario.benchmark import ROBOT, SENSORS
 from swarm.scenario.load import Scenario
-from swarm.scenario.schema import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
+from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
 from swarm.traffic.cells import CellMap
 from world.faults import Faults
 from world.simulate import Simulation
@@ -38,19 +38,19 @@ class Drawn:
         }
 
     def cell(self, place: Place) -> int:
-        """Give the number of a cell counted from the top."""
+        """Return the number of a cell counted from the top."""
         return (self.cells.rows - 1 - place[0]) * self.cells.columns + place[1]
 
     def at(self, names: str) -> tuple[int, ...]:
-        """Give the cells of several names."""
+        """Return the cells of several names."""
         return tuple(self.cell(self.names[name]) for name in names)
 
     def pose(self, cell: int, yaw: float = 0.0) -> Pose:
-        """Give the pose in the middle of a cell."""
+        """Return the pose in the middle of a cell."""
         return Pose(*self.cells.centre(cell), yaw)
 
     def points(self, names: str) -> list[Point]:
-        """Give the centres of several names [m]."""
+        """Return the centres of several names [m]."""
         return [self.cells.centre(cell) for cell in self.at(names)]
 
     def scenario(

@@ -8,10 +8,10 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages import Broadcast, Command, Event
+from swarm.messages.traffic import Claim, JointPlan, Record
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
 from swarm.traffic.joint import Decision, JointPlanning
-from swarm.traffic.record import Claim, JointPlan, Record
 from swarm.traffic.situation import Situation
 from world.simulate import Simulation
 

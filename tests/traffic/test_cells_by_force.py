@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.traffic.cells import FAR, OUTSIDE, SIGHT, CellMap, breadth_first
+from tests.shared import with_block
 
 FINE = 0.2  # m, a square of the map
 SIDE = 0.7  # m, a cell: no multiple of a square
@@ -156,7 +157,7 @@ def test_cells_after_edits_are_those_made_anew(
     cells = made(floor)
     for a, b, c, d, kind in edits:
         low, high = (min(a, b), min(c, d)), (max(a, b), max(c, d))
-        floor, before = floor.with_block(low, high, kind), cells
+        floor, before = with_block(floor, low, high, kind), cells
         cells, again = cells.changed(floor, low, high), made(floor)
         assert (cells.stands, cells.neighbours) == (again.stands, again.neighbours)
         assert (cells.neighbours is before.neighbours) is (again.neighbours == before.neighbours)

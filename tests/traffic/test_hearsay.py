@@ -5,8 +5,8 @@ from dataclasses import replace as replaced
 import pytest
 from msgspec.structs import replace
 
+from swarm.messages.traffic import Claim, Record, Relayed, TrafficBroadcast
 from swarm.traffic.hearsay import MOST_CELLS, OLD_NEWS, SILENCE, SKEW, SLACK, Hearsay
-from swarm.traffic.record import Claim, Record, Relayed, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import DOOR
 

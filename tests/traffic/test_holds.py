@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from swarm.messages.traffic import Claim, Notice, Record, TrafficBroadcast
 from swarm.traffic.holds import ASK, GRANT, TAKE, Case, Ledger, acknowledged, obstacle
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
-from swarm.traffic.record import Claim, Notice, Record, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import SIDE, Drawn

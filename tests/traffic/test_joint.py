@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 import pytest
 
+from swarm.messages.traffic import Record
 from swarm.traffic.assign import Aside, assign
 from swarm.traffic.calls import Free
 from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.question import ATTEMPTS
-from swarm.traffic.record import Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -60,12 +60,31 @@ def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
 
 
-@pytest.mark.parametrize(("done", "expected"), [("", "cb"), ("r1", "bc")])
+@pytest.mark.parametrize(("done", "expected"), [("", "ca"), ("r1", "bc")])
 def test_who_is_done_does_not_take_a_place_from_which_another_looks(done: str, expected: str) -> None:
     heads = dict(zip(("r1", "r2"), ROW.at("bc"), strict=True))
     place, goal, blocked = ROW.at("ced")
     goals = assign(ROW.cells, heads, {"r1": place, "r2": goal}, (blocked,), {"r1": 0, "r2": 0}, done.split())
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
+
+
+def test_who_is_idle_leaves_the_way_of_the_one_that_comes_and_nobody_else_does() -> None:
+    """r1 comes to the end of a dead end in which r2 and r3 rest; deeper in it nobody is out of the way."""
+    dead_end = Drawn("fdceg", "##b##", "##a##")
+    heads = dict(zip(("r1", "r2", "r3", "r4"), dead_end.at("cabf"), strict=True))
+    for aside in Aside:
+        goals = assign(
+            dead_end.cells, heads, heads | {"r1": heads["r2"]}, (), dict.fromkeys(heads, 0), idle=("r2", "r3", "r4"),
+            aside=aside,
+        )  # fmt: skip
+        assert tuple(goals[robot] for robot in heads) == dead_end.at("adef")
+
+
+def test_who_waits_for_a_target_does_not_stand_in_the_way_to_it() -> None:
+    dead_end = Drawn("fdceg", "##b##", "##a##")
+    heads = dict(zip(("r1", "r2"), dead_end.at("cd"), strict=True))
+    goals = assign(dead_end.cells, heads, dict.fromkeys(heads, dead_end.at("a")[0]), (), dict.fromkeys(heads, 0))
+    assert tuple(goals.values()) == dead_end.at("ad")
 
 
 # --- what a leader says when there is no plan ---

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 import pytest
 from msgspec.structs import replace
 
+from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic import joint as joint_planning
 from swarm.traffic.calls import Call, Free, Move, Part
 from swarm.traffic.following import SETTLE
 from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import TRANSITIONS, JointPlanning, Transition
-from swarm.traffic.record import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn

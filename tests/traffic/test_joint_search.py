@@ -88,6 +88,13 @@ def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
     assert result.who == (0, 1, 2)
 
 
+def test_who_only_makes_room_is_like_any_other() -> None:
+    """For f to pass, five would have to be on this side of the fork, which has four cells: proven within the budget."""
+    drawn = Drawn("e.bf", ".#h#", "g#di", "ac##")
+    result = search(drawn.cells, drawn.at("abcdef"), drawn.at("ahgdic"), Budget(), eager=(5,))
+    assert result.outcome is Outcome.UNSOLVABLE
+
+
 def test_out_of_budget_is_not_called_unsolvable() -> None:
     result = search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(expansions=3))
     assert result.outcome is Outcome.NOT_FOUND

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import pytest
 from msgspec.structs import replace
 
+from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.following import Following
 from swarm.traffic.need import AT_REST, reason
-from swarm.traffic.record import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn

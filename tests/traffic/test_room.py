@@ -8,9 +8,9 @@ from msgspec.structs import replace
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages.traffic import Claim, Record, TrafficBroadcast
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
-from swarm.traffic.record import Claim, Record, TrafficBroadcast
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from swarm.traffic.walk import BESIDE

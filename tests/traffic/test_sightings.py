@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.record import Claim, Record, Sighting
+from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import Sightings, keeps
 from tests.traffic.maps import Drawn

@@ -8,7 +8,7 @@ import pytest
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.scenario.load import Scenario
-from swarm.scenario.schema import StartSettings
+from swarm.settings import StartSettings
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import TrafficSettings

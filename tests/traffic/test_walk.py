@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm.messages.traffic import Claim
 from swarm.traffic.holds import Ledger
-from swarm.traffic.record import Claim
 from swarm.traffic.walk import ALONE, BESIDE, Walk
 from tests.traffic.maps import Drawn
 

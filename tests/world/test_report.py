@@ -18,8 +18,8 @@ import pytest
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
-from swarm.robot.ground import planning_grid
 from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 from world.report import missing, report, shortest_length, write
 from world.world import REST, World
@@ -92,7 +92,7 @@ def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Give every field with the way to it, ``a.b.c``."""
+    """Return every field with the way to it, ``a.b.c``."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             yield from flat(item, f"{name}.{key}" if name else key)

@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from swarm.bus.codec import decode
+from swarm.fuzzy import Controller, load_profile
 from swarm.geometry import Pose
 from swarm.messages import COMMAND, VERSION, Activity, Command, Sense, Steering
-from swarm.robot.fuzzy import Controller, load_profile
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
 from world.simulate import Simulation

@@ -1,4 +1,4 @@
-"""The world itself: sensors, wheels, commands that expire, the ether, the judge of gaps, and whom it believes."""
+"""The world itself: sensors, wheels, commands that expire, the radio model, the judge of gaps, and whom it believes."""
 
 from math import pi
 
@@ -10,9 +10,10 @@ from swarm.maps.text import from_text
 from swarm.messages import COMMAND, Activity, Command
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
+from world.answers import merged
 from world.clearance import ClearanceJudge
-from world.ether import Ether
-from world.world import REST, World, merged
+from world.radio_model import RadioModel
+from world.world import REST, World
 
 AT = Pose(2.5, 2.5, 0.0)
 
@@ -181,13 +182,13 @@ def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
     assert len(digests) == 3
 
 
-# --- the ether ---
+# --- the radio model ---
 
 
 def hears(positions: list[tuple[float, float]], seed: int = 1, sees: bool = True, **radio: object) -> list[list[int]]:
     settings = with_settings(scenario_of(), radio=radio).settings.radio
     poses = [Pose(x, y, 0.0) for x, y in positions]
-    return Ether(settings, seed, lambda a, b: sees).hears(poses, list(range(len(poses))))
+    return RadioModel(settings, seed, lambda a, b: sees).hears(poses, list(range(len(poses))))
 
 
 def test_the_radio_reaches_as_far_as_its_range_and_no_one_hears_himself() -> None:
@@ -205,8 +206,8 @@ def test_loss_takes_its_share_drawn_with_the_seed() -> None:
     poses = [Pose(float(x), 0.0, 0.0) for x in range(5)]
 
     def heard(seed: int) -> list[list[list[int]]]:
-        ether = Ether(settings, seed, lambda a, b: True)
-        return [ether.hears(poses, range(5)) for _ in range(500)]
+        radio = RadioModel(settings, seed, lambda a, b: True)
+        return [radio.hears(poses, range(5)) for _ in range(500)]
 
     count = sum(len(row) for rows in heard(1) for row in rows)
     assert 0.67 < count / (500 * 20) < 0.73

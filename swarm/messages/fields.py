@@ -1,0 +1,28 @@
+"""The types of fields, with their bounds, and what every message is."""
+
+from math import pi
+from typing import Annotated, Final
+
+from msgspec import Meta, Struct
+
+VERSION: Final = 1  # of the wire: `v` in every payload
+
+Id = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
+Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Length = Annotated[float, Meta(ge=0, le=1e6)]
+Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]
+Speed = Annotated[float, Meta(ge=-20, le=20)]
+Seconds = Annotated[float, Meta(ge=0, le=1e9)]
+Scale = Annotated[float, Meta(ge=0.1, le=1)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Text = Annotated[str, Meta(max_length=2000)]
+Point = tuple[Metres, Metres]
+
+
+def says(text: str) -> Meta:
+    """Return what a field means, its unit first: documentation and schemas are made from it."""
+    return Meta(description=text)
+
+
+class Message(Struct, frozen=True, kw_only=True):
+    """What every message is."""

@@ -1,0 +1,148 @@
+"""The work of `swarm storm`: seeds or plan files run on all cores, judged, counted, and told as they come."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Final
+
+from swarm.errors import ConfigError
+from swarm.stopping import told_to_stop
+from swarm.storm import summary
+from swarm.storm.draw import draw
+from swarm.storm.output import Lines, Say, shown, write_plan
+from swarm.storm.plan import StormPlan, read
+from swarm.storm.pool import Lost, answers
+from swarm.storm.processes import only_simulated, perform_both
+from swarm.storm.results import Job, Result, lost, perform
+from swarm.storm.shrink import deadline, first_broken, first_of, shrink
+
+INTERRUPTED: Final = 130  # the exit status that shells give Ctrl-C
+
+Results = Iterator[tuple[Job, Result]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What `swarm storm` was asked for."""
+
+    profiles: tuple[str, ...] = ("all",)
+    seeds: range = range(0)
+    files: tuple[Path, ...] = ()  # plans, instead of seeds
+    jobs: int = 1
+    twice: bool = False
+    processes: bool = False  # over real processes too
+    results: Path | None = None
+    plans: Path | None = None  # a folder for the plans that failed
+    as_json: bool = False
+
+
+def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
+    """Run a storm and print its summary: 0 all laws held, 1 one was broken, 2 a file is wrong, 130 interrupted.
+
+    Raises:
+        ConfigError: a profile, a plan file or the file for the results is wrong.
+    """
+    jobs = jobs_of(options)
+    began = perf_counter()
+    found: list[Result] = []
+    with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
+        wrong = False
+        each = _over_processes(jobs, stop.is_set) if options.processes else None
+        for job, result in each or _each(jobs, options.jobs, work, stop.is_set):
+            found.append(result)
+            lines.add(result)
+            wrong |= not _tell(job, result, options.plans, say)
+            done(job.name)
+        wrong |= lines.failed
+        interrupted = stop.is_set() and len(found) < len(jobs)
+    form = summary.as_json if options.as_json else summary.as_text
+    told = form(sorted(found, key=lambda r: (r.profile, r.seed)), perf_counter() - began, interrupted)
+    print(told if isinstance(told, str) else json.dumps(told))
+    if any(result.violations for result in found):
+        return 1
+    return INTERRUPTED if interrupted else 2 if wrong else 0
+
+
+def jobs_of(options: Options) -> list[Job]:
+    """List what is to be run.
+
+    Raises:
+        ConfigError: a profile or a plan file is wrong.
+    """
+    if options.files:
+        plans = [read(path) for path in options.files]
+        for path, plan in zip(options.files, plans, strict=True):
+            if options.processes and (why := only_simulated(plan)):
+                raise ConfigError(f"{path}: {why}; run it without --over processes")
+        return [Job(plan.profile, plan.seed, plan, options.twice) for plan in plans]
+    for profile in options.profiles:
+        draw(profile, 0)
+    return [Job(profile, seed, None, options.twice) for seed in options.seeds for profile in options.profiles]
+
+
+def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
+    for job, answer in answers(work, jobs, workers=min(workers, len(jobs)), stop=stop):
+        yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
+
+
+def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
+    """Run one plan after the other: each is many processes by itself."""
+    for job in jobs:
+        result = perform_both(job, stop)
+        if stop():
+            return
+        yield job, result
+
+
+def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
+    """Print what a seed broke and keep its plan; False where it could not be written."""
+    for law, tick, _, text in result.violations:
+        say(f"{job.name}: {law}, tick {tick}: {text}")
+    if folder is None or not result.violations:
+        return True
+    try:
+        plan = draw(job.profile, job.seed) if job.plan is None else job.plan
+        write_plan(plan, folder / f"{job.profile}-{job.seed}.yaml")
+    except ConfigError as fault:
+        say(f"--plans {fault}")
+        return False
+    return True
+
+
+def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
+    """Shrink a plan in two minutes at most and write what is left: 1 it breaks a law, 0 there was nothing to shrink.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    over = deadline()
+    with told_to_stop() as told, shown(0) as (say, _):
+
+        def stop() -> bool:
+            return told.is_set() or over()
+
+        found = [result for _, result in _each([Job(plan.profile, plan.seed, plan)], 1, perform, stop)]
+        law = first_broken(found[0].violations) if found else None
+        if not found or law is None:
+            say("it keeps every law; nothing is written" if found else "no time was left to run it; nothing is written")
+            return 0
+        broken = next(violation for violation in found[0].violations if violation.law == law)
+        say(f"{law}, tick {broken.tick}: {broken.text}")
+        time = broken.tick / plan.scenario.rate
+        small = shrink(plan, law, time, lambda trials: first_of(trials, workers, stop), stop=stop, say=say)
+    write_plan(small, out)
+    print(f"{out}: {law}; {small.robots} robots, was {plan.robots}")
+    return 1
+
+
+def show(profile: str, seed: int) -> str:
+    """Return the plan that a seed draws as the text of its file, what it has in it first.
+
+    Raises:
+        ConfigError: there is no such profile.
+    """
+    plan = draw(profile, seed)
+    features = ", ".join(sorted(plan.features())) or "nothing but driving"
+    return f"# {plan.robots} robots; {features}\n{plan.to_yaml()}"

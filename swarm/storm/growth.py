@@ -1,0 +1,47 @@
+"""When a robot's hold grows in a recorded run, and by which cells: what the laws about taking cells judge."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from swarm.storm.history import History, Moment
+from swarm.storm.seen import pushes, was_pushed
+from swarm.traffic.cells import OUTSIDE
+from world.faults import SILENT, Health
+
+AWAY: Final = 20  # ticks without a step, after which a robot begins its holds again
+
+
+def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]]]:
+    """Return each moment with the cells that each robot holds more than before.
+
+    Left out is a robot that just began or was away, one that drives unconstrained because nobody is in range, and one
+    that was pushed.
+    """
+    pushed = pushes(history)
+    before: dict[str, tuple[int, frozenset[int], bool]] = {}  # tick, held, unconstrained
+    for moment in history.moments:
+        grown: dict[str, frozenset[int]] = {}
+        for name, command in moment.commands.items():
+            held = frozenset(command.held) - {OUTSIDE}
+            was = before.get(name)
+            before[name] = moment.tick, held, command.unconstrained
+            if was is None or begins(history, moment, name, was[0]) or command.unconstrained or was[2]:
+                continue
+            if held - was[1] and not was_pushed(pushed, history.robots.index(name), moment.tick):
+                grown[name] = held - was[1]
+        yield moment, grown
+
+
+def begins(history: History, moment: Moment, name: str, last: int) -> bool:
+    """Return True if a robot that stepped at the tick ``last`` begins anew: it was away, or has a new process."""
+    return moment.tick - last > AWAY or _health_before(history, moment, name) in SILENT
+
+
+def has_new_process(history: History, moment: Moment, name: str) -> bool:
+    """Return True in the first tick of a robot's new process."""
+    return name in moment.commands and _health_before(history, moment, name) is Health.AWAY
+
+
+def _health_before(history: History, moment: Moment, name: str) -> Health | None:
+    index = moment.tick - history.moments[0].tick
+    return history.moments[index - 1].health.get(name) if index > 0 else None

@@ -1,0 +1,103 @@
+"""One run, written down tick by tick as it is seen from outside: what the laws judge."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+from traceback import format_exc
+from typing import Any, Final, NamedTuple
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages import Broadcast, Command, Event, Sense
+from swarm.settings import Settings
+from swarm.storm.plan import StormPlan
+from swarm.traffic.watch import Fault
+from world.faults import Health
+from world.physics import Contact
+from world.simulate import Simulation
+
+HOPELESS: Final = 240.0  # s; a run in which nobody has got anywhere for so long is over
+
+
+class Moment(NamedTuple):
+    """One tick. Poses are those at its beginning, in the order of the robots' numbers."""
+
+    tick: int
+    poses: tuple[Pose, ...]
+    movers: tuple[Pose, ...]
+    health: Mapping[str, Health]
+    senses: Mapping[str, Sense]
+    commands: Mapping[str, Command]  # answered in this tick
+    spoken: Mapping[str, Broadcast]  # put on the radio in this tick
+    events: tuple[Event, ...]
+    touching: frozenset[int]  # robots, by number, that something touches
+
+
+@dataclass
+class History:
+    """A whole run."""
+
+    settings: Settings
+    robots: tuple[str, ...]
+    stops: tuple[tuple[Point, ...], ...]  # of each robot
+    floors: list[tuple[int, OccupancyMap]]  # from which tick on, oldest first
+    late: int = 0  # ticks by which answers come late
+    moments: list[Moment] = field(default_factory=list)
+    contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, what, whether it was struck
+    faults: list[Fault] = field(default_factory=list)  # of the world's own watch
+    report: dict[str, Any] = field(default_factory=dict)
+    crash: str = ""  # the traceback of an exception
+    wall_time: float = 0.0  # s
+
+    @property
+    def dt(self) -> float:
+        """Seconds in a tick."""
+        return 1.0 / self.settings.rate
+
+
+def record(plan: StormPlan) -> History:
+    """Run a plan in one process and write it down; an exception ends it and is written down too."""
+    began = perf_counter()
+    scenario = plan.to_scenario()
+    simulation = Simulation.of(scenario, plan.robots, scenario.settings.seed, plan.to_faults())
+    world = simulation.world
+    history = History(
+        settings=scenario.settings,
+        robots=world.robots,
+        stops=tuple(world.stops(name) for name in world.robots),
+        floors=[(0, world.floor)],
+        late=plan.late,
+    )
+    limit = scenario.settings.limit
+    try:
+        while not world.finished and world.time < limit and not _hopeless(simulation):
+            poses, movers = tuple(world.poses()), tuple(world.mover_poses())
+            tick = simulation.step()
+            history.moments.append(
+                Moment(
+                    world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
+                    tuple(tick.events),
+                    frozenset(contact.robot for contact in world.touching()),
+                )
+            )  # fmt: skip
+            if world.floor is not history.floors[-1][1]:
+                history.floors.append((world.tick, world.floor))
+        poses = tuple(world.poses())
+        history.moments.append(Moment(world.tick, poses, tuple(world.mover_poses()), {}, {}, {}, {}, (), frozenset()))
+        history.report = simulation.report(perf_counter() - began, limit)
+    except Exception:
+        history.crash = format_exc()
+    history.contacts = world.recorder.begun
+    history.faults = world.traffic.watch.faults
+    history.wall_time = perf_counter() - began
+    return history
+
+
+def _hopeless(simulation: Simulation) -> bool:
+    """Return True when each robot with stops left is dead or has got nowhere for long."""
+    world = simulation.world
+    dead = simulation.drill.dead
+    stands = world.progress.standing(world.time)
+    return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (
+        len(dead) == len(world.robots)
+    )

@@ -1,0 +1,72 @@
+"""The laws every run must keep. Each is a function of its own from a recorded run to what broke it.
+
+The judges here share nothing with the planner: they know cells, poses, and what was said aloud on the radio.
+"""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from swarm.storm.history import History
+from swarm.storm.laws_claims import (
+    claims_numbered_once,
+    listens_first,
+    no_false_agreement,
+    no_wait_for_the_silent,
+    stands_without_claims,
+    takes_only_what_is_free,
+)
+from swarm.storm.laws_driving import no_body_outside, room_to_brake
+from swarm.storm.laws_floor import no_contact, no_hold_without_claim, no_overlap
+from swarm.storm.laws_mission import (
+    all_arrive,
+    flags_stay,
+    it_ends,
+    no_exception,
+    nobody_stands_unnamed,
+    report_agrees,
+    truthful,
+)
+from swarm.storm.seen import Law
+
+
+class Violation(NamedTuple):
+    """A law that was broken."""
+
+    law: str
+    tick: int
+    robots: tuple[str, ...]
+    text: str
+
+
+LAWS: Final[Mapping[str, Law]] = {
+    "no exception": no_exception,
+    "no contact": no_contact,
+    "no overlap": no_overlap,
+    "no hold without a claim": no_hold_without_claim,
+    "claims numbered once": claims_numbered_once,
+    "no false agreement": no_false_agreement,
+    "listens first": listens_first,
+    "no claim while standing": stands_without_claims,
+    "takes only what is free": takes_only_what_is_free,
+    "no wait for the silent": no_wait_for_the_silent,
+    "no body outside": no_body_outside,
+    "room to brake": room_to_brake,
+    "flags stay": flags_stay,
+    "all arrive": all_arrive,
+    "it ends": it_ends,
+    "truthful": truthful,
+    "nobody stands unnamed": nobody_stands_unnamed,
+    "the report agrees": report_agrees,
+}
+
+
+def judge(history: History) -> list[Violation]:
+    """Hold every law against a run; return the first breach of each law by each robot."""
+    found = []
+    for law, function in LAWS.items():
+        blamed = set()
+        for tick, robots, text in function(history):
+            if robots not in blamed:
+                blamed.add(robots)
+                found.append(Violation(law, tick, robots, text))
+    return found

@@ -1,0 +1,79 @@
+"""The laws of driving: a body is in the cells that its robot holds, and can come to rest in them."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from swarm.geometry import Pose, Twist, integrate
+from swarm.messages import Command, Sense
+from swarm.motion.drive import DifferentialDrive, ramp
+from swarm.settings import RobotSettings
+from swarm.storm.history import History
+from swarm.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
+from swarm.traffic.cells import OUTSIDE, CellMap
+
+CREEPS: Final = 0.3  # m/s; who is slower comes to rest within 2.5 cm, which the margin of its cells covers
+
+
+def no_body_outside(history: History) -> Found:
+    """Check that each body is inside the cells that its robot holds."""
+    pushed = pushes(history)
+    radius = history.settings.robot.radius
+    held: dict[str, Sequence[int]] = {}
+    outside: set[str] = set()
+    inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # where each was inside which cells: who stands still is
+    for moment in history.moments[:-1]:
+        held |= {name: command.held for name, command in moment.commands.items()}
+        cells = cells_at(history, moment.tick)
+        for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
+            if name not in held or inside.get(name) == (pose, held[name]):
+                continue
+            out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
+            if out and name not in outside and not was_pushed(pushed, number, moment.tick):
+                yield moment.tick, (name,), f"{name} is in cell {out[0]} that it does not hold"
+            outside = outside | {name} if out else outside - {name}
+            if out:
+                inside.pop(name, None)
+            else:
+                inside[name] = (pose, held[name])
+
+
+def room_to_brake(history: History) -> Found:
+    """Check that a robot which braked now would come to rest inside the cells that it holds.
+
+    With late answers its newest commands are carried out first.
+    """
+    pushed = pushes(history)
+    robot, moments = history.settings.robot, history.moments
+    for index, moment in enumerate(moments[:-1]):
+        cells = cells_at(history, moment.tick)
+        under_way = [earlier.commands for earlier in moments[max(0, index - history.late) : index]]
+        for number, name in enumerate(history.robots):
+            if name not in moment.commands or was_pushed(pushed, number, moment.tick):
+                continue
+            sense = moment.senses[name]
+            if not any(under_way) and abs(sense.linear) < CREEPS:
+                continue
+            commands = [commands[name] for commands in under_way if name in commands]
+            rest = _rest(moment.poses[number], sense, commands, robot, history.dt)
+            held = {OUTSIDE, *moment.commands[name].held}
+            out = _touched(cells, rest, robot) - held
+            if out and _touched(cells, moment.poses[number], robot) <= held:
+                text = f"{name} drives too fast to stop before cell {min(out)} that it does not hold"
+                yield moment.tick, (name,), text
+
+
+def _touched(cells: CellMap, pose: Pose, robot: RobotSettings) -> frozenset[int]:
+    return frozenset(cells.touched(pose.x, pose.y, robot.radius - EXACT))
+
+
+def _rest(pose: Pose, sense: Sense, under_way: Sequence[Command], robot: RobotSettings, dt: float) -> Pose:
+    """Return where a body comes to rest that carries out the commands under way and then brakes."""
+    drive, most = DifferentialDrive(robot.track_width, robot.wheel_radius), robot.wheel_acceleration * dt
+    left, right = drive.rim_speeds(Twist(sense.linear, sense.angular))
+    for command in under_way:
+        left, right = ramp(left, command.left, most), ramp(right, command.right, most)
+        pose = integrate(pose, drive.twist(left, right), dt)
+    while left or right:
+        left, right = ramp(left, 0.0, most), ramp(right, 0.0, most)
+        pose = integrate(pose, drive.twist(left, right), dt)
+    return pose

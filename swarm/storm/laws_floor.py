@@ -1,0 +1,138 @@
+"""The laws of the shared floor: who touches what, and who holds which cell."""
+
+from collections.abc import Collection, Mapping
+from itertools import combinations
+from math import hypot
+from typing import Final
+
+from swarm.geometry import distance
+from swarm.storm.growth import growth
+from swarm.storm.history import History, Moment
+from swarm.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
+from swarm.storm.told import Told
+from swarm.traffic.cells import OUTSIDE
+from world.faults import SILENT, Health
+
+NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
+LATELY: Final = 20  # ticks
+GLANCE: Final = 0.2  # m, a radius; a body whose middle is beside a cell need not show to who looks into it
+BACK: Final = 200  # ticks after a silence in which a robot and those who could not ask it sort their cells out
+
+
+def no_contact(history: History) -> Found:
+    """Check that nobody touched anything that it could have kept clear of by stopping.
+
+    A robot that stood is not to blame; nor is one that a moving obstacle overtook.
+    """
+    for tick, contact, struck in history.contacts:
+        if struck:
+            continue
+        name = history.robots[contact.robot]
+        if contact.kind == "obstacle" and _mover_came(history, tick, contact.robot):
+            continue
+        other = f" {history.robots[contact.other]}" if contact.other is not None else ""
+        yield tick, (name,), f"{name} touched {contact.kind}{other}"
+
+
+def _mover_came(history: History, tick: int, number: int) -> bool:
+    """Return True if a moving obstacle closed the gap faster than the robot did."""
+    now, before = history.moments[min(tick, len(history.moments) - 1)], history.moments[max(0, tick - 2)]
+    pose, was = now.poses[number], before.poses[number]
+    for mover, mover_was in zip(now.movers, before.movers, strict=True):
+        apart = distance(pose, mover)
+        if apart > 3 * history.settings.robot.radius:
+            continue
+        ux, uy = (mover.x - pose.x) / apart, (mover.y - pose.y) / apart
+        mine = (pose.x - was.x) * ux + (pose.y - was.y) * uy
+        its = -((mover.x - mover_was.x) * ux + (mover.y - mover_was.y) * uy)
+        return its >= mine - EXACT
+    return False
+
+
+def no_overlap(history: History) -> Found:
+    """Check that no two robots hold one cell.
+
+    A silent robot keeps its cells, also against those who cannot ask it, until a look has shown them empty. So it is
+    excused that somebody takes a silent robot's cell in which no body is, or of which nobody ever told it; and what a
+    moving obstacle pushes a body into.
+    """
+    pushed = pushes(history)
+    excused: set[tuple[str, str]] = set()
+    blamed: set[tuple[str, str]] = set()
+    held: dict[str, frozenset[int]] = {}
+    silent: dict[str, int] = {}  # when each was silent last
+    told = Told(history)
+    for moment in history.moments:
+        for name, health in moment.health.items():
+            if health is not Health.WELL and health in SILENT:
+                silent[name] = moment.tick
+        held |= {name: frozenset(command.held) - {OUTSIDE} for name, command in moment.commands.items()}
+        if len(frozenset().union(*held.values())) == sum(map(len, held.values())):
+            excused.clear()
+            blamed.clear()
+            continue
+        now = {(a, b): held[a] & held[b] for a, b in combinations(sorted(held), 2) if held[a] & held[b]}
+        for (a, b), shared in now.items():
+            if (a, b) in excused | blamed:
+                continue
+            told.hear_until(moment.tick)
+            asleep = [name for name in (a, b) if moment.tick - silent.get(name, -BACK - 1) <= BACK]
+            if any(was_pushed(pushed, history.robots.index(name), moment.tick) for name in (a, b)) or any(
+                not told.cells(b if name == a else a, name) & shared or not _stands_in(history, moment, name, shared)
+                for name in asleep
+            ):
+                excused.add((a, b))
+                continue
+            blamed.add((a, b))
+            yield moment.tick, (a, b), f"{a} and {b} hold cell {', '.join(map(str, sorted(shared)))}"
+        excused &= now.keys()
+        blamed &= now.keys()
+
+
+def _stands_in(history: History, moment: Moment, name: str, shared: Collection[int]) -> bool:
+    pose = moment.poses[history.robots.index(name)]
+    cells = cells_at(history, moment.tick)
+    return any(cell in shared for cell in cells.touched(pose.x, pose.y, history.settings.robot.radius - GLANCE))
+
+
+def no_hold_without_claim(history: History) -> Found:
+    """Check that a robot's hold grows only by cells it has claimed aloud, and that all who are near have agreed.
+
+    Whatever the event: an edit, a new map, a stop, a new goal. Excepted is a robot that just began or was away, one
+    that drives unconstrained because nobody is in range, and one that was pushed.
+    """
+    claims: dict[str, dict[int, int]] = {}  # of the newest record: cell -> number
+    acks: dict[str, set[tuple[str, int]]] = {}
+    heard: dict[str, dict[str, int]] = {}
+    for moment, grown in growth(history):
+        for name, sense in moment.senses.items():
+            if sense.hears:
+                heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
+        for name, new in grown.items():
+            unclaimed = sorted(new - claims.get(name, {}).keys())
+            if unclaimed:
+                yield moment.tick, (name,), f"{name} holds cell {unclaimed[0]} that it has not claimed"
+                continue
+            for cell in sorted(new):
+                for other in _must_agree(history, moment, name, cell, heard.get(name, {})):
+                    if (name, claims[name][cell]) not in acks.get(other, ()):
+                        yield moment.tick, (name, other), f"{name} took cell {cell}, {other} has not agreed"
+        for name, broadcast in moment.spoken.items():
+            if broadcast.traffic is not None:
+                own = broadcast.traffic.own
+                claims[name] = {cell: claim.number for cell, claim in claims_of(own).items()}
+                acks.setdefault(name, set()).update(own.acks)
+
+
+def _must_agree(history: History, moment: Moment, me: str, cell: int, heard: Mapping[str, int]) -> list[str]:
+    """List who is so near to a cell, and was heard by ``me`` itself so lately, that it has to agree."""
+    cells = cells_at(history, moment.tick)
+    x, y = cells.centre(cell)
+    late = LATELY - history.late
+    return [
+        name
+        for name, pose in zip(history.robots, moment.poses, strict=True)
+        if name != me
+        and moment.tick - heard.get(name, -(10**9)) <= late
+        and hypot(pose.x - x, pose.y - y) <= NEAR * cells.side
+    ]

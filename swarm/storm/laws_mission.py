@@ -1,0 +1,171 @@
+"""The laws of the mission: who arrives, what is said of who does not, and what the report says."""
+
+from itertools import combinations, pairwise
+from math import floor
+from typing import Final
+
+from swarm.geometry import distance
+from swarm.storm.history import History, Moment
+from swarm.storm.seen import EXACT, Found, dead_of
+from swarm.storm.ways import Ways
+
+STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
+ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute
+RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
+
+
+def no_exception(history: History) -> Found:
+    """Check that the run came to its end."""
+    if history.crash:
+        yield len(history.moments), (), history.crash.strip().splitlines()[-1]
+
+
+def flags_stay(history: History) -> Found:
+    """Check that a reached flag never goes back."""
+    flags: dict[str, tuple[int, list[bool]]] = {}
+    for moment in history.moments:
+        for name, command in moment.commands.items():
+            run, was = flags.get(name, (command.run, []))
+            if run == command.run and was == command.reached:
+                continue
+            lost = [stop for stop, (a, b) in enumerate(zip(was, command.reached, strict=False)) if a and not b]
+            if run == command.run and lost:
+                yield moment.tick, (name,), f"{name} takes back that it reached stop {lost[0] + 1}"
+            flags[name] = command.run, command.reached
+
+
+def all_arrive(history: History) -> Found:
+    """Check that each robot that has a way past dead bodies has arrived, or that nobody could."""
+    report, dead = history.report, dead_of(history)
+    if not report or report["complete"]:
+        return
+    ways = Ways(history)
+    stuck = []
+    for number, name in enumerate(history.robots):
+        given_up = report["per_robot"][name]["unreachable"]
+        for stop, time in enumerate(report["per_robot"][name]["reached"]):
+            if name in dead or time is not None:
+                continue
+            if stop in given_up and not ways.always_there(number, stop):
+                continue
+            if ways.leads(number, stop):
+                stuck.append((name, stop))
+            break
+    if stuck and not ways.jammed():
+        last = history.moments[-1].tick
+        names = tuple(sorted({name for name, _ in stuck}))
+        yield (
+            last,
+            names,
+            "; ".join(f"{name} did not reach stop {stop + 1} though a way leads there" for name, stop in stuck),
+        )
+
+
+def it_ends(history: History) -> Found:
+    """Check that the mission is over soon after everybody's last stop: who is done comes to rest out of the way."""
+    report = history.report
+    if not report or not report["complete"]:
+        return
+    last = max(time for row in report["per_robot"].values() for time in row["reached"])
+    over = history.moments[-1].tick * history.dt
+    if over - last > ENDS:
+        yield history.moments[-1].tick, (), f"all arrived within {last:.0f} s, but the mission went on to {over:.0f} s"
+
+
+def truthful(history: History) -> Found:
+    """Check that nothing is called unreachable or unsolvable that can be reached or solved."""
+    report = history.report
+    if not report:
+        return
+    ways = Ways(history)
+    for number, name in enumerate(history.robots):
+        for stop in report["per_robot"][name]["unreachable"]:
+            if ways.always_there(number, stop):
+                yield history.moments[-1].tick, (name,), f"{name} gave up stop {stop + 1} though a way always led there"
+    for moment in history.moments:
+        for event in moment.events:
+            if event.kind == "unsolvable" and ways.jammed(moment) is False:
+                yield moment.tick, (), f"said: {event.text}; but a search finds a way"
+                return
+
+
+def nobody_stands_unnamed(history: History) -> Found:
+    """Check that who got nowhere for long with stops left is counted and named."""
+    if not history.report:
+        return
+    named = {
+        (event.robot, event.tick) for moment in history.moments for event in moment.events if event.kind == "stalled"
+    }
+    seen: dict[str, set[tuple[int, int]]] = {name: set() for name in history.robots}
+    since: dict[str, int] = dict.fromkeys(history.robots, 0)
+    under_way: dict[str, int | None] = {}
+    blamed: set[str] = set()
+    reached = {name: history.report["per_robot"][name]["reached"] for name in history.robots}
+    given_up: dict[str, list[int]] = {name: [] for name in history.robots}
+    for moment in history.moments:
+        for name, command in moment.commands.items():
+            given_up[name] = command.unreachable
+        time = moment.tick * history.dt
+        for name, pose in zip(history.robots, moment.poses, strict=True):
+            left = [
+                stop
+                for stop, at in enumerate(reached[name])
+                if (at is None or at > time) and stop not in given_up[name]
+            ]
+            stop = left[0] if left else None
+            square = floor(pose.x / RASTER), floor(pose.y / RASTER)
+            if under_way.get(name, -1) != stop:
+                seen[name] = set()
+            if stop is None or square not in seen[name]:
+                seen[name].add(square)
+                under_way[name], since[name] = stop, moment.tick
+                continue
+            if (moment.tick - since[name]) * history.dt <= STANDS or name in blamed:
+                continue
+            if not any(robot == name and since[name] <= tick <= moment.tick for robot, tick in named):
+                blamed.add(name)
+                yield moment.tick, (name,), f"{name} has got nowhere for {STANDS:g} s and nothing says so"
+    for name in history.robots:
+        counted = history.report["per_robot"][name]["stalled"]
+        if counted != sum(robot == name for robot, _ in named):
+            yield history.moments[-1].tick, (name,), f"the report counts {counted} stalls of {name}, the events do not"
+
+
+def report_agrees(history: History) -> Found:
+    """Check the report against the poses."""
+    report, settings = history.report, history.settings
+    if not report:
+        return
+    last = history.moments[-1].tick
+
+    def differs(what: str, said: float, seen: float, tolerance: float = EXACT) -> Found:
+        if abs(said - seen) > tolerance:
+            yield last, (), f"the report says {what} {said:g}, the poses say {seen:g}"
+
+    yield from differs("sim_time", report["sim_time"], last * history.dt)
+    yield from differs("ticks", report["ticks"], last)
+    complete = all(time is not None for row in report["per_robot"].values() for time in row["reached"])
+    yield from differs("complete", report["complete"], complete)
+    if not complete and not report["reason"]:
+        yield last, (), "the report is not complete and does not say why"
+    for number, name in enumerate(history.robots):
+        row = report["per_robot"][name]
+        track = [moment.poses[number] for moment in history.moments]
+        driven = sum(distance(a, b) for a, b in pairwise(track) if a != b)
+        yield from differs(f"path_length of {name}", row["path_length"], driven, 1e-6 * max(1.0, driven))
+        for stop, time in enumerate(row["reached"]):
+            if time is None:
+                continue
+            away = distance(track[round(time / history.dt)], history.stops[number][stop])
+            slack = (2 + history.late) * 4.0 * settings.robot.speed_scale * history.dt
+            if away > settings.reach + slack:
+                yield last, (name,), f"the report says {name} reached stop {stop + 1}, it was {away:.2f} m away"
+    gap = min((_gap(moment, settings.robot.radius) for moment in history.moments), default=1.0)
+    if len(history.robots) > 1 and report["clearance_min"] > gap + EXACT:
+        yield last, (), f"the report says clearance_min {report['clearance_min']:g}, two robots were {gap:g} m apart"
+    if gap < -1e-3 and not report["contacts"]["robot"]:
+        yield last, (), "two bodies overlap and the report has no contact"
+
+
+def _gap(moment: Moment, radius: float) -> float:
+    return min((distance(a, b) for a, b in combinations(moment.poses, 2)), default=1e9) - 2 * radius

@@ -1,0 +1,174 @@
+"""A plan: everything one run of a storm needs, as plain data that a person can read, edit and run again."""
+
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import msgspec
+import yaml
+from msgspec import Meta
+
+from swarm.errors import ConfigError
+from swarm.fuzzy import load_profile
+from swarm.maps.text import from_text
+from swarm.scenario.check import check
+from swarm.scenario.load import Scenario, checked
+from swarm.scenario.prepare import settled
+from swarm.settings import Section, Settings
+from world.faults import Faults, Health, Spell
+
+LARGEST: Final = 1_000_000  # bytes of a plan file
+
+Tick = Annotated[int, Meta(ge=0, le=10_000_000)]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
+
+
+FaultKind = Literal["held_up", "suspended", "away", "dead"]
+
+
+class PlannedFault(Section, frozen=True, kw_only=True):
+    """One fault of one robot. ``ticks`` says how long it lasts; a killed robot stays dead."""
+
+    robot: Name
+    kind: FaultKind
+    tick: Tick
+    ticks: Tick = 0
+
+
+class StormPlan(Section, frozen=True, kw_only=True):
+    """One run: the scenario, and what goes wrong in it at which tick."""
+
+    storm: Literal[1] = 1  # version of this form
+    profile: Name  # the profile that drew it
+    seed: Annotated[int, Meta(ge=0, le=2**53)]  # the seed that drew it; the run itself uses the scenario's
+    scenario: Settings
+    faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []  # noqa: RUF012, msgspec copies it
+    kill_leader_at: Tick | None = None  # the first robot that leads a joint plan from then on dies
+    late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
+
+    @property
+    def robots(self) -> int:
+        """How many robots it has."""
+        return self.scenario.robots
+
+    @property
+    def dead(self) -> bool:
+        """Whether a robot dies in it for good."""
+        return self.kill_leader_at is not None or any(fault.kind == "dead" for fault in self.faults)
+
+    def features(self) -> frozenset[str]:
+        """Name what it has beside driving, for the summary."""
+        settings = self.scenario
+        kinds = {fault.kind for fault in self.faults}
+        flags = {
+            "loss": settings.radio.loss > 0.0,
+            "short radio": settings.radio.range < 8.0,
+            "line of sight": settings.radio.line_of_sight,
+            "late": self.late > 0,
+            "leader killed": self.kill_leader_at is not None,
+            "edits": bool(settings.edits),
+            "movers": bool(settings.movers),
+            "shared targets": bool(settings.targets),
+            "unknown floor": not settings.map.known,
+            **{kind.replace("_", " "): kind in kinds for kind in ("held_up", "suspended", "away", "dead")},
+        }
+        return frozenset(name for name, there in flags.items() if there)
+
+    def to_scenario(self) -> Scenario:
+        """Return the scenario, its lattice settled.
+
+        Raises:
+            ConfigError: the plan's map is not drawn in it, or is none.
+        """
+        settings = self.scenario
+        if settings.map.text is None:
+            raise ConfigError("a plan's map: expected `text`, got a file; draw the map in the plan")
+        floor = from_text(settings.map.text, settings.map.cell)
+        return settled(Scenario(settings, floor, load_profile(settings.controller)))
+
+    def to_faults(self) -> Faults:
+        """Return what goes wrong, in the simulation's own form."""
+        dt = 1.0 / self.scenario.rate
+        killed = {fault.robot: fault.tick * dt for fault in self.faults if fault.kind == "dead"}
+        spells = [
+            Spell(fault.robot, Health(fault.kind), fault.tick, fault.ticks)
+            for fault in self.faults
+            if fault.kind != "dead"
+        ]
+        leader = {} if self.kill_leader_at is None else {"kill_leader_at": self.kill_leader_at * dt}
+        return Faults(killed=killed, spells=tuple(spells), late=self.late * dt, **leader)
+
+    def to_yaml(self) -> str:
+        """Return the plan as the text of a file."""
+        return _dump(_without_defaults(self))
+
+
+class _Text(str):
+    """A text that YAML shall write line by line."""
+
+    __slots__ = ()
+
+
+def _dump(raw: dict[str, Any]) -> str:
+    class Dumper(yaml.SafeDumper):
+        pass
+
+    def block(dumper: yaml.SafeDumper, text: _Text) -> yaml.ScalarNode:
+        return dumper.represent_scalar("tag:yaml.org,2002:str", str(text), style="|")
+
+    Dumper.add_representer(_Text, block)
+    drawn = raw.get("scenario", {}).get("map", {})
+    if "text" in drawn:
+        drawn["text"] = _Text(drawn["text"])
+    return str(yaml.dump(raw, Dumper=Dumper, sort_keys=False, default_flow_style=None, width=118))
+
+
+def _without_defaults(section: Section) -> dict[str, Any]:
+    """Return a section's fields that differ from their defaults."""
+    found: dict[str, Any] = {}
+    for info in msgspec.structs.fields(type(section)):
+        value = getattr(section, info.name)
+        default = info.default if info.default_factory is msgspec.NODEFAULT else info.default_factory()
+        if info.name not in {"storm", "profile", "seed"} and value == default:
+            continue
+        if isinstance(value, Section):
+            inner = _without_defaults(value)
+            if inner:
+                found[info.name] = inner
+        elif isinstance(value, list) and value and isinstance(value[0], Section):
+            found[info.name] = [_without_defaults(item) for item in value]
+        else:
+            found[info.name] = msgspec.to_builtins(value)
+    return found
+
+
+def read(path: Path) -> StormPlan:
+    """Read a plan file.
+
+    Raises:
+        ConfigError: there is none, or it is not a plan; the sentence says where and what to do.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ConfigError(f"{path}: expected a plan of at most {LARGEST} bytes; use a smaller map")
+        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as fault:
+        raise ConfigError(f"{path}: expected a readable plan file, got {fault}; check the path") from None
+    except (yaml.YAMLError, RecursionError, ValueError) as fault:
+        raise ConfigError(f"{path}: expected YAML, got {str(fault).splitlines()[0]}; mend that line") from None
+    if not isinstance(raw, dict) or "storm" not in raw:
+        raise ConfigError(
+            f"{path}: expected a storm plan (`storm: 1`, `scenario:`), got something else; swarm storm writes them"
+        )
+    try:
+        plan = msgspec.convert(raw, StormPlan)
+    except msgspec.ValidationError as fault:
+        raise ConfigError(f"{path}: {fault}; swarm storm --show SEED writes a plan that is right") from None
+    checked(msgspec.to_builtins(plan.scenario), str(path))
+    names = {f"r{number}" for number in range(1, plan.robots + 1)}
+    if unknown := {fault.robot for fault in plan.faults} - names:
+        raise ConfigError(f"{path}: faults: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}")
+    try:
+        check(plan.to_scenario(), plan.robots, plan.scenario.seed)
+    except ConfigError as fault:
+        raise ConfigError(f"{path}: {fault}") from None
+    return plan

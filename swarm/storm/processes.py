@@ -1,0 +1,70 @@
+"""The same plan over real processes in lockstep: it has to be the same run, bit for bit."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from swarm.bus import Endpoint
+from swarm.launch.fleet import Ended, Fleet
+from swarm.launch.run import Options, start
+from swarm.launch.running import registered
+from swarm.launch.table import EarlyEnd
+from swarm.storm.draw import draw
+from swarm.storm.history import record
+from swarm.storm.laws import judge
+from swarm.storm.plan import StormPlan
+from swarm.storm.results import Job, Result, compared, summed
+
+LOOK: Final = 0.2  # s
+
+
+def only_simulated(plan: StormPlan) -> str:
+    """Return what of a plan exists only in the simulation; nothing where processes can run all of it."""
+    features = {"late", "leader killed", "held up", "suspended", "away", "dead"} & plan.features()
+    return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
+
+
+def perform_both(job: Job, stop: Callable[[], bool]) -> Result:
+    """Run a plan in one process and judge it, then over real processes, and compare the digests."""
+    plan = draw(job.profile, job.seed) if job.plan is None else job.plan
+    if why := only_simulated(plan):
+        return Result(profile=job.profile, seed=job.seed, left_out=why)
+    history = record(plan)
+    result = summed(job, plan, history, judge(history))
+    if history.crash:
+        return result
+    report = over_processes(plan, history.report["sim_time"], stop)
+    how = "over processes it" if "digest" in report else f"over processes it ended early ({report['reason']}), and"
+    return compared(result, report.get("digest", "none"), how)
+
+
+def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> dict[str, Any]:
+    """Run a plan with a process for each robot, for ``limit`` [simulated s] at most, and return the world's report."""
+    scenario = plan.to_scenario()
+    options = Options(
+        scenario=scenario, robots=plan.robots, seed=scenario.settings.seed, pace="max", limit=limit, wait=False,
+        dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
+    )  # fmt: skip
+    endpoint = Endpoint("127.0.0.1", 0).claim()
+    said: list[str] = []
+    with registered("storm", endpoint) as (name, home):
+        path = Path(home) / "report.json"
+        with Fleet(home, said.append) as fleet:
+            start(fleet, options, endpoint, name, None, path)
+            ends = _until_over(fleet, stop)
+        if path.exists():
+            report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            return report
+    return {"reason": "; ".join([*ends, *said]) or "stopped"}
+
+
+def _until_over(fleet: Fleet, stop: Callable[[], bool]) -> list[str]:
+    """Wait until the world has ended, and return what was said of processes that ended before."""
+    told: list[str] = []
+    while not stop():
+        ended: list[Ended] = fleet.watch(LOOK)
+        told += [f"{one.name} ended with status {one.status}: {one.last_lines}" for one in ended if one.status]
+        if any(one.then is EarlyEnd.FINISH for one in ended):
+            break
+    return told

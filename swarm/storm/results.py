@@ -1,0 +1,120 @@
+"""What became of one plan: run, judged, and told in a few plain fields that a JSON line can carry."""
+
+from traceback import format_exc
+from typing import Any, Final, NamedTuple
+
+from msgspec import Struct
+
+from swarm.storm.draw import draw
+from swarm.storm.history import History, record
+from swarm.storm.laws import Violation, judge
+from swarm.storm.plan import StormPlan
+from swarm.storm.seen import dead_of
+
+NOBODY_DEAD: Final = "known floor, nobody dead"
+SOME_DEAD: Final = "known floor, with the dead"
+UNKNOWN: Final = "unknown floor"
+CLASSES: Final = (NOBODY_DEAD, SOME_DEAD, UNKNOWN)
+CRASH: Final = "no exception"
+REPLAY: Final = "same digest"
+NAMING: Final = frozenset({"stalled", "unsolvable", "no_plan_found", "unreachable"})  # events that say who is stuck
+
+
+class Job(NamedTuple):
+    """One plan to run: the one that a seed draws, or one from a file."""
+
+    profile: str
+    seed: int
+    plan: StormPlan | None = None
+    twice: bool = False  # run it again in the same process, and compare the digests
+
+    @property
+    def name(self) -> str:
+        """How people call it."""
+        return f"{self.profile} {self.seed}"
+
+
+class Result(Struct, frozen=True, kw_only=True):
+    """What a summary counts of one run."""
+
+    profile: str
+    seed: int
+    robots: int = 0
+    features: tuple[str, ...] = ()
+    category: str = UNKNOWN  # one of CLASSES
+    complete: bool = False
+    sim_time: float = 0.0  # s
+    stalled: int = 0
+    silent: bool = False  # a robot that lives did not arrive, and nothing says who is stuck
+    reason: str = ""
+    violations: tuple[Violation, ...] = ()
+    digest: str = ""
+    wall_time: float = 0.0  # s
+    left_out: str = ""  # why it was not run at all
+
+    def to_builtins(self) -> dict[str, Any]:
+        """Return the fields as JSON takes them, each violation an object."""
+        fields = {name: getattr(self, name) for name in self.__struct_fields__}
+        return fields | {"violations": [violation._asdict() for violation in self.violations]}
+
+
+def perform(job: Job) -> Result:
+    """Draw, run and judge one plan; an exception on the way is a violation too."""
+    try:
+        plan = draw(job.profile, job.seed) if job.plan is None else job.plan
+        history = record(plan)
+        result = summed(job, plan, history, judge(history))
+        if job.twice and not history.crash:
+            result = compared(result, record(plan).report.get("digest", ""), "run again, it")
+        return result
+    except Exception:
+        return lost(job, format_exc().strip().splitlines()[-1])
+
+
+def summed(job: Job, plan: StormPlan, history: History, violations: list[Violation]) -> Result:
+    """Sum a judged run up."""
+    report = history.report
+    return Result(
+        profile=job.profile,
+        seed=job.seed,
+        robots=plan.robots,
+        features=tuple(sorted(plan.features())),
+        category=(SOME_DEAD if dead_of(history) else NOBODY_DEAD) if plan.scenario.map.known else UNKNOWN,
+        complete=report.get("complete", False),
+        sim_time=report.get("sim_time", 0.0),
+        stalled=report["traffic"]["stalled"] if report else 0,
+        silent=is_silent(history),
+        reason=report.get("reason", ""),
+        violations=tuple(violations),
+        digest=report.get("digest", ""),
+        wall_time=history.wall_time,
+    )
+
+
+def is_silent(history: History) -> bool:
+    """Return True if a robot that lives did not arrive, and neither the report nor any event says who is stuck."""
+    report, dead = history.report, dead_of(history)
+    rows = report.get("per_robot", {})
+    if all(name in dead or None not in row["reached"] for name, row in rows.items()):
+        return False
+    if report["traffic"]["stalled"] or any(row["unreachable"] for row in rows.values()):
+        return False
+    return not any(event.kind in NAMING for moment in history.moments for event in moment.events)
+
+
+def compared(result: Result, digest: str, how: str) -> Result:
+    """Return the result with a violation more where another run of the plan has another digest."""
+    if digest == result.digest:
+        return result
+    tick = 0  # a digest says that runs differ, not where
+    breach = Violation(REPLAY, tick, (), f"{how} has the digest {digest[:12]}, not {result.digest[:12]}")
+    return _changed(result, violations=(*result.violations, breach))
+
+
+def lost(job: Job, why: str) -> Result:
+    """Return the result of a job that gave none."""
+    return Result(profile=job.profile, seed=job.seed, violations=(Violation(CRASH, 0, (), why),))
+
+
+def _changed(result: Result, **fields: Any) -> Result:  # noqa: ANN401, of several types
+    return Result(**{name: getattr(result, name) for name in result.__struct_fields__} | fields)

@@ -1,0 +1,129 @@
+"""From results to numbers: rates with their intervals, by class, profile, feature and law."""
+
+from collections.abc import Callable, Iterable, Sequence
+from math import sqrt
+from typing import Any, Final, NamedTuple
+
+from swarm.storm.laws import LAWS
+from swarm.storm.results import CLASSES, REPLAY, Result
+
+Z: Final = 1.959964  # of the normal distribution, for 95 %
+
+
+class Row(NamedTuple):
+    """Counts of some of the runs."""
+
+    name: str
+    runs: int
+    failed: int
+    silent: int
+
+    @property
+    def rate(self) -> float:
+        """Share of runs that failed."""
+        return self.failed / self.runs if self.runs else 0.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The rate's 95 % interval."""
+        return wilson(self.failed, self.runs)
+
+
+def wilson(failed: int, runs: int) -> tuple[float, float]:
+    """Compute Wilson's 95 % interval of a rate (JASA 22, 1927).
+
+    >>> [round(bound, 4) for bound in wilson(16, 218)]
+    [0.0457, 0.1158]
+    """
+    if runs == 0:
+        return 0.0, 1.0
+    share, z2 = failed / runs, Z * Z / runs
+    middle = share + z2 / 2
+    half = sqrt(z2 * (share * (1 - share) + z2 / 4))
+    return max(0.0, (middle - half) / (1 + z2)), min(1.0, (middle + half) / (1 + z2))
+
+
+def row(name: str, results: Iterable[Result], broke: Callable[[Result], bool] = lambda r: bool(r.violations)) -> Row:
+    """Count runs, those of them that failed, and those that stood without saying so."""
+    results = list(results)
+    return Row(name, len(results), sum(map(broke, results)), sum(result.silent for result in results))
+
+
+def ran(results: Iterable[Result]) -> list[Result]:
+    """Return the results of those that were not left out."""
+    return [result for result in results if not result.left_out]
+
+
+def tables(results: Sequence[Result]) -> dict[str, list[Row]]:
+    """Count by class, profile, feature and law; a class, feature or law that never came up has no row."""
+    results = ran(results)
+    profiles = sorted({result.profile for result in results})
+    features = sorted({feature for result in results for feature in result.features})
+    found = {
+        "class": [row(name, (r for r in results if r.category == name)) for name in CLASSES],
+        "profile": [row(name, (r for r in results if r.profile == name)) for name in profiles],
+        "feature": [row(name, (r for r in results if name in r.features)) for name in features],
+        "law": [row(law, results, lambda r, law=law: broke(r, law)) for law in (*LAWS, REPLAY)],  # type: ignore[misc]
+    }
+    found["class"] = [one for one in found["class"] if one.runs]
+    found["law"] = [one for one in found["law"] if one.failed]
+    return found
+
+
+def broke(result: Result, law: str) -> bool:
+    """Return True if a run broke that law."""
+    return any(violation.law == law for violation in result.violations)
+
+
+def as_json(results: Sequence[Result], wall_time: float, interrupted: bool) -> dict[str, Any]:
+    """Return the summary that other tools read; ``wall_time`` [s] is that of the whole storm."""
+    total = row("all", ran(results))
+    failures = [
+        {"profile": result.profile, "seed": result.seed, **violation._asdict()}
+        for result in results
+        for violation in result.violations
+    ]
+    return {
+        "runs": total.runs,
+        "failed": total.failed,
+        "rate": total.rate,
+        "interval": list(total.interval),
+        "silent": total.silent,
+        "left_out": len(results) - total.runs,
+        "interrupted": interrupted,
+        "wall_time": wall_time,
+        "seeds_per_hour": per_hour(total.runs, wall_time),
+        "by": {kind: [_plain(one) for one in rows] for kind, rows in tables(results).items()},
+        "failures": failures,
+    }
+
+
+def _plain(one: Row) -> dict[str, Any]:
+    return one._asdict() | {"rate": one.rate, "interval": list(one.interval)}
+
+
+def per_hour(runs: int, wall_time: float) -> float:
+    """Return how many seeds an hour is enough for."""
+    return 3600.0 * runs / wall_time if wall_time else 0.0
+
+
+def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> str:
+    """Lay the summary out for people."""
+    total = row("all", ran(results))
+    lines = [f"{'':30}{'runs':>6}{'failed':>8}{'rate':>9}{'95 %':>16}{'silent':>8}"]
+    for kind, rows in tables(results).items():
+        if rows:
+            lines += [f"by {kind}", *map(line, rows)]
+    lines += ["", line(total), f"{per_hour(total.runs, wall_time):.0f} seeds an hour"]
+    if len(results) > total.runs:
+        lines.append(f"{len(results) - total.runs} left out: {next(r.left_out for r in results if r.left_out)}")
+    if interrupted:
+        lines.append("interrupted: these are the seeds that were done")
+    return "\n".join(lines)
+
+
+def line(one: Row) -> str:
+    """Lay one row out."""
+    low, high = one.interval
+    bounds = f"{100 * low:.1f}-{100 * high:.1f} %"
+    return f"  {one.name:28}{one.runs:6}{one.failed:8}{100 * one.rate:8.1f}%{bounds:>16}{one.silent:8}"

@@ -1,0 +1,100 @@
+"""Where the robots of a recorded run could still go: past the dead, past each other, on every floor of the run."""
+
+from itertools import combinations
+
+from swarm.geometry import Pose
+from swarm.storm.brute import can_all_arrive
+from swarm.storm.history import History, Moment
+from swarm.storm.seen import cells_at, dead_of
+from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.cells_of import cells_of, comes_near
+
+
+class Ways:
+    """Which stops can be reached past the dead bodies of a run, and whether the rest is jammed for good."""
+
+    def __init__(self, history: History) -> None:
+        self._history = history
+        self._last = history.moments[-1]
+        self._dead = dead_of(history)
+        self._jams: dict[int, bool | None] = {}
+
+    def leads(self, number: int, stop: int) -> bool:
+        """Return True if cells without a dead body lead a robot from where it ended to a stop."""
+        cells = cells_at(self._history, self._last.tick)
+        goals = self._goals(cells, number, stop)
+        return bool(goals & self._reach(cells, self._last.poses[number], self._bodies(cells, number)))
+
+    def always_there(self, number: int, stop: int) -> bool:
+        """Return True if cells led from the robot's place to a stop on each floor of the run, bodies left out."""
+        history = self._history
+        here = self._last.poses[number]
+        point = history.stops[number][stop]
+        for _, known in history.floors:
+            cells = cells_of(known, history.settings)
+            if not comes_near(cells, (here.x, here.y), point, history.settings):
+                return False
+        return True
+
+    def jammed(self, moment: Moment | None = None) -> bool | None:
+        """Return True if the robots that live cannot all reach what is left to them; None where that is not known."""
+        moment = moment or self._last
+        if moment.tick not in self._jams:
+            self._jams[moment.tick] = self._search(moment)
+        return self._jams[moment.tick]
+
+    def _search(self, moment: Moment) -> bool | None:
+        history = self._history
+        cells = cells_at(history, moment.tick)
+        blocked = self._bodies(cells, -1)
+        starts: list[int] = []
+        stops: list[list[frozenset[int]]] = []
+        time = moment.tick * history.dt
+        for number, name in enumerate(history.robots):
+            if name in self._dead:
+                continue
+            row = history.report["per_robot"][name]
+            pose = moment.poses[number]
+            start = cells.cell_of(pose.x, pose.y)
+            if start in starts or start in blocked or start == OUTSIDE:
+                return None
+            starts.append(start)
+            left = [
+                stop
+                for stop, at in enumerate(row["reached"])
+                if (at is None or at > time) and stop not in row["unreachable"]
+            ]
+            stops.append([self._goals(cells, number, stop) for stop in left])
+        neighbours = [tuple(other for other in near if other not in blocked) for near in cells.neighbours]
+        for pair in combinations(range(len(starts)), 2):
+            alone = can_all_arrive(neighbours, [starts[i] for i in pair], [stops[i] for i in pair])
+            if alone is False:
+                return True
+        found = can_all_arrive(neighbours, starts, stops)
+        return None if found is None else not found
+
+    def _bodies(self, cells: CellMap, but: int) -> frozenset[int]:
+        """List the cells that dead bodies are in."""
+        radius = self._history.settings.robot.radius
+        return frozenset(
+            cell
+            for number, (name, pose) in enumerate(zip(self._history.robots, self._last.poses, strict=True))
+            if name in self._dead and number != but
+            for cell in cells.touched(pose.x, pose.y, radius)
+        )
+
+    def _reach(self, cells: CellMap, pose: Pose, blocked: frozenset[int]) -> frozenset[int]:
+        under = [
+            cell
+            for cell in cells.touched(pose.x, pose.y, self._history.settings.robot.radius)
+            if cell != OUTSIDE and cells.stands[cell] and cell not in blocked
+        ]
+        return frozenset(
+            cell for start in under for cell, steps in enumerate(cells.distances(start, blocked)) if steps < FAR
+        )
+
+    def _goals(self, cells: CellMap, number: int, stop: int) -> frozenset[int]:
+        """List the cells in which a stop counts as reached."""
+        point = self._history.stops[number][stop]
+        cell = cells.cell_of(*point)
+        return frozenset({cell} if cell != OUTSIDE and cells.stands[cell] else ())

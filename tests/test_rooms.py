@@ -1,0 +1,99 @@
+"""The house: which room may import which, and how large a file may become."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+ROOT: Final = Path(__file__).parents[1]
+TOPS: Final = ("swarm", "world", "dashboard")
+LONGEST: Final = 300  # lines of a file
+# a room imports only rooms that stand before it
+ORDER: Final = (
+    "swarm.errors",
+    "swarm.stopping",
+    "swarm.geometry",
+    "swarm.compiled",
+    "swarm.settings",
+    "swarm.messages",
+    "swarm.bus",
+    "swarm.maps",
+    "swarm.fuzzy",
+    "swarm.motion",
+    "swarm.planning",
+    "swarm.traffic",
+    "swarm.scenario",
+    "swarm.robot",
+    "world",
+    "dashboard",
+    "swarm.launch",
+    "swarm.storm",
+    "swarm.cli",
+)
+LIBRARIES: Final = {"zenoh": "swarm/bus", "pymunk": "world/physics.py", "rerun": "dashboard/view"}
+FILES: Final = sorted(file for top in TOPS for file in (ROOT / top).rglob("*.py"))
+
+
+def named(file: Path) -> str:
+    return file.relative_to(ROOT).as_posix()
+
+
+def imported(file: Path) -> list[str]:
+    """List every module that a file imports, at the top or later."""
+    found = []
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{named(file)}: imports are absolute"
+            assert node.module is not None
+            found += [f"swarm.{alias.name}" for alias in node.names] if node.module == "swarm" else [node.module]
+        elif isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+    return found
+
+
+def room_of(module: str) -> str | None:
+    parts = module.split(".")
+    if parts[0] not in TOPS:
+        return None
+    return ".".join(parts[:2]) if parts[0] == "swarm" else parts[0]
+
+
+@pytest.mark.parametrize("file", FILES, ids=named)
+def test_a_room_imports_only_rooms_below_it(file: Path) -> None:
+    own = room_of(".".join(file.relative_to(ROOT).with_suffix("").parts))
+    if own == "swarm.__init__":
+        return
+    assert own in ORDER, "give the new room its place in the order"
+    rooms = {room for module in imported(file) if (room := room_of(module)) not in {None, own}}
+    assert [room for room in rooms if room not in ORDER[: ORDER.index(own)]] == []
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_one_room_touches_each_library(library: str) -> None:
+    files = [named(file) for file in FILES if library in {module.split(".")[0] for module in imported(file)}]
+    assert files
+    assert [file for file in files if not file.startswith(LIBRARIES[library])] == []
+
+
+def test_loading_a_scenario_does_not_go_down_into_traffic() -> None:
+    code = "import sys, swarm.scenario.load; print([name for name in sys.modules if name.startswith('swarm.traffic')])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("file", FILES, ids=named)
+def test_no_file_is_long(file: Path) -> None:
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_every_room_is_installed() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    moved: dict[str, str] = project["package-dir"]
+    folders = {
+        ".".join(init.parent.relative_to(ROOT).parts) for top in TOPS for init in (ROOT / top).rglob("__init__.py")
+    }
+    assert set(project["packages"]) == folders | set(moved)
+    assert all((ROOT / folder).is_dir() for folder in moved.values())

@@ -1,0 +1,32 @@
+"""The paper's buttons, and those beside them: what each does in each phase of a run."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from swarm.errors import PeerError
+from swarm.messages import Do, Phase
+
+# fmt: off
+#             while the run is     it may be asked to     and is then
+BUTTONS: Final = {
+    Phase.WAITING: {Do.GO: Phase.RUNNING, Do.RESTART: Phase.WAITING, Do.STOP: Phase.OVER},
+    Phase.RUNNING: {Do.PAUSE: Phase.PAUSED, Do.RESTART: Phase.RUNNING, Do.STOP: Phase.OVER},
+    Phase.PAUSED:  {Do.RESUME: Phase.RUNNING, Do.GO: Phase.RUNNING, Do.RESTART: Phase.PAUSED, Do.STOP: Phase.OVER},
+    Phase.OVER:    {},
+}
+# fmt: on
+
+
+def pressed(phase: Phase, do: Do, absent: Sequence[str]) -> Phase:
+    """Return the phase that a button leads to; ``absent`` are robots whose process is not there.
+
+    Raises:
+        PeerError: it may not be pressed in this phase, or the run cannot begin yet.
+    """
+    then = BUTTONS[phase].get(do)
+    if then is None:
+        can = ", ".join(BUTTONS[phase]) or "nothing"
+        raise PeerError(f"the run is {phase.value}: expected one of ({can}), got {do.value}")
+    if do is Do.GO and absent:
+        raise PeerError(f"expected all robots to be there, {', '.join(absent)} are not; wait for them")
+    return then

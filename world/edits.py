@@ -1,0 +1,46 @@
+"""Walls put up and taken away while robots drive: an edit is refused where nobody could stop before it."""
+
+from collections.abc import Iterable
+
+from shapely import Point as ShapelyPoint
+from shapely import Polygon
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose
+from swarm.maps.occupancy import FREE, OccupancyMap
+from swarm.messages import Edit
+from swarm.robot.ground import KINDS
+from swarm.robot.safety import SPARE
+from swarm.settings import RobotSettings
+
+
+def edited(
+    floor: OccupancyMap,
+    edit: Edit,
+    bodies: Iterable[tuple[str, Pose, tuple[float, float]]],
+    robot: RobotSettings,
+    dt: float,
+) -> OccupancyMap:
+    """Return the floor with an edit made; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is a tick [s].
+
+    Raises:
+        ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
+    """
+    kind = KINDS[edit.kind]
+    changed, low, high = floor.edited(kind, edit.low, edit.high)
+    if low[0] >= high[0] or low[1] >= high[1]:
+        raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
+    if kind == FREE:
+        return changed
+    block = Polygon(changed.corners(low, high))
+    for name, pose, wheels in bodies:
+        gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
+        if gap <= 0.0:
+            raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
+        speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
+        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SPARE:
+            raise ConfigError(
+                f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
+                f"it drives {gap:.2f} m away; wait"
+            )
+    return changed

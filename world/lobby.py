@@ -1,0 +1,80 @@
+"""Who is there: robots and dashboards, each by its sessions; and the places promised to robots that are joining."""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from swarm.bus import Presence
+from swarm.errors import PeerError
+
+PROMISED: Final = 5.0  # s that a place is kept for a robot which was welcomed and is not there yet
+WATCHERS: Final = 15.0  # s that the start waits for a dashboard that was announced
+
+
+class Note(NamedTuple):
+    """A change that is worth an event."""
+
+    kind: str
+    text: str
+    robot: str
+
+
+class Lobby:
+    """Times are those of one clock of the caller's [s]; the lobby has none."""
+
+    def __init__(self, robots: Sequence[str], watchers: int, now: float) -> None:
+        self._sessions: dict[str, set[str]] = {name: set() for name in robots}
+        self._dashboards: set[str] = set()
+        self._promised: dict[str, float] = {}
+        self._watchers, self._watchers_until = watchers, now + WATCHERS
+
+    @property
+    def present(self) -> list[str]:
+        """Robots whose process is there."""
+        return [name for name, sessions in self._sessions.items() if sessions]
+
+    @property
+    def absent(self) -> list[str]:
+        """Robots whose process is not there."""
+        return [name for name, sessions in self._sessions.items() if not sessions]
+
+    def knows(self, robot: str) -> bool:
+        """Return True if the fleet has a robot of that name."""
+        return robot in self._sessions
+
+    def ready(self, now: float) -> bool:
+        """Return True if all robots are there, and the dashboards that were announced are too, or took too long."""
+        return not self.absent and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)
+
+    def take(self, presence: Presence) -> Note | None:
+        """Note who came and who went; return what is worth an event."""
+        name, session = presence.id, presence.session
+        if presence.role == "dashboard":
+            (self._dashboards.add if presence.alive else self._dashboards.discard)(session)
+        if presence.role != "robot" or name not in self._sessions:
+            return None
+        sessions = self._sessions[name]
+        if presence.alive:
+            sessions.add(session)
+            self._promised.pop(name, None)
+            many = len(sessions)
+            return Note("duplicate", f"is there {many} times; stop all but one", name) if many > 1 else None
+        sessions.discard(session)
+        return None if sessions else Note("gone", "is gone; its body stops", name)
+
+    def place(self, asked: str | None, now: float) -> str:
+        """Choose and promise a place: the one that is asked for, or the first that is free.
+
+        Raises:
+            PeerError: there is no such robot, it is here already, or all places are taken.
+        """
+        taken = self.present
+        free = [name for name in self.absent if self._promised.get(name, 0.0) < now]
+        if asked is not None and asked not in self._sessions:
+            raise PeerError(f"expected one of {', '.join(self._sessions)}, got {asked!r}; the fleet has no such robot")
+        if asked is not None and asked in taken:
+            raise PeerError(f"robot {asked!r} is here already; stop that one first, or join without a name")
+        if asked is None and not free:
+            raise PeerError(f"all {len(self._sessions)} places are taken; start the world with more robots")
+        name = asked or free[0]
+        self._promised[name] = now + PROMISED
+        return name

@@ -1,0 +1,34 @@
+"""Who hears whom. The radio itself is real (Zenoh); its reach is simulated here, so that losses are reproducible."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.settings import RadioSettings
+
+
+class RadioModel:
+    """Range, line of sight and loss, drawn with the world's seed in the order of the robots' numbers."""
+
+    def __init__(self, settings: RadioSettings, seed: int, sees: Callable[[Point, Point], bool]) -> None:
+        self._settings = settings
+        self._sees = sees
+        self._chance = np.random.default_rng([seed, 2])
+
+    def hears(self, poses: Sequence[Pose], senders: Sequence[int]) -> list[list[int]]:
+        """List for each robot the senders whose broadcast of this tick arrives."""
+        heard: list[list[int]] = [[] for _ in poses]
+        settings = self._settings
+        for listener, here in enumerate(poses):
+            for sender in senders:
+                there = poses[sender]
+                if sender == listener or distance(here, there) > settings.range:
+                    continue
+                if settings.line_of_sight and not self._sees(here[:2], there[:2]):
+                    continue
+                if settings.loss and self._chance.random() < settings.loss:
+                    continue
+                heard[listener].append(sender)
+        return heard

@@ -1,0 +1,62 @@
+"""What the world tells everybody who watches: the map, the clock, the truth, and events."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import monotonic
+
+from swarm.bus import Bus
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Map, Phase
+from swarm.scenario.load import Scenario
+from world.world import World
+
+
+class Speaker:
+    """The fleet's map as it is now, and the bus on which all is told."""
+
+    def __init__(self, bus: Bus, scenario: Scenario, log: Callable[[str], None]) -> None:
+        self._bus, self._log = bus, log
+        self.scenario = scenario
+        self.settings, self.packed = scenario.to_wire()
+        self._clock_told = float("-inf")
+        self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
+
+    def take_map(self, floor: OccupancyMap) -> None:
+        """Take the floor over as it is now; who joins or begins again is given this one."""
+        self.scenario = replace(self.scenario, map=floor)
+        self.settings, self.packed = self.scenario.to_wire()
+
+    def floor(self, world: World) -> Map:
+        """Return the map with the scenario's settings and where each robot starts."""
+        homes = dict(zip(world.robots, world.starts, strict=True))
+        return Map(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
+
+    def tell_map(self, world: World) -> None:
+        """Send the map."""
+        self._bus.send(MAP, self.floor(world))
+
+    def clock(self, world: World, phase: Phase, present: list[str]) -> Clock:
+        """Return where the run stands."""
+        return Clock(
+            run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present
+        )
+
+    def tell_clock(self, clock: Clock) -> None:
+        """Send where the run stands."""
+        self._clock_told = monotonic()
+        self._bus.send(CLOCK, clock)
+
+    @property
+    def clock_is_due(self) -> bool:
+        """Whether the clock was told so long ago that it has to be told again."""
+        return monotonic() - self._clock_told >= 1.0 / CLOCK.rate
+
+    def tell_truth(self, world: World) -> None:
+        """Send where everybody is, at the ticks that have it, to those who want it."""
+        if world.tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
+            self._bus.send(TRUTH, world.truth())
+
+    def tell(self, event: Event) -> None:
+        """Send and log an event."""
+        self._bus.send(EVENT, event)
+        self._log(f"{event.time:8.2f} s  {event.robot + ' ' if event.robot else ''}{event.text}")
