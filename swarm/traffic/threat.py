@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
+from swarm.traffic.walk import BESIDE, Walk
 
 WATCH: Final = 1.4  # m, from the edge: what is seen nearer may be a threat
 HALF_WIDTH: Final = 0.25  # m; what comes is taken for a disc so large
@@ -16,6 +17,8 @@ NOTED: Final = 12  # ticks over which its velocity is measured
 LATELY: Final = 6  # ticks in which
 NEARER: Final = 0.06  # m that it has come nearer, the robot's own way left out: 0.2 m/s
 COMING: Final = 40  # ticks for which it is then believed to come on: a robot that turns away does not see it
+OTHER: Final = 2  # cells by which a way that is longer than the shortest so far is another one
+KEPT: Final = 400  # ticks of it after which who has not got on takes its next cell for occupied
 
 
 class Threat(NamedTuple):
@@ -77,6 +80,27 @@ class Threats:
             for axis in (0, 1)
         )
         return vx, vy
+
+
+class Kept:
+    """Notices that a threat has kept the robot from its next cell for long, though the cell is its own."""
+
+    def __init__(self) -> None:
+        self._fewest = 0  # cells left of its way
+        self._ticks = 0  # threatened since then
+
+    def look(self, walk: Walk, body: int, *, threatened: bool) -> int | None:
+        """Return that cell, if so; ask once a tick."""
+        held = list(zip(walk.ledger.held, walk.steps, strict=True))[walk.place(body) + 1 :]
+        ahead = [cell for cell, step in held if step != BESIDE]
+        left = len(ahead) + len(walk.route)
+        if not ahead or left < self._fewest or left > self._fewest + OTHER:
+            self._fewest, self._ticks = left, 0
+        self._ticks += threatened
+        if not ahead or self._ticks < KEPT:
+            return None
+        self._ticks = 0
+        return ahead[0]
 
 
 def cells_away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:

@@ -29,7 +29,7 @@ from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
 from swarm.traffic.telling import Telling
-from swarm.traffic.threat import Threat, cells_away
+from swarm.traffic.threat import Kept, Threat, cells_away
 from swarm.traffic.walk import BESIDE, Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
@@ -62,6 +62,7 @@ class Traffic:
         self._listen_until = 0  # tick
         self._moved = 0  # tick at which it last got on
         self._threat: Threat | None = None  # what comes towards it
+        self._kept = Kept()
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
@@ -187,7 +188,7 @@ class Traffic:
 
     def _release(self, walk: Walk, body: Body, room: tuple[int, ...]) -> Walk:
         released = walk.released(body.touched, body.cell, room)
-        if released is not walk:
+        if released.on_way < walk.on_way:
             self._moved = body.tick
         return released
 
@@ -208,6 +209,11 @@ class Traffic:
             return walk, Halt(stopped=False), ()  # it has learned no walls yet, and stands
         mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
         halt = self._halting.look(inputs, self._hearsay.others.values(), mine)
+        kept_from = self._kept.look(walk, body.cell, threatened=halt.threat is not None)
+        if kept_from is not None:
+            self._sightings.note(kept_from, empty=False, tick=inputs.tick)
+            text = f"{self.me} gave up cell {kept_from}: what moves there keeps it from it"
+            return given_back(walk, body, self.cells), halt, (Event("halted", (self.me,), text),)
         if halt.found is None:
             return walk, halt, ()
         cell = self.cells.cell_of(*halt.found)

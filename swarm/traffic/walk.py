@@ -43,6 +43,11 @@ class Walk(NamedTuple):
         return max(0, next((step for step in self.steps if step != BESIDE), 0))
 
     @property
+    def on_way(self) -> int:
+        """How many of the cells held are on the way."""
+        return len(self.steps) - self.steps.count(BESIDE)
+
+    @property
     def next_step(self) -> int:
         """The step, within the joint plan, of the first cell of the route."""
         return self.steps[-1] + 1
