@@ -42,29 +42,42 @@ class Threats:
         """Return the threat at this tick; rays hit unexpected obstacles at the points ``hits`` [m]."""
         while self._noted and self._noted[0][0] < tick - NOTED:
             self._noted.popleft()
+        known = self._now(tick)
         if hits:
-            place = self._middle(pose, hits)
-            if self._noted and distance(place, self._noted[-1][1]) > WIDE:
-                self._noted.clear()  # it is another one
-            self._noted.append((tick, place))
-            before = next(place for then, place in self._noted if then >= tick - LATELY)
-            came = distance(before, pose) - distance(place, pose)
-            if abs(came) > NEARER or (came > 0.0 and self._age(tick) < COMING):
-                self._last = tick, Threat(*place, *self._velocity())
-        if self._last is None or self._age(tick) >= COMING:
+            place = self._middle(pose, hits, known)
+            if known is None or distance(place, known) < WIDE or distance(place, pose) < distance(known, pose):
+                known = self._note(tick, pose, place) or known
+        return known
+
+    def _note(self, tick: int, pose: Pose, place: Point) -> Threat | None:
+        """Take down where it is; return the threat if it moves by itself."""
+        if self._noted and distance(place, self._noted[-1][1]) > WIDE:
+            self._noted.clear()  # it is another one
+        self._noted.append((tick, place))
+        before = next(place for then, place in self._noted if then >= tick - LATELY)
+        came = distance(before, pose) - distance(place, pose)
+        if abs(came) <= NEARER and (came <= 0.0 or self._now(tick) is None):
             return None
-        x, y, vx, vy = self._last[1]
-        age = self._age(tick) * self._dt
+        self._last = tick, Threat(*place, *self._velocity())
+        return self._last[1]
+
+    def _now(self, tick: int) -> Threat | None:
+        """Return the threat as it goes on unseen, for a while."""
+        if self._last is None or tick - self._last[0] >= COMING:
+            return None
+        (x, y, vx, vy), age = self._last[1], (tick - self._last[0]) * self._dt
         return Threat(x + vx * age, y + vy * age, vx, vy)
 
-    def _age(self, tick: int) -> int:
-        return COMING if self._last is None else tick - self._last[0]
+    def _middle(self, pose: Pose, hits: Collection[Point], known: Threat | None) -> Point:
+        """Fit a disc to the hits on the nearest thing: each is on its edge, whichever rays they are of.
 
-    def _middle(self, pose: Pose, hits: Collection[Point]) -> Point:
-        """Fit a disc to the hits on the nearest thing: each is on its edge, whichever rays they are of."""
+        One ray tells nothing of where to its side the middle is: the fit begins where that is ``known`` to be.
+        """
         nearest = min(hits, key=lambda hit: distance(hit, pose))
         edge = [hit for hit in hits if distance(hit, nearest) < WIDE]
         x, y = _beyond(nearest, pose)
+        if known is not None and distance(known, (x, y)) < WIDE:
+            x, y, _, _ = known
         for _ in range(FITS):
             middles = [_beyond(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
             x, y = (sum(values) / len(edge) for values in zip(*middles, strict=True))
