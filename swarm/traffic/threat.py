@@ -6,7 +6,6 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.cells import CellMap
 from swarm.traffic.walk import BESIDE, Walk
 
 WATCH: Final = 1.4  # m, from the edge: what is seen nearer may be a threat
@@ -114,15 +113,6 @@ class Kept:
             return None
         self._ticks = 0
         return ahead[0]
-
-
-def cells_away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:
-    """List the cells about the robot that are farther from the threat than it is, of those to stand in.
-
-    From any other it would find no way on.
-    """
-    near, about = distance(threat, pose), cells.around(cells.cell_of(pose.x, pose.y), 1)
-    return [cell for cell in about if cells.stands[cell] and distance(threat, cells.centre(cell)) > near]
 
 
 def _beyond(hit: Point, origin: tuple[float, ...]) -> Point:

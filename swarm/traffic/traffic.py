@@ -6,7 +6,7 @@ Three layers, each safe without the one above. 0: the body stays in the cells he
 its own.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 
 from msgspec.structs import replace
 
@@ -24,13 +24,14 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutpu
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.lookout import Lookout
 from swarm.traffic.presence import Body, Presence, awoken, body_of, cells_for_me_alone, given_back, owned_up, spread
+from swarm.traffic.room import room_beside
 from swarm.traffic.route import OwnWay
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
 from swarm.traffic.telling import Telling
-from swarm.traffic.threat import Kept, Threat, cells_away
-from swarm.traffic.walk import BESIDE, Walk
+from swarm.traffic.threat import Kept, Threat
+from swarm.traffic.walk import Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
@@ -92,7 +93,8 @@ class Traffic:
             walk, body = spread(walk, inputs, self.cells, self.settings)
         threat = self._threat
         walk = self._presence.kept_on_way(walk, body, self.cells, threatened=threat is not None)
-        room = self._room(walk, inputs, fresh, floor)
+        asks = not floor and self._joint.frozen is None and not listens
+        room = room_beside(walk, inputs, fresh, threat, self.cells) if asks else ()
         walk = self._release(walk, body, room)
         other_goal = self._goal.set(inputs.goal, walk, body, self.cells, self.settings.radius)
         walk, halt, halted = self._halt(walk, inputs, body)
@@ -169,22 +171,6 @@ class Traffic:
         if listens or self._joint.frozen is not None or not walk.route or self.settings.in_sight:
             return ()
         return cells_for_me_alone(body, self._hearsay.others, fresh, self.cells, self.settings)
-
-    def _room(
-        self, walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]
-    ) -> tuple[int, ...]:
-        """List the cells to drive in beside the way, as far as nobody else needs them; before a threat, all round."""
-        if floor or self._joint.frozen is not None or inputs.tick < self._listen_until:
-            return ()
-        body, threat = self.cells.cell_of(*inputs.pose[:2]), self._threat
-        if threat is None and (not inputs.sweeps or walk.place(body) == len(walk.ledger.held) - 1):
-            return ()
-        needed = {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims], *one.held)}
-        if threat is not None:
-            return tuple([cell for cell in cells_away(threat, inputs.pose, self.cells) if cell not in needed])
-        way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
-        across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
-        return tuple(cell for cell in inputs.sweeps if cell in across and cell not in needed)
 
     def _release(self, walk: Walk, body: Body, room: tuple[int, ...]) -> Walk:
         released = walk.released(body.touched, body.cell, room)
