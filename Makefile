@@ -41,7 +41,7 @@ bench: $(READY)  ## every number of docs/benchmarks.md
 
 lock:  ## pin anew what is installed (commit the result)
 	$(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/python -m pip install --quiet --editable '.[dashboard,dev]'
+	$(VENV)-lock/bin/python -m pip install --quiet --editable '.[dev]'
 	$(VENV)-lock/bin/python -m pip freeze --exclude-editable > requirements.lock
 	rm -rf $(VENV)-lock
 

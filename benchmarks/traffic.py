@@ -31,7 +31,8 @@ from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import settled
 from swarm.traffic import question
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.joint_search import JointSearch, Result
 from world.faults import Faults

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from dashboard import naming
+from dashboard.overlays import Overlay
 from dashboard.progress import Heard, Progress
 from swarm.messages import Activity, Clock, Event, Message, Phase, Plan, Point, Truth
 
@@ -24,6 +25,7 @@ class Batch:
     paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, all followed
     events: list[Event] = field(default_factory=list)
     summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
+    overlays: list[Overlay] = field(default_factory=list)
 
     def thinned(self) -> "Batch":
         """Leave frames out, evenly, until they are few enough to be drawn in time; the last one stays."""
@@ -73,6 +75,10 @@ class Collector:
         name = getattr(message, "robot", None)
         if name in self._lane:
             self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
+
+    def lay_over(self, overlay: Overlay) -> None:
+        """Note what lies over the floor at a moment."""
+        self._batch.overlays.append(overlay)
 
     def batch(self) -> Batch:
         """Hand over what has gathered and begin again."""

@@ -1,7 +1,7 @@
 """What lies over the floor at a moment: fired rules of one robot, cells held, who waits for whom, and joint plans."""
 
 from math import degrees
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
@@ -30,20 +30,14 @@ class Drawing(NamedTuple):
     orders: list[tuple[Spot, str]]  # m, a cell's middle, and who enters it after whom
 
 
-class Layers(Protocol):
-    """What of a view is drawn on."""
+class Overlay(NamedTuple):
+    """What lies over the floor at one moment."""
 
-    def show_rules(self, time: float, text: str) -> None:
-        """Show which rules fire, as markdown."""
-
-    def show_held(self, time: float, held: dict[str, list[Box]]) -> None:
-        """Show the cells that robots hold."""
-
-    def show_waits(self, time: float, arrows: list[Arrow]) -> None:
-        """Show who waits for whom."""
-
-    def show_plans(self, time: float, plans: list[Drawing]) -> None:
-        """Show the joint plans under way."""
+    time: float  # s, since the run began
+    rules: str  # which rules of the selected robot fire, as markdown; empty where the profile is not known
+    held: dict[str, list[Box]]  # the cells that each robot holds
+    waits: list[Arrow]  # from each robot to each that it waits for
+    plans: list[Drawing]  # the joint plans under way
 
 
 class Overlays:
@@ -75,17 +69,15 @@ class Overlays:
             self._plans = {epoch: plan for epoch, plan in self._plans.items() if epoch in in_use}
             self._plans[own.plan.epoch] = own.plan
 
-    def draw(self, view: Layers, truth: Truth) -> None:
-        """Draw them as they are at a moment."""
+    def at(self, truth: Truth) -> Overlay:
+        """Return what lies over the floor at a moment."""
         bodies = {body.robot: body for body in truth.bodies}
-        if not bodies:
-            return
-        if self._controller is not None:
-            selected = bodies.get(self._selected or "", truth.bodies[0])
-            view.show_rules(truth.time, self.rules(self._controller, selected))
-        view.show_held(truth.time, {name: self.boxes(body) for name, body in bodies.items()})
-        view.show_waits(truth.time, waits(bodies))
-        view.show_plans(truth.time, self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else [])
+        rules = ""
+        if self._controller is not None and bodies:
+            rules = self.rules(self._controller, bodies.get(self._selected or "", truth.bodies[0]))
+        held = {name: self.boxes(body) for name, body in bodies.items()}
+        plans = self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else []
+        return Overlay(truth.time, rules, held, waits(bodies), plans)
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Explain what a robot's tables make of what it senses, as markdown."""

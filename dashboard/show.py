@@ -77,14 +77,14 @@ class Show:
     def draw(self) -> None:
         """Draw what has gathered."""
         if self._view is not None and self._collector is not None:
-            self._view.draw(self._collector.batch())
             self._lay_over()
+            self._view.draw(self._collector.batch())
             self._gap = max(OVERLAY, (self.progress.time - self._drawn) / OVERLAYS)
             self._drawn = self.progress.time
 
     def _lay_over(self) -> None:
-        if self._view is not None and self._overlays is not None and self._truth is not None:
-            self._overlays.draw(self._view, self._truth)
+        if self._collector is not None and self._overlays is not None and self._truth is not None:
+            self._collector.lay_over(self._overlays.at(self._truth))
             self._laid, self._truth = self._truth.time, None
 
     def _take_floor(self, floor: Map) -> None:

@@ -14,7 +14,7 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Final
 
-from docs import fields, figure5, speeds
+from docs import concepts, fields, figure5, speeds
 from docs.markdown import rows, said
 from swarm.launch import table as processes
 from swarm.storm.laws import LAWS
@@ -114,6 +114,7 @@ FILES: Final[dict[str, Callable[[], str]]] = {
     "mission.svg": figure5.svg,
     "speeds.svg": speeds.svg,
     "../schemas/wire.json": fields.schema,
+    **concepts.PICTURES,
 }
 
 

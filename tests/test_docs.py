@@ -10,6 +10,11 @@ import pytest
 from docs.generate import FILES, MARKED, PAGES, PARTS, renewed
 from swarm.bus import Bus, Endpoint
 from swarm.messages import RADIO, Activity, Broadcast
+from swarm.planning.grid import Grid
+from swarm.planning.path import Path as PlannedPath
+from swarm.planning.path import line_is_free, plan
+from swarm.scenario.check import check
+from swarm.scenario.load import load
 
 ROOT = Path(__file__).parents[1]
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
@@ -38,6 +43,47 @@ def test_every_generated_part_is_on_a_page() -> None:
 def test_links_between_pages_lead_somewhere(page: Path) -> None:
     links = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if "://" not in link]
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+SPAN = re.compile(r"`([^`\n]+)`")
+HOME = re.compile(r"[\w.-]+/[\w./-]+\.(?:py|yaml|md|json)")  # a file with its folder
+CALL = re.compile(r"\.(\w+)\(")
+OURS = ("swarm", "world", "dashboard", "benchmarks", "docs")
+SOURCES = "\n".join(file.read_text(encoding="utf-8") for room in OURS for file in (ROOT / room).rglob("*.py"))
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda path: path.name
+)
+def test_files_and_functions_that_a_page_names_are_there(page: Path) -> None:
+    spans = SPAN.findall(re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL))
+    files = [span for span in spans if HOME.fullmatch(span)]
+    assert [file for file in files if not (ROOT / file).exists() and not (ROOT / "swarm" / file).exists()] == []
+    calls = {name for span in spans for name in CALL.findall(span)}
+    assert [name for name in sorted(calls) if f"def {name}(" not in SOURCES] == []
+
+
+def blocks(page: str, language: str) -> list[str]:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def test_the_scenario_on_its_page_is_one(tmp_path: Path) -> None:
+    (block,) = blocks("scenarios.md", "yaml")
+    (tmp_path / "small.yaml").write_text(block, encoding="utf-8")
+    scenario = load(tmp_path / "small.yaml")
+    assert check(scenario, scenario.settings.robots, scenario.settings.seed).scenario.settings.name == "small"
+
+
+def test_the_python_of_the_pages_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (planning,), (fuzzy,) = blocks("planning.md", "python"), blocks("fuzzy.md", "python")
+    floor = load(ROOT / "scenarios" / "office.yaml").map
+    given = {"Grid": Grid, "plan": plan, "line_is_free": line_is_free, "map": floor, "x": 1.2, "y": 1.0, "s": 0.0}
+    exec(planning, given)
+    assert isinstance(given["path"], PlannedPath)
+    assert given["s"] == pytest.approx(0.2, abs=0.1), "0.2 m along the path"
+    exec(fuzzy)
+    assert capsys.readouterr().out.startswith("profile paper")
 
 
 @pytest.mark.processes

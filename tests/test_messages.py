@@ -15,7 +15,9 @@ from msgspec import inspect
 from swarm import messages
 from swarm.bus.codec import decode, encode
 from swarm.errors import PeerError
-from swarm.messages import REPLIES, TOPICS, VERSION, Accepted, Message, Sense, Topic
+from swarm.messages import REPLIES, TOPICS, VERSION, Accepted, Command, Message, Sense, Topic
+from swarm.robot.cell_pilot import DETOUR_SCALE, LEAST_SCALE, TIGHT_SCALE, TURNED
+from world.world import REST
 
 LARGE = 10_000_000  # bytes
 
@@ -85,6 +87,12 @@ def fields_of(message: Message) -> dict[str, Any]:
 @given(any_message)
 def test_every_message_comes_back_as_it_went(message: Message) -> None:
     assert decode(encode(message), type(message), LARGE) == message
+
+
+@pytest.mark.parametrize("scale", [LEAST_SCALE, DETOUR_SCALE, TIGHT_SCALE * (1.0 - TURNED)])
+def test_every_scale_that_a_robot_chooses_passes_the_wire(scale: float) -> None:
+    command = msgspec.structs.replace(REST, scale=scale)
+    assert decode(encode(command), Command, LARGE) == command
 
 
 @given(any_message, st.data())

@@ -1,6 +1,6 @@
 """The world as a process: it waits for its robots, owns the clock, senses for all, moves all, and reports."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
@@ -27,13 +27,14 @@ from swarm.messages import (
     Join,
     Message,
     Phase,
+    Sense,
     Welcome,
 )  # fmt: skip
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
-from world.answers import Answers
+from world.answers import SILENT, Answers, Asked
 from world.controls import pressed
 from world.lobby import Lobby
 from world.pace import Stopwatch, Timetable
@@ -42,7 +43,6 @@ from world.speaker import Speaker
 from world.world import World
 
 LOOK: Final = 0.25  # s between two looks whether we are told to stop
-SILENT: Final = 5.0  # s that lockstep waits for a robot which is there and does not answer
 
 
 def run(
@@ -164,7 +164,7 @@ class Host:
             bus.send(SENSE, senses[name], robot=name)
         self._speaker.tell_truth(world)
         if lockstep:
-            self._await_all(stop)
+            self._await_all(stop, senses)
         else:
             self._await_time(stop)
         if self.phase is Phase.OVER or self._world is not world or not self._linked:
@@ -179,21 +179,22 @@ class Host:
         elif world.time >= self._limit:
             self._end(f"time limit of {self._limit:g} s; {missing(world)}")
 
-    def _await_all(self, stop: Flag) -> None:
-        world, deadline = self._world, monotonic() + SILENT
+    def _await_all(self, stop: Flag, senses: Mapping[str, Sense]) -> None:
+        """Wait for the commands of all that are there. A sense is sent again to robots that came late or are silent."""
+        world, asked = self._world, Asked(self._lobby.present, monotonic())
         while self.phase is not Phase.OVER and self._world is world and self._linked and not stop.is_set():
             present = self._lobby.present
-            lacking = self._answers.lacking(present)
+            lacking = self._answers.lacking(present, world.tick)
             if not self._answers.awaited(present):
                 self._take(self._bus.receive(LOOK))  # nobody answers: time for somebody to come back
                 return
             if not lacking:
                 return
-            if monotonic() > deadline:
-                for name in lacking:
-                    self._answers.deaf.add(name)
-                    self._tell("silent", f"is there but has not answered for {SILENT:g} s", name)
-                return
+            for name in asked.again(lacking, monotonic()):
+                self._bus.send(SENSE, senses[name], robot=name)
+            for name in asked.overdue(lacking, monotonic()):
+                self._answers.deaf.add(name)
+                self._tell("silent", f"is there but has not answered for {SILENT:g} s", name)
             self._take(self._bus.receive(LOOK))
 
     def _await_time(self, stop: Flag) -> None:

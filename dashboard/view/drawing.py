@@ -13,7 +13,7 @@ import rerun as rr
 
 from dashboard import naming, palette, shapes
 from dashboard.collect import Batch
-from dashboard.overlays import Drawing
+from dashboard.overlays import Arrow, Box, Drawing, Overlay
 from dashboard.scene import Scene
 from dashboard.view.layout import TIMELINE
 from swarm.geometry import Pose
@@ -128,6 +128,8 @@ class View:
             self._draw_event(event)
         for time, text in batch.summaries:
             self._at(time, "fleet", rr.TextDocument(naming.plain(text), media_type="text/markdown"))
+        for overlay in batch.overlays:
+            self._lay_over(overlay)
 
     def _draw_frames(self, frames: list[Truth], distances: list[list[float]]) -> None:
         values = shapes.table(frames, self.robots)
@@ -178,29 +180,32 @@ class View:
         word = self._words[name]
         return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
 
-    # --- layers that whoever knows more can fill ---
+    # --- what lies over it ---
 
-    def show_rules(self, time: float, text: str) -> None:
-        """Show which rules of a robot's controller fire, as markdown."""
-        self._at(time, "rules", rr.TextDocument(naming.plain(text), media_type="text/markdown"))
+    def _lay_over(self, overlay: Overlay) -> None:
+        """Draw the rules that fire, the cells held, who waits for whom, and the joint plans."""
+        if overlay.rules:
+            text = rr.TextDocument(naming.plain(overlay.rules), media_type="text/markdown")
+            self._at(overlay.time, "rules", text)
+        self._draw_held(overlay.time, overlay.held)
+        self._draw_waits(overlay.time, overlay.waits)
+        self._draw_plans(overlay.time, overlay.plans)
 
-    def show_held(self, time: float, held: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> None:
-        """Show the cells that robots hold: (x, y, width, height) of each, the corner at the lowest x and y."""
+    def _draw_held(self, time: float, held: Mapping[str, Sequence[Box]]) -> None:
         cells = [(cell, n) for n, name in enumerate(self.robots) for cell in held.get(name, ())]
         boxes = np.array([cell for cell, _ in cells], dtype=np.float32).reshape(-1, 4)
         colours = [self._colours[n] for _, n in cells]
         shown = rr.Boxes2D(mins=boxes[:, :2], sizes=boxes[:, 2:], colors=colours, radii=_pixels(0.7), draw_order=1.0)
         self._at(time, "world/held", shown)
 
-    def show_waits(self, time: float, arrows: Sequence[tuple[Point, Point]]) -> None:
-        """Show who waits for whom: from where the one stands to where the other does."""
+    def _draw_waits(self, time: float, arrows: Sequence[Arrow]) -> None:
         origins = _array([start for start, _ in arrows])
         vectors = _array([end for _, end in arrows]) - origins
         shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=_pixels(1.0), draw_order=32.0)
         self._at(time, "world/waits", shown)
 
-    def show_plans(self, time: float, plans: Sequence[Drawing]) -> None:
-        """Show the joint plans under way, each in its leader's colour: ways still to come, who comes after whom."""
+    def _draw_plans(self, time: float, plans: Sequence[Drawing]) -> None:
+        """Draw each in its leader's colour: ways still to come, who comes after whom."""
         if not plans and not self._plans_shown:
             return
         self._plans_shown = bool(plans)

@@ -253,11 +253,17 @@ class Bus:
         raise SwarmError(f"inbox: unknown item {item!r}")
 
     def _ids(self, topic: Topic[Any], key: str) -> dict[str, str]:
+        names, chunks = topic.key.split("/"), key.removeprefix(self._prefix).split("/")
+        if len(names) != len(chunks):
+            raise PeerError(f"{key}: expected the key {self._prefix}{topic.key}")
         ids = {}
-        for name, chunk in zip(topic.key.split("/"), key.removeprefix(self._prefix).split("/"), strict=True):
-            if name.startswith("{"):
-                if not ID.match(chunk):
-                    raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
+        for name, chunk in zip(names, chunks, strict=True):
+            if not name.startswith("{"):
+                if name != chunk:
+                    raise PeerError(f"{key}: expected the key {self._prefix}{topic.key}")
+            elif not ID.match(chunk):
+                raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
+            else:
                 ids[name[1:-1]] = chunk
         return ids
 

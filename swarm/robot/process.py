@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from threading import Event as Flag
 from time import monotonic
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.geometry import Pose
 from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Sense, Welcome
-from swarm.robot.brain import Inputs, Robot
+from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.robot.radio import Radio
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
@@ -18,6 +18,7 @@ LOOK: Final = 0.25  # s between two looks whether we are told to stop
 PEEK: Final = 0.001  # s between two looks for a broadcast that is still missing: these wake nobody
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast the world says was heard
 WELCOME: Final = 10.0  # s to wait for the world's answer
+KEPT: Final = 5.0  # s for which answers are kept: a sense that is sent again is given the same answer
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged
 
 
@@ -57,6 +58,7 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
     radio = Radio(bus, scenario.settings.radio.range)
     radio.tune(start.x, start.y)
     inbox = Inbox(robot, radio, log)
+    answers = Answers(round(KEPT * scenario.settings.rate))
     bus.listen(SENSE, robot=name)
     bus.announce("robot", name)
     sense: Sense | None = None
@@ -67,10 +69,39 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
                 return True
             sense = _newer(sense, inbox.sort(arrived))
         elif sense is not None:
+            if (again := answers.to(sense)) is not None:
+                _say(bus, name, again, sure=sense.lockstep)
+                sense = None
+                continue
             if sense.run != robot.run:
                 radio.begin(sense.run)
-            sense = _step(bus, robot, inbox, sense, log)
+            sense = _step(bus, robot, inbox, answers, sense, log)
     return False
+
+
+class Answer(NamedTuple):
+    """What a robot says to one sense, and from which zone of the radio."""
+
+    outputs: Outputs
+    zone: tuple[int, int]
+
+
+class Answers:
+    """The answers of the last ticks: a robot steps once a tick, and a sense that comes again gets the same answer."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._given: dict[tuple[int, int], Answer] = {}  # by run and tick, oldest first
+
+    def to(self, sense: Sense) -> Answer | None:
+        """Return what was answered to this sense before, if anything was."""
+        return self._given.get((sense.run, sense.tick))
+
+    def keep(self, sense: Sense, answer: Answer) -> None:
+        """Keep an answer, and forget the oldest where there are too many."""
+        self._given[sense.run, sense.tick] = answer
+        if len(self._given) > self._most:
+            del self._given[next(iter(self._given))]
 
 
 class Inbox:
@@ -106,7 +137,9 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
     return max(known, other, key=lambda sense: (sense.run, sense.tick))
 
 
-def _step(bus: Bus, robot: Robot, inbox: Inbox, sense: Sense, log: Callable[[str], None]) -> Sense | None:
+def _step(
+    bus: Bus, robot: Robot, inbox: Inbox, answers: Answers, sense: Sense, log: Callable[[str], None]
+) -> Sense | None:
     """Answer a sense; return a newer one instead, should it come while this one waits for its broadcasts."""
     radio = inbox.radio
     if sense.lockstep:
@@ -116,7 +149,8 @@ def _step(bus: Bus, robot: Robot, inbox: Inbox, sense: Sense, log: Callable[[str
             if arrived is None and monotonic() > deadline:
                 log(f"{robot.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
                 break
-            if (newer := inbox.sort(arrived)) is not None:
+            newer = _newer(sense, inbox.sort(arrived))
+            if newer is not sense:
                 return newer
         heard = radio.exactly(sense.hears, sense.tick)
     else:
@@ -124,13 +158,20 @@ def _step(bus: Bus, robot: Robot, inbox: Inbox, sense: Sense, log: Callable[[str
     if robot.missed(sense):
         for floor in bus.fetch(MAP):
             robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
-    zx, zy = radio.tune(sense.x, sense.y)
-    outputs = robot.step(Inputs(sense, heard))
-    if outputs.broadcast is not None:
-        bus.send(RADIO, outputs.broadcast, sure=sense.lockstep, zx=zx, zy=zy, robot=robot.name)
-    bus.send(COMMAND, outputs.command, robot=robot.name)
-    if outputs.state is not None:
-        bus.send(STATE, outputs.state, robot=robot.name)
-    if outputs.plan is not None:
-        bus.send(PLAN, outputs.plan, robot=robot.name)
+    zone = radio.tune(sense.x, sense.y)
+    answer = Answer(robot.step(Inputs(sense, heard)), zone)
+    answers.keep(sense, answer)
+    _say(bus, robot.name, answer, sure=sense.lockstep)
     return None
+
+
+def _say(bus: Bus, name: str, answer: Answer, *, sure: bool) -> None:
+    """Put the broadcast on the radio, then send the rest: who has the command knows that the broadcast was sent."""
+    outputs, (zx, zy) = answer
+    if outputs.broadcast is not None:
+        bus.send(RADIO, outputs.broadcast, sure=sure, zx=zx, zy=zy, robot=name)
+    bus.send(COMMAND, outputs.command, robot=name)
+    if outputs.state is not None:
+        bus.send(STATE, outputs.state, robot=name)
+    if outputs.plan is not None:
+        bus.send(PLAN, outputs.plan, robot=name)

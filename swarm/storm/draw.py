@@ -12,7 +12,8 @@ from swarm.scenario.load import checked
 from swarm.scenario.starts import names
 from swarm.storm.plan import FaultKind, PlannedFault, StormPlan
 from swarm.storm.profiles import PROFILES, Profile
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
 
 SIDE: Final = 1.2  # m, of a cell

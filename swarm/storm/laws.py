@@ -26,6 +26,7 @@ from swarm.storm.laws_mission import (
     report_agrees,
     truthful,
 )
+from swarm.storm.laws_wire import passes_the_wire
 from swarm.storm.seen import Law
 
 
@@ -57,6 +58,7 @@ LAWS: Final[Mapping[str, Law]] = {
     "truthful": truthful,
     "nobody stands unnamed": nobody_stands_unnamed,
     "the report agrees": report_agrees,
+    "passes the wire": passes_the_wire,
 }
 
 

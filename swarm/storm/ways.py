@@ -6,7 +6,8 @@ from swarm.geometry import Pose
 from swarm.storm.brute import can_all_arrive
 from swarm.storm.history import History, Moment
 from swarm.storm.seen import cells_at, dead_of
-from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near
 
 

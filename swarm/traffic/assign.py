@@ -3,7 +3,8 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
 
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 
 
 class Aside(Enum):

@@ -5,7 +5,6 @@ where a disc stands clear at its centre; two neighbours are joined where the dis
 their centres. Both are exact for the boxes of the fine map.
 """
 
-from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from copy import copy
 from math import ceil, cos, floor, hypot, sin
@@ -16,10 +15,10 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
+from swarm.traffic.breadth_first import breadth_first
 from swarm.traffic.fitting import OPEN, STANDS, measure
 from swarm.traffic.footprint import cells_under, line_is_clear
 
-FAR: Final = 1 << 30  # steps; no way leads there
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 KEPT: Final = 256  # distance tables
 SIGHT: Final = 0.1  # m; what passes a wall nearer than that is no sight to rely on
@@ -293,24 +292,6 @@ class CellMap:
                 if dx * dx + dy * dy < reach * reach and self._solid[row + 1, column + 1]:
                     return False
         return True
-
-
-def breadth_first(
-    neighbours: tuple[tuple[int, ...], ...], sources: Iterable[int], without: Collection[int] = ()
-) -> list[int]:
-    """Count the steps from every cell to the nearest source, never entering a cell of ``without``."""
-    table = [FAR] * len(neighbours)
-    ready = deque(sources)
-    for cell in ready:
-        table[cell] = 0
-    while ready:
-        cell = ready.popleft()
-        steps = table[cell] + 1
-        for other in neighbours[cell]:
-            if table[other] > steps and other not in without:
-                table[other] = steps
-                ready.append(other)
-    return table
 
 
 def _solid(cells: NDArray[np.uint8], unknown_is_free: bool) -> Flags:

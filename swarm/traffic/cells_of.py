@@ -12,7 +12,8 @@ from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
-from swarm.traffic.cells import FAR, OUTSIDE, CellMap, breadth_first
+from swarm.traffic.breadth_first import FAR, breadth_first
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 from swarm.traffic.sight import without_unheard
 

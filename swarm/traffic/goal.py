@@ -2,7 +2,8 @@
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.presence import Body
 from swarm.traffic.walk import BESIDE, Walk
 

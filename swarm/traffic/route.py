@@ -7,7 +7,8 @@ from math import hypot
 from typing import Final
 
 from swarm.maps.occupancy import Point
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 from swarm.traffic.situation import Situation
 from swarm.traffic.walk import Walk
 

@@ -243,6 +243,10 @@ BAD = {
     "an odd id":          ("robot/r 1/plan", encode(plan("r1"))),
     "an id too long":     (f"robot/{'r' * 65}/plan", encode(plan("r1"))),
     "another type":       ("robot/r1/plan", encode(clock(1))),
+    "every key":          ("**", encode(plan("r1"))),
+    "all of a robot":     ("robot/r1/**", encode(plan("r1"))),
+    "any robot":          ("robot/*/plan", encode(plan("r1"))),
+    "any first part":     ("*/r1/plan", encode(plan("r1"))),
 }
 # fmt: on
 

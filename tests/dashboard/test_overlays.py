@@ -11,28 +11,6 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of
 
 
-class Drawn:
-    """Keeps what was drawn on it."""
-
-    def __init__(self) -> None:
-        self.rules = ""
-        self.held: dict[str, Any] = {}
-        self.waits: list[Any] = []
-        self.plans: list[Drawing] = []
-
-    def show_rules(self, time: float, text: str) -> None:
-        self.rules = text
-
-    def show_held(self, time: float, held: dict[str, Any]) -> None:
-        self.held = held
-
-    def show_waits(self, time: float, arrows: list[Any]) -> None:
-        self.waits = arrows
-
-    def show_plans(self, time: float, plans: list[Drawing]) -> None:
-        self.plans = plans
-
-
 def body(robot: str, **changes: Any) -> Body:  # noqa: ANN401
     still = Body(
         robot=robot, x=3.0, y=3.0, yaw=0.0, left_v=0.0, right_v=0.0, left=0.3, front=1.6, right=1.6,
@@ -47,25 +25,24 @@ def floor_of(scenario: Scenario) -> Map:
 
 
 def test_the_selected_robots_rules_are_told(paper: Scenario) -> None:
-    drawn = Drawn()
     truth = Truth(run=0, tick=1, time=0.05, bodies=[body("r1", left=1.6), body("r2")])
-    Overlays(scene_of(floor_of(paper)), "r2").draw(drawn, truth)
+    drawn = Overlays(scene_of(floor_of(paper)), "r2").at(truth)
     assert "**r2** drive, steering: tables" in drawn.rules
     assert "IF left_obs is near AND right_obs is far AND front_obs is far THEN" in drawn.rules
 
 
 def test_without_a_choice_the_first_robots_rules_are_told(paper: Scenario) -> None:
-    drawn = Drawn()
-    Overlays(scene_of(floor_of(paper))).draw(drawn, Truth(run=0, tick=1, time=0.05, bodies=[body("r1"), body("r2")]))
+    truth = Truth(run=0, tick=1, time=0.05, bodies=[body("r1"), body("r2")])
+    drawn = Overlays(scene_of(floor_of(paper))).at(truth)
     assert drawn.rules.startswith("**r1**")
 
 
 def test_held_cells_lie_where_the_robots_hold_them(paper: Scenario) -> None:
-    scenario, drawn = paper, Drawn()
+    scenario = paper
     cells = cells_of(scenario.map, scenario.settings)
     cell = cells.cell_of(3.0, 3.0)
     bodies = [body("r1", held=[cell], waits=["r2", "gone"]), body("r2", x=9.0)]
-    Overlays(scene_of(floor_of(scenario))).draw(drawn, Truth(run=0, tick=1, time=0.05, bodies=bodies))
+    drawn = Overlays(scene_of(floor_of(scenario))).at(Truth(run=0, tick=1, time=0.05, bodies=bodies))
     ((x, y, width, height),) = drawn.held["r1"]
     assert x <= 3.0 <= x + width
     assert y <= 3.0 <= y + height
@@ -103,9 +80,7 @@ def planned(paper: Scenario) -> tuple[Overlays, list[tuple[float, float]], list[
 
 
 def drawn(overlays: Overlays, bodies: list[Body], tick: int = 30, run: int = 0) -> list[Drawing]:
-    drawing = Drawn()
-    overlays.draw(drawing, Truth(run=run, tick=tick, time=tick / 20, bodies=bodies))
-    return drawing.plans
+    return overlays.at(Truth(run=run, tick=tick, time=tick / 20, bodies=bodies)).plans
 
 
 def test_a_joint_plan_is_a_line_from_each_member_along_its_way(paper: Scenario) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from dashboard import palette
 from dashboard.collect import Batch
-from dashboard.overlays import Drawing
+from dashboard.overlays import Drawing, Overlay
 from dashboard.scene import scene_of
 from dashboard.show import Show
 from dashboard.view import Recorder
@@ -270,20 +270,22 @@ def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.ptp(rows[2][0], axis=0), (1.0, 2.0), atol=1e-5)
 
 
-def test_the_layers_for_later_can_be_filled(tmp_path: Path) -> None:
+def test_what_lies_over_the_floor_is_drawn(tmp_path: Path) -> None:
     rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
     view = recorder.begin("layers", scene_of(floor(rehearsal)), rehearsal.names)
     view.draw(Batch())
-    view.show_rules(0.5, "| rule | strength |\n|---|---|\n| left is near \u2192 fast | 0.5 |")
-    view.show_held(0.5, {"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]})
-    view.show_waits(0.5, [((1.0, 1.0), (2.0, 1.0))])
-    view.show_waits(1.0, [])
-    view.show_plans(0.5, [])
     line = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
-    view.show_plans(1.0, [Drawing("r2", [(1.0, 1.0)], {"r2": line}, [((2.0, 1.0), "r2 > r1 \u2192")])])
-    view.show_plans(1.5, [Drawing("nobody", [], {"nobody": line}, [])])
-    view.show_plans(2.0, [])
-    view.show_plans(2.5, [])
+    held = {"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]}
+    rules = "| rule | strength |\n|---|---|\n| left is near \u2192 fast | 0.5 |"
+    led = Drawing("r2", [(1.0, 1.0)], {"r2": line}, [((2.0, 1.0), "r2 > r1 \u2192")])
+    overlays = [
+        Overlay(0.5, rules, held, [((1.0, 1.0), (2.0, 1.0))], []),
+        Overlay(1.0, "", {}, [], [led]),
+        Overlay(1.5, "", {}, [], [Drawing("nobody", [], {"nobody": line}, [])]),
+        Overlay(2.0, "", {}, [], []),
+        Overlay(2.5, "", {}, [], []),
+    ]
+    view.draw(Batch(overlays=overlays))
     recorder.close()
     recording = Recording(tmp_path / "run.rrd")
     assert {"/rules", "/world/held", "/world/waits"} <= recording.entities

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from swarm.bus import Arrival
 from swarm.cli import main
 from swarm.messages import EVENT, Phase
 from swarm.scenario.load import Scenario, load
@@ -134,6 +135,23 @@ def test_a_robot_alone_that_is_killed_in_lockstep_comes_back_and_finishes(tmp_ru
         assert fleet.end() == 0, fleet.text
         assert fleet.report()["complete"]
         fleet.assert_nobody_is_left()
+
+
+def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path) -> None:
+    """Lockstep does not wait for a robot that was never sent this tick's sense."""
+    with Fleet(PAPER, "--pace", "max", robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_event(bus, lambda event: event.kind == "reached")
+        for robot in ("r1", "r2"):
+            fleet.member(robot).kill()
+            await_event(bus, lambda event, robot=robot: event.kind == "gone" and event.robot == robot)  # type: ignore[misc]
+        assert fleet.end() == 0, fleet.text
+        kinds = []
+        while (arrived := bus.receive(0.0)) is not None:
+            kinds += [arrived.message.kind] if isinstance(arrived, Arrival) else []
+    assert "reached" in kinds
+    assert "silent" not in kinds
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

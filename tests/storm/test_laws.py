@@ -225,6 +225,16 @@ def path_length(history: History) -> float:
     return length
 
 
+def unheard_of_scale(history: History) -> History:
+    return with_commands(
+        history, lambda tick, name, command: changed(command, scale=0.001) if name == "r1" else command
+    )
+
+
+def backwards(name: str, words: Broadcast) -> Broadcast:
+    return changed(words, distance=-1.0) if name == "r1" else words
+
+
 # fmt: off
 PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the law that speaks, how to plant it
     ("an exception", "no exception", lambda h: replace(h, crash="Traceback\nValueError: no such cell")),
@@ -257,6 +267,8 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("a path too long", "the report agrees", lambda h: with_report(h, "r1", path_length=1.01 * path_length(h))),
     ("a stop reached too soon", "the report agrees", lambda h: with_report(h, "r1", reached=[1.0])),
     ("a gap too wide", "the report agrees", lambda h: with_report(h, clearance_min=h.report["clearance_min"] + 9.0)),
+    ("a command that no world would take", "passes the wire", unheard_of_scale),
+    ("a broadcast that no robot would take", "passes the wire", lambda h: with_words(h, backwards)),
 ]
 # fmt: on
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
-from swarm.traffic.cells import FAR, OUTSIDE, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import best_offset
 from swarm.traffic.route import own_way
 from tests.traffic.maps import BAY, SIDE, Drawn

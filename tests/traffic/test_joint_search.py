@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import duration, order_of
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
 from swarm.traffic.lacam import Search, State, without_detours

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.traffic.cells import FAR, CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import CellMap
 from swarm.traffic.holds import Ledger
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.route import RETRY, STRAY, OwnWay, own_way

@@ -1,0 +1,213 @@
+"""The commands of README.md and docs/*.md do what the pages say: each line of an ``sh`` block is run in a folder of its own.
+
+Only what ``PARSED`` lists is not run: its flags are checked, and the table says why that is all.
+"""
+
+import argparse
+import importlib
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from shutil import copytree
+from time import monotonic, sleep
+from typing import Final
+
+import pytest
+import yaml
+
+from swarm.cli import main
+from tests.shared import ROOT
+
+PAGES: Final = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SPAN: Final = re.compile(r"`((?:swarm|python -m|make) [a-z][^`]*)`")
+STARTS: Final = ("swarm ", "python ", "make ", "docker ", "$ ")
+PATIENCE: Final = 30.0  # s, for a fleet to come up
+
+# fmt: off
+PARSED: Final = {  # command: why it is not run
+    "make run":    "opens a viewer and drives for two minutes; a quicker `swarm run paper` is run",
+    "make test":   "would run this test",
+    "swarm run MAP.map --scen FILE.scen --robots 16":
+                   "stands for files of the MAPF benchmarks, which are not here",
+    "swarm plan maze512-4-0.map --scen maze512-4-0.map.scen --json":
+                   "the file is one of MovingAI's, which are not here",
+    "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
+    "swarm router --listen tcp/0.0.0.0:7447": "the same",
+    "swarm world paper --robots 4 --connect tcp/ROUTER:7447 --fleet NAME": "the same",
+    "swarm robot --connect tcp/ROUTER:7447 --fleet NAME": "the same",
+    "python -m dashboard --connect tcp/ROUTER:7447 --fleet NAME --web": "the same",
+    "python -m dashboard --connect tcp/HOST:PORT --fleet NAME --web --record FILE.rrd":
+                   "the same; tests/dashboard/test_process.py runs the dashboard",
+    "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
+                   "needs a container engine; tests/test_compose.py runs what is in the containers",
+}
+FLEET: Final = "swarm run office --wait"  # runs meanwhile, without a dashboard; these talk to it:
+TALK: Final = ("swarm go", "swarm status", "swarm edit ", "swarm stop")
+SHORTER: Final = {  # command: what makes it short enough to be run
+    "swarm storm":                                     "--seeds 2 --jobs 1",
+    "swarm storm --seeds 100":                         "--seeds 2 --jobs 1",
+    "swarm storm --seeds 500:600 --profile dead,late": "--seeds 500:501 --jobs 1",
+    "swarm storm --seeds 2000 --start 7000 --results found.jsonl --plans found/ --json": "--seeds 2 --jobs 1",
+    "swarm storm --twice":                             "--seeds 2 --jobs 1",
+    "swarm storm --over processes --profile calm":     "--seeds 1 --jobs 1",
+}
+SLOW: Final = ("swarm run paper", "swarm storm")  # but for what only prints or reads one plan
+# fmt: on
+
+
+def commands() -> list[str]:
+    """Collect every line of every sh block, without its comment; each command once."""
+    found: dict[str, None] = {}
+    for page in PAGES:
+        for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+            if language == "sh":
+                found |= {line.split(" #")[0].strip(): None for line in text.splitlines() if line.strip()}
+    return list(found)
+
+
+COMMANDS: Final = commands()
+RUN: Final = [one for one in COMMANDS if one not in PARSED and one != FLEET and not one.startswith(TALK)]
+
+
+def marked(command: str) -> object:
+    slow = command.startswith(SLOW) and "--show" not in command
+    return pytest.param(command, marks=[pytest.mark.slow, pytest.mark.processes] if slow else [])
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Give a folder with the files that commands name, in which no other fleet of this machine is seen."""
+    copytree(ROOT / "tests" / "storm", tmp_path / "tests" / "storm")
+    (tmp_path / "fleets").mkdir()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "fleets"))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def started(command: str, more: str = "") -> list[str]:
+    """Give the words of a command as this Python runs them."""
+    first, *rest = shlex.split(f"{command} {more}")
+    return [sys.executable, *(["-m", "swarm.cli"] if first == "swarm" else []), *rest]
+
+
+@pytest.mark.parametrize("command", [marked(command) for command in RUN])
+def test_a_command_of_the_pages_does_what_it_says(command: str, folder: Path) -> None:
+    words = started(command, SHORTER.get(command, ""))
+    done = subprocess.run(words, capture_output=True, text=True, timeout=250, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout or done.stderr
+    for option, file in re.findall(r"(--report|--results) (\S+)", command):
+        assert (folder / file).stat().st_size, f"{option} wrote nothing"
+
+
+@pytest.mark.processes
+def test_the_commands_that_talk_to_a_fleet_are_answered(folder: Path) -> None:
+    talk = [command for command in COMMANDS if command.startswith(TALK)]
+    assert {command.split()[1] for command in talk} == {"go", "status", "edit", "stop"}
+    talk.sort(key=lambda command: command == "swarm stop")  # ground.md edits a fleet too
+    words = started(FLEET, "--dashboard off --pace 4")
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as fleet:
+        _wait_until_it_stands(fleet)
+        for command in ["swarm status", *talk]:
+            done = subprocess.run(started(command), capture_output=True, text=True, timeout=60, check=False)
+            assert done.returncode == 0, f"{command}: {done.stderr}"
+        told, _ = fleet.communicate(timeout=60)
+    assert "not complete: stopped by command" in told
+    assert fleet.returncode == 1, "README: 1, the mission is not complete"
+
+
+def _wait_until_it_stands(fleet: "subprocess.Popen[str]") -> None:
+    deadline = monotonic() + PATIENCE
+    while subprocess.run(started("swarm status"), capture_output=True, check=False).returncode:
+        assert fleet.poll() is None
+        assert monotonic() < deadline
+        sleep(0.1)
+
+
+class Parsed(Exception):  # noqa: N818, no error
+    """The command line is right."""
+
+
+@pytest.mark.parametrize("command", PARSED)
+def test_a_command_that_is_not_run_is_right_as_far_as_it_can_be_told(
+    command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parse = argparse.ArgumentParser.parse_args
+
+    def only_parse(*given: object, **named: object) -> None:
+        parse(*given, **named)  # type: ignore[call-overload]
+        raise Parsed
+
+    words = shlex.split(command)
+    if words[0] == "make":
+        dry = subprocess.run([*words, "--dry-run"], cwd=ROOT, capture_output=True, text=True, check=False)
+        assert dry.returncode == 0, dry.stderr
+        return
+    monkeypatch.setattr(argparse.ArgumentParser, "parse_args", only_parse)
+    if words[0] == "swarm":
+        with pytest.raises(Parsed):
+            main(words[1:])
+    elif words[0] == "python":
+        monkeypatch.setattr(sys, "argv", words[2:])
+        with pytest.raises(Parsed):
+            importlib.import_module(f"{words[2]}.__main__").main()
+    else:
+        compose = (ROOT / "compose.yaml").read_text(encoding="utf-8")
+        services = re.findall(r"(?:--scale|--exit-code-from) (\w+)", command)
+        assert services == ["robot", "world"]
+        assert set(services) <= set(yaml.safe_load(compose)["services"])
+        assert "${ROBOTS:-" in compose
+
+
+def test_the_tables_name_only_commands_that_the_pages_have() -> None:
+    assert {*PARSED, *SHORTER, FLEET} - set(COMMANDS) == set()
+
+
+def others() -> Iterator[tuple[str, str]]:
+    """Give the blocks that are no sh, each with the name of its page."""
+    for page in PAGES:
+        for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+            if language not in {"sh", "console"}:
+                yield page.name, text
+
+
+def test_no_command_hides_in_another_kind_of_block() -> None:
+    hidden = [(page, line) for page, text in others() for line in text.splitlines() if line.startswith(STARTS)]
+    assert hidden == []
+
+
+TRANSCRIPTS: Final = [
+    text
+    for page in PAGES
+    for language, text in BLOCK.findall(page.read_text(encoding="utf-8"))
+    if language == "console"
+]
+
+
+@pytest.mark.parametrize("transcript", TRANSCRIPTS, ids=lambda text: str(text).splitlines()[0])
+def test_a_transcript_is_what_the_command_prints(transcript: str, capsys: pytest.CaptureFixture[str]) -> None:
+    command, _, output = transcript.partition("\n")
+    assert main(shlex.split(command.removeprefix("$ swarm "))) == 0
+    assert capsys.readouterr().out == output
+
+
+SPANS: Final = sorted({span for page in PAGES for span in SPAN.findall(page.read_text(encoding="utf-8"))})
+
+
+@pytest.mark.parametrize("span", SPANS)
+def test_a_command_named_in_a_sentence_exists(span: str) -> None:
+    first, *rest = span.split()
+    if first == "make":
+        assert re.search(rf"^{rest[0]}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    elif first == "python":
+        assert importlib.util.find_spec(rest[1]) is not None
+    else:
+        with pytest.raises(SystemExit) as ended:
+            main([rest[0], "--help"])
+        assert ended.value.code == 0

@@ -1,0 +1,227 @@
+"""Each walk of docs/extending.md, followed: its files are written, its changes made in a copy of the code, and tried."""
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import pytest
+
+from swarm.cli import main
+from swarm.errors import ConfigError
+from swarm.fuzzy import Controller, load_profile
+from swarm.scenario.load import load
+from swarm.storm.plan import read
+from tests.shared import ROOT
+from world.faults import Faults, Health, Spell
+from world.simulate import Simulation
+
+PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+WALKS: Final = {  # title: language: the block in it
+    walk.split("\n", 1)[0]: dict(BLOCK.findall(walk)) for walk in PAGE.split("\n## ")[1:]
+}
+ROOMS: Final = ("swarm", "world", "dashboard", "docs")
+
+
+class Change(NamedTuple):
+    """Lines of a file, there exactly once, that become others."""
+
+    file: str
+    before: str
+    after: str
+
+
+def changes(walk: str) -> Iterator[Change]:
+    """Take the diff of a walk apart, place by place."""
+    for part in WALKS[walk]["diff"].split("--- ")[1:]:
+        file, _, rest = part.partition("\n")
+        for place in rest.split("@@\n"):
+            lines = place.splitlines(keepends=True)
+            kept = ["".join(line[1:] or line for line in lines if line[0] != other) for other in "+-"]
+            yield Change(file, *kept)
+
+
+CHANGES: Final = [(walk, change) for walk in WALKS if "diff" in WALKS[walk] for change in changes(walk)]
+
+
+@pytest.mark.parametrize(("walk", "change"), CHANGES, ids=lambda value: str(value)[:40])
+def test_each_change_has_its_place_in_the_code_of_today(walk: str, change: Change) -> None:
+    text = (ROOT / change.file).read_text(encoding="utf-8")
+    assert text.count(change.before) == 1, f"the walk '{walk}' has to follow {change.file}"
+
+
+def followed(walk: str, tmp_path: Path, code: str) -> str:
+    """Make a walk's changes in a copy of the code, run some Python there, and return what it prints."""
+    for room in ROOMS:  # with what numba has compiled
+        shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("pictures"))
+    for file, before, after in changes(walk):
+        path = tmp_path / file
+        path.write_text(path.read_text(encoding="utf-8").replace(before, after), encoding="utf-8")
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# ---- a behaviour
+
+SCENARIO: Final = """\
+name: mine
+controller: bumper.yaml
+map: {cell: 1.0, text: "##########\\n#........#\\n#........#\\n#........#\\n##########"}
+start: {poses: [[1.5, 2.5, 1.57]]}
+targets: [[7.5, 2.5]]
+return_home: false
+"""
+
+
+def test_a_profile_of_ones_own_drives_a_robot_to_its_stop(tmp_path: Path) -> None:
+    (tmp_path / "bumper.yaml").write_text(WALKS["A behaviour"]["yaml"])
+    (tmp_path / "mine.yaml").write_text(SCENARIO)
+    (tmp_path / "paper.yaml").write_text(SCENARIO.replace("bumper.yaml", "paper"))
+    mine, papers = (Simulation.of(load(tmp_path / name), 1, 1).run(60.0) for name in ("mine.yaml", "paper.yaml"))
+    assert mine["complete"]
+    assert mine["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+    assert mine["digest"] != papers["digest"]
+
+
+def test_a_profile_of_ones_own_is_explained_as_the_walk_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bumper.yaml").write_text(WALKS["A behaviour"]["yaml"])
+    (command,) = re.findall(r"`swarm (explain [^`]+)`", PAGE)
+    assert main(command.split()) == 0
+    assert "rule  4: IF front_obs is near THEN left_v is fast AND right_v is slow" in capsys.readouterr().out
+    left, right = Controller(load_profile("bumper.yaml")).wheel_speeds(1.0, 0.5, 1.0, 20.0)
+    assert left > right, "it turns right where something is ahead"
+
+
+def test_a_profile_with_a_gap_is_refused(tmp_path: Path) -> None:
+    rules = WALKS["A behaviour"]["yaml"].splitlines(keepends=True)
+    path = tmp_path / "bumper.yaml"
+    path.write_text("".join(line for line in rules if not line.lstrip().startswith("4 ")))
+    with pytest.raises(ConfigError, match="no rule fires at"):
+        load_profile(path)
+
+
+# ---- a message
+
+MESSAGE: Final = """
+import threading
+from time import monotonic
+from docs import fields
+from swarm.bus import Arrival, Bus, Endpoint
+from swarm.bus.codec import decode, encode
+from swarm.bus.router import run
+from swarm.errors import PeerError
+from swarm.messages import BATTERY, Battery
+
+full = Battery(robot="r1", lasts=1800.0)
+assert decode(encode(full), Battery, BATTERY.limit) == full
+try:
+    decode(encode(Battery(robot="r1", lasts=-1.0)), Battery, BATTERY.limit)
+except PeerError as fault:
+    print("refused:", fault)
+assert "`robot/{robot}/battery`" in fields.topics() and "### Battery" in fields.messages()
+
+place, over = Endpoint("127.0.0.1", 0).claim(), threading.Event()
+router = threading.Thread(target=run, args=(place, over.wait))
+router.start()
+try:
+    with Bus(place, "walk", log=str) as listener, Bus(place, "walk") as robot:
+        listener.listen(BATTERY)
+        heard, deadline = None, monotonic() + 60.0
+        while (heard is None or not listener.refused) and monotonic() < deadline:  # a busy machine may drop one
+            robot.send(BATTERY, full, robot="r2")  # in another robot's key
+            robot.send(BATTERY, full, robot="r1")
+            arrived = listener.receive(0.1)
+            heard = arrived if isinstance(arrived, Arrival) else heard
+        print("heard:", heard.ids["robot"], heard.message.lasts, list(listener.refused))
+finally:
+    over.set()
+    router.join()
+"""
+
+
+@pytest.mark.processes
+def test_a_message_of_ones_own_crosses_the_bus_and_is_checked(tmp_path: Path) -> None:
+    refused, heard = followed("A message", tmp_path, MESSAGE).splitlines()
+    assert refused == "refused: battery: Expected `float` >= 0.0 - at `$.lasts`"
+    assert heard == "heard: r1 1800.0 ['robot/{robot}/battery']"
+
+
+# ---- a sensor
+
+SENSOR: Final = """
+from pathlib import Path
+from swarm.bus.codec import decode, encode
+from swarm.messages import Sense
+from swarm.scenario.load import load
+from world.simulate import Simulation
+
+run = Simulation.of(load(Path("room.yaml")), 1, 1)
+sense = run.step().senses["r1"]
+assert decode(encode(sense), Sense, 16_384) == sense
+print(round(sense.rear, 6), run.run(60.0)["digest"])
+"""
+
+
+@pytest.mark.slow
+def test_a_sensor_of_ones_own_reads_what_is_behind_and_changes_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "room.yaml").write_text(SCENARIO.replace("bumper.yaml", "paper").replace("1.5, 2.5, 1.57", "2, 2.5, 0"))
+    rear, digest = followed("A sensor", tmp_path, SENSOR).split()
+    assert float(rear) == pytest.approx(2.0 - 1.0 - 0.2), "from the robot's edge to the wall"
+    assert digest == Simulation.of(load(tmp_path / "room.yaml"), 1, 1).run(60.0)["digest"]
+
+
+# ---- a fault
+
+
+def test_a_plan_file_holds_a_robot_up_and_a_storm_judges_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "held-up.yaml").write_text(WALKS["A fault"]["yaml"])
+    assert main(["storm", "held-up.yaml", "--jobs", "1"]) == 0
+    assert "held up" in capsys.readouterr().out
+    plan = read(tmp_path / "held-up.yaml")
+    faults = Faults(spells=(Spell("r1", Health.HELD_UP, 60, 60),))
+    assert plan.to_faults().spells == faults.spells, "the Python of the page says the same"
+    run = Simulation.of(plan.to_scenario(), 2, seed=1, faults=faults)
+    commands = [run.step().commands["r1"] for _ in range(150)]
+    stood = [tick for tick, command in enumerate(commands) if command.left == command.right == 0.0]
+    assert set(range(60, 120)) <= set(stood)
+    assert 59 not in stood
+    assert 120 not in stood
+
+
+FAULT: Final = """
+from pathlib import Path
+from swarm.cli import main
+from swarm.storm.plan import read
+from swarm.storm.processes import only_simulated
+from world.simulate import Simulation
+
+plan = read(Path("mute.yaml"))
+run = Simulation.of(plan.to_scenario(), 2, 1, plan.to_faults())
+ticks = [run.step() for _ in range(150)]
+spoke = [number for number, tick in enumerate(ticks) if "r1" in tick.spoken]
+heard = [number for number, tick in enumerate(ticks) if any(name == "r1" for name, _ in tick.senses["r2"].hears)]
+print(len([n for n in spoke if 60 <= n < 120]), len([n for n in heard if 61 <= n < 121]), max(spoke) > 120)
+print(all("r1" in tick.commands for tick in ticks), only_simulated(plan))
+print(main(["storm", "mute.yaml", "--jobs", "1"]))
+"""
+
+
+@pytest.mark.slow
+def test_a_fault_of_ones_own_mutes_a_robot(tmp_path: Path) -> None:
+    (tmp_path / "mute.yaml").write_text(WALKS["A fault"]["yaml"].replace("held_up", "mute"))
+    first, second, *summary = followed("A fault", tmp_path, FAULT).splitlines()
+    assert first == "0 0 True", "it neither speaks nor is heard from tick 60 to 119, and speaks again"
+    assert second == "True only the simulation has robots that are mute"
+    assert summary[-1] == "0"
+    assert any("mute" in line for line in summary)

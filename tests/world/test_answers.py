@@ -1,0 +1,67 @@
+"""What the world takes for an answer, and whom it asks again."""
+
+from typing import Any
+
+from swarm.messages import Activity, Command
+from world.answers import AGAIN, SILENT, Answers, Asked
+
+
+def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401
+    fields: dict[str, Any] = {
+        "run": run, "tick": tick, "left": 0.1, "right": 0.1, "heading": 0.0, "activity": Activity.DRIVE,
+        "reached": [], "unreachable": [], "sent": False, "replans": 0,
+    }  # fmt: skip
+    return Command(**fields | changes)
+
+
+def test_all_that_are_there_have_to_answer_this_tick() -> None:
+    answers = Answers()
+    assert answers.lacking(["r1", "r2"], 3) == ["r1", "r2"]
+    answers.take("r1", command(3), run=0, tick=3)
+    assert answers.lacking(["r1", "r2"], 3) == ["r2"]
+    answers.deaf.add("r2")
+    assert answers.lacking(["r1", "r2"], 3) == []
+
+
+def test_an_answer_to_an_earlier_tick_is_late_and_is_no_answer_to_this_one() -> None:
+    answers = Answers()
+    answers.take("r1", command(2), run=0, tick=3)
+    assert answers.late == 1
+    assert answers.lacking(["r1"], 3) == ["r1"]
+    answers.take("r1", command(3, sent=True), run=0, tick=3)
+    assert answers.lacking(["r1"], 3) == []
+    assert answers.commands["r1"].sent
+
+
+def test_the_same_answer_again_counts_once() -> None:
+    answers = Answers()
+    told = command(3, notes=[("halted", "stopped")])
+    for _ in range(2):
+        answers.take("r1", told, run=0, tick=3)
+    assert answers.commands["r1"].notes == [("halted", "stopped")]
+    answers.commands = {}  # the tick is over
+    answers.take("r1", told, run=0, tick=4)
+    assert answers.commands == {}
+    assert answers.late == 0
+
+
+def test_an_answer_of_another_run_or_of_a_tick_to_come_is_dropped() -> None:
+    answers = Answers()
+    answers.take("r1", command(3, run=1), run=0, tick=3)
+    answers.take("r1", command(4), run=0, tick=3)
+    assert answers.commands == {}
+
+
+def test_who_comes_in_mid_tick_is_asked_at_once_and_who_is_silent_again() -> None:
+    asked = Asked(["r1"], now=10.0)
+    assert asked.again(["r1", "r2"], 10.1) == ["r2"], "r2 came back while the world waited"
+    assert asked.again(["r1", "r2"], 10.0 + AGAIN) == ["r1"]
+    assert asked.again(["r1", "r2"], 10.1 + AGAIN) == ["r2"]
+
+
+def test_the_wait_is_counted_from_the_first_time_that_a_robot_was_asked() -> None:
+    asked = Asked(["r1"], now=10.0)
+    asked.again(["r1", "r2"], 12.0)
+    assert asked.overdue(["r1", "r2"], 10.0 + SILENT) == []
+    assert asked.overdue(["r1", "r2"], 10.1 + SILENT) == ["r1"]
+    assert asked.overdue(["r1", "r2"], 12.1 + SILENT) == ["r1", "r2"]
