@@ -17,7 +17,7 @@ from world.simulate import Simulation
 from world.world import World
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
-ALONE, FOUR, LEARN, SHARE, ROUGH = range(1, 21), range(1, 11), range(1, 11), range(1, 6), range(1, 4)  # seeds
+MOVERS, LEARN, SHARE, ROUGH = range(1, 21), range(1, 11), range(1, 6), range(1, 4)  # seeds
 WALL: Final = ((6.5, 9.0), (7.0, 10.5)), ((15.0, 5.0), (16.0, 6.0))  # m, two rectangles on the robots' ways
 PUT: Final = 100  # tick
 
@@ -75,8 +75,8 @@ def movers() -> str:
     """Let moving obstacles that never stop cross the robots' ways; return the table."""
     rows = [("robots", "complete", "contacts with movers", "of those, robot moving", "wall contacts", "mean time [s]")]
     scenario = load(SCENARIOS / "movers.yaml")
-    for robots, seeds in ((1, ALONE), (4, FOUR)):
-        reports, _ = runs(scenario, robots, seeds)
+    for robots in (1, 4):
+        reports, _ = runs(scenario, robots, MOVERS)
         moving = total(reports, "contacts") - total(reports, "struck")
         time = sum(report["sim_time"] for report in reports) / len(reports)
         met = contacts(reports, "obstacle")

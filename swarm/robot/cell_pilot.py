@@ -15,6 +15,7 @@ from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.detour import Detour
+from swarm.robot.flight import Flight
 from swarm.robot.ground import Block
 from swarm.robot.lateness import Lateness
 from swarm.robot.pilot import Move, Situation, fuzzy_speeds
@@ -64,6 +65,7 @@ class CellPilot:
         self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._filter = SafetyFilter(settings)
         self._detour = Detour(self._filter)
+        self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
         self._scale = 1.0  # of the distances that the tables are told
         self._drawn_to: Point | None = None  # where it would aim, had it all the floor
@@ -148,7 +150,7 @@ class CellPilot:
         """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
         sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
-        if granted.face is not None:
+        if granted.face is not None and granted.threat is None:
             self._detour.end()
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
@@ -157,6 +159,9 @@ class CellPilot:
         heading = bearing(pose, aim) if seen is None else seen
         self._drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1:IN_VIEW], aim)
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
+        away = self._away(sense, Constraints(grid, shut, local, bodies), granted)
+        if away is not None:
+            return away, heading
         self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(situation, granted):
@@ -169,7 +174,17 @@ class CellPilot:
         if aside is not None:
             heading, self._scale = aside, DETOUR_SCALE
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
+        if granted.threat is not None and self._flight.threatens(sense, tables, constraints, granted.threat):
+            constraints = constraints._replace(may_drive=False)
         return self._filter.check(sense, tables, constraints), heading
+
+    def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
+        """Return the speeds to get out of the way of what comes; None if nothing does, or to stand is as good."""
+        if granted.threat is None:
+            return None
+        wished = self._aiming.shut((*granted.drivable, *granted.room))
+        out = self._flight.way_out(sense, constraints, wished, granted.threat)
+        return None if out is None else self._filter.out(sense, out, constraints)
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
         """Return True if it turns to its way while it waits: a passage a cell wide leaves no room to do so later."""

@@ -37,6 +37,7 @@ ABOUT: Final = 2.6  # rad off it: to turn either way is as good
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
+TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # of a way out
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
 
@@ -96,6 +97,11 @@ class SafetyFilter:
             gently = min(gently, NEARING * constraints.stop_within)
         wanted = Twist(min(wanted.linear, gently), wanted.angular)
         number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
+        return STAND if number < 0 else speeds
+
+    def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
+        """Return the speeds of a way out: as wanted, or slower where that is not clear."""
+        number, speeds = self._first(TURNS, sense, wanted, constraints, self._fastest(sense.front, constraints))
         return STAND if number < 0 else speeds
 
     def face(self, body: Body, error: float) -> WheelSpeeds:

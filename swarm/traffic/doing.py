@@ -7,6 +7,7 @@ from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.situation import Situation
+from swarm.traffic.threat import Threat
 from swarm.traffic.walk import Walk
 
 
@@ -25,3 +26,5 @@ class Doing(NamedTuple):
     leans_to: int | None  # the cell that it looks into from the edge of its own
     floor: tuple[int, ...]  # cells for it alone, beside those held
     moved: int  # tick at which it last got on
+    room: tuple[int, ...]  # cells asked for beside the way
+    threat: Threat | None  # what comes towards it

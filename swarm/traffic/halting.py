@@ -9,8 +9,9 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, unexplained
+from swarm.traffic.look import Known, Reading, hit_by, strange, unexplained
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.threat import WATCH, Threat, Threats
 
 HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
 STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins again,
@@ -44,6 +45,7 @@ class Halt(NamedTuple):
 
     stopped: bool
     found: Point | None = None  # m, where something seems to stay: said once
+    threat: Threat | None = None  # what comes towards the robot
 
 
 class Halting:
@@ -56,13 +58,22 @@ class Halting:
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # and since when there is something at a place
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
+        self._threats = Threats(settings.tick)
 
     def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
         """Judge what the rays show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
-        seen = inputs.scan.bodies(settings)
+        seen = inputs.scan.bodies(settings, WATCH)
         known = self._known(inputs, others, mine) if seen else []
+        near = strange(seen, inputs.pose, self.cells, known, settings)
+        hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
+        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known)
+        return halt._replace(threat=self._threats.look(tick, inputs.pose, hits))
+
+    def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
+        """Say whether to stop for what is near, and whether it stays."""
+        tick, settings = inputs.tick, self._settings
         place = unexplained(seen, inputs.pose, self.cells, known, settings)
         if place is None:
             self._since = None
@@ -85,7 +96,7 @@ class Halting:
     def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
         """List bodies that need no explaining: robots near where they were last heard, and things found before."""
         (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
-        farthest = settings.stop_distance + 2 * settings.radius  # m, from my middle to what stops me
+        farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at
         known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
         for record in others:
             age = (tick - record.stamp) * settings.tick

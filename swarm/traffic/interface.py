@@ -12,6 +12,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.hearsay import Event
 from swarm.traffic.look import Scan
+from swarm.traffic.threat import Threat
 
 NO_RAYS: Final = Scan()
 
@@ -55,6 +56,8 @@ class TrafficOutputs(NamedTuple):
     waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
     beside: tuple[Point, ...]  # m, robots that reach into the cell it is in, and bodies that nobody speaks for
     may_drive: bool  # False: no forward speed; turning on the spot is safe
+    threat: Threat | None  # what comes towards the robot: it has to get out of its way
+    room: tuple[int, ...]  # cells asked for beside the way
     looks: bool  # it has to come to a place to look or to claim from, slowly
     exactly: bool  # the last waypoint is to be come to: a stop, or a place to look from
     face: Point | None  # m, turn to this before anything else

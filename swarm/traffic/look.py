@@ -1,6 +1,6 @@
 """What the proximity rays show of cells: an unexpected obstacle, or a silent robot's cell that is empty."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from enum import Enum
 from functools import cached_property
 from math import cos, inf, pi, sin, sqrt
@@ -25,8 +25,8 @@ class Reading(NamedTuple):
     bearing: float  # rad, left positive
 
     def is_body(self, settings: TrafficSettings) -> bool:
-        """Return True if it shows something near that is not on the map."""
-        return self.measured < settings.stop_distance and self.measured <= self.expected - settings.unexpected
+        """Return True if it shows something that is not on the map."""
+        return self.measured <= self.expected - settings.unexpected
 
 
 class Scan:
@@ -48,12 +48,11 @@ class Scan:
         """Every ray."""
         return tuple(map(Reading, self._measured, self._expected(self._bearings), self._bearings))
 
-    def bodies(self, settings: TrafficSettings) -> list[Reading]:
-        """Return the rays that show something near that is not on the map."""
-        if self.nearest >= settings.stop_distance:
+    def bodies(self, settings: TrafficSettings, within: float) -> list[Reading]:
+        """Return the rays that show something within some distance [m] that is not on the map."""
+        if self.nearest >= within:
             return []
-        near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True)
-                if read < settings.stop_distance]  # fmt: skip
+        near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True) if read < within]
         measured, bearings = zip(*near, strict=True)
         readings = map(Reading, measured, self._expected(bearings), bearings)
         return [reading for reading in readings if reading.is_body(settings)]
@@ -82,12 +81,19 @@ def unexplained(
     A near body that is not where a ``known`` one can be, such as a robot that was never heard or a box, is a reason not
     to drive.
     """
+    first = next(strange(bodies, pose, cells, known, settings), None)
+    return None if first is None else _hit(pose, first, settings)
+
+
+def strange(
+    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
+) -> Iterator[Reading]:
+    """Return those of ``bodies`` that no ``known`` one explains."""
     for reading in bodies:
         hit = _hit(pose, reading, settings)
         beside = abs(reading.bearing) > BESIDE
         if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
-            return hit
-    return None
+            yield reading
 
 
 class View(Enum):
@@ -151,8 +157,12 @@ def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float
     return enters, leaves
 
 
+def hit_by(pose: Pose, reading: Reading, radius: float) -> Point:
+    """Return where a ray ends [m]; ``radius`` [m] is the robot's."""
+    reach, heading = radius + reading.measured, pose.yaw + reading.bearing
+    return pose.x + reach * cos(heading), pose.y + reach * sin(heading)
+
+
 def _hit(pose: Pose, reading: Reading, settings: TrafficSettings) -> Point:
     """Return where the body that a ray shows has its middle [m], if it is as large as half a robot."""
-    reach = settings.radius + reading.measured + 0.5 * settings.radius
-    heading = pose.yaw + reading.bearing
-    return pose.x + reach * cos(heading), pose.y + reach * sin(heading)
+    return hit_by(pose, reading, 1.5 * settings.radius)

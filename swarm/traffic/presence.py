@@ -101,6 +101,7 @@ class Presence:
 
     def __init__(self) -> None:
         self._last_tick = -1
+        self._fled = False  # off its way, from something that came towards it
         self._on_way = 0  # tick
 
     def was_away(self, tick: int, gap: int) -> bool:
@@ -108,9 +109,14 @@ class Presence:
         away, self._last_tick = tick - self._last_tick > gap, tick
         return away
 
-    def kept_on_way(self, walk: Walk, body: Body, cells: CellMap) -> Walk:
-        """Begin the way again where the robot is if it has been off it for long."""
-        if walk.following or not walk.strayed(body.cell):
+    def kept_on_way(self, walk: Walk, body: Body, cells: CellMap, *, threatened: bool) -> Walk:
+        """Begin the way again where the robot is if it has been off it for long.
+
+        Off the way of a plan only if it fled, or is not next to it: who makes use of room comes back.
+        """
+        strayed = walk.strayed(body.cell)
+        self._fled = strayed and (self._fled or threatened)
+        if not strayed or (walk.following and not self._fled and walk.is_beside(body.cell, cells)):
             self._on_way = body.tick
         elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
             self._on_way = body.tick

@@ -6,7 +6,7 @@ Three layers, each safe without the one above. 0: the body stays in the cells he
 its own.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 
 from msgspec.structs import replace
 
@@ -18,18 +18,20 @@ from swarm.traffic.claiming import Claiming
 from swarm.traffic.doing import Doing
 from swarm.traffic.goal import Goal
 from swarm.traffic.granting import activity, looks, stops_in, way_ahead, waypoints
-from swarm.traffic.halting import Halting, robot_at
+from swarm.traffic.halting import Halt, Halting, robot_at
 from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.lookout import Lookout
 from swarm.traffic.presence import Body, Presence, awoken, body_of, cells_for_me_alone, given_back, owned_up, spread
+from swarm.traffic.room import room_beside
 from swarm.traffic.route import OwnWay
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
 from swarm.traffic.telling import Telling
-from swarm.traffic.walk import BESIDE, Walk
+from swarm.traffic.threat import Kept, Threat
+from swarm.traffic.walk import Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
@@ -60,6 +62,8 @@ class Traffic:
         self._walk: Walk | None = None
         self._listen_until = 0  # tick
         self._moved = 0  # tick at which it last got on
+        self._threat: Threat | None = None  # what comes towards it
+        self._kept = Kept()
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
@@ -87,11 +91,14 @@ class Traffic:
         floor = self._floor_for_me_alone(walk, body, fresh)
         if floor:
             walk, body = spread(walk, inputs, self.cells, self.settings)
-        walk = self._presence.kept_on_way(walk, body, self.cells)
-        room = self._room(walk, inputs, fresh, floor)
+        threat = self._threat
+        walk = self._presence.kept_on_way(walk, body, self.cells, threatened=threat is not None)
+        asks = not floor and self._joint.frozen is None and not listens
+        room = room_beside(walk, inputs, fresh, threat, self.cells) if asks else ()
         walk = self._release(walk, body, room)
         other_goal = self._goal.set(inputs.goal, walk, body, self.cells, self.settings.radius)
-        walk, stopped, halted = self._halt(walk, inputs, body)
+        walk, halt, halted = self._halt(walk, inputs, body)
+        self._threat = halt.threat
 
         # layer 2: which way
         if other_goal or not walk.following:
@@ -113,10 +120,10 @@ class Traffic:
         self._walk = walk
 
         # what it tells, and where it may drive
-        leans_to, moved = self._lookout.leans_to, self._moved
         doing = Doing(
-            inputs, situation, walk, self._goal, self._joint, waits, listens, stopped, face, leans_to, floor, moved
-        )
+            inputs, situation, walk, self._goal, self._joint, waits, listens, halt.stopped, face,
+            self._lookout.leans_to, floor, self._moved, room, threat,
+        )  # fmt: skip
         return self._outputs(doing, body, self._broadcast(doing), events)
 
     # ---- the floor, the body and its cells
@@ -165,25 +172,9 @@ class Traffic:
             return ()
         return cells_for_me_alone(body, self._hearsay.others, fresh, self.cells, self.settings)
 
-    def _room(
-        self, walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], floor: Collection[int]
-    ) -> tuple[int, ...]:
-        """List the cells to drive in beside the way, as far as nobody else needs them."""
-        if floor or self._joint.frozen is not None or not inputs.sweeps or inputs.tick < self._listen_until:
-            return ()
-        if walk.place(self.cells.cell_of(*inputs.pose[:2])) == len(walk.ledger.held) - 1:
-            return ()
-        way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
-        across = {cell + off for cell in way for off in (-1, 1, -self.cells.columns, self.cells.columns)}
-        room = [cell for cell in inputs.sweeps if cell in across]
-        for record in fresh.values() if room else ():
-            needed = (*record.ahead, *[claim.cell for claim in record.claims], *record.held)
-            room = [cell for cell in room if cell not in needed]
-        return tuple(room)
-
     def _release(self, walk: Walk, body: Body, room: tuple[int, ...]) -> Walk:
         released = walk.released(body.touched, body.cell, room)
-        if released is not walk:
+        if released.on_way < walk.on_way:
             self._moved = body.tick
         return released
 
@@ -198,21 +189,26 @@ class Traffic:
             return lambda place: True
         return robot_at(self._hearsay.others.values(), tick, self.cells, self.settings)
 
-    def _halt(self, walk: Walk, inputs: TrafficInputs, body: Body) -> tuple[Walk, bool, tuple[Event, ...]]:
+    def _halt(self, walk: Walk, inputs: TrafficInputs, body: Body) -> tuple[Walk, Halt, tuple[Event, ...]]:
         """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
-            return walk, False, ()  # it has learned no walls yet, and stands
+            return walk, Halt(stopped=False), ()  # it has learned no walls yet, and stands
         mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
-        stopped, place = self._halting.look(inputs, self._hearsay.others.values(), mine)
-        if place is None:
-            return walk, stopped, ()
-        cell = self.cells.cell_of(*place)
+        halt = self._halting.look(inputs, self._hearsay.others.values(), mine)
+        kept_from = self._kept.look(walk, body.cell, threatened=halt.threat is not None)
+        if kept_from is not None:
+            self._sightings.note(kept_from, empty=False, tick=inputs.tick)
+            text = f"{self.me} gave up cell {kept_from}: what moves there keeps it from it"
+            return given_back(walk, body, self.cells), halt, (Event("halted", (self.me,), text),)
+        if halt.found is None:
+            return walk, halt, ()
+        cell = self.cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
-        if len(walk.ledger.held) > 1:
+        if len(walk.ledger.held) > 1 and halt.threat is None:
             walk = given_back(walk, body, self.cells)
         event = Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}")
-        return walk, stopped, (event,)
+        return walk, halt, (event,)
 
     # ---- which way, and which of its cells
 
@@ -285,6 +281,8 @@ class Traffic:
             waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
             beside=(*self._hearsay.holders_of(held[place], tick), *still),
             may_drive=not doing.stopped,
+            threat=doing.threat,
+            room=doing.room,
             exactly=stops or looks(doing, self.settings),
             looks=not stops and looks(doing, self.settings),
             face=doing.face,

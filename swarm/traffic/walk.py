@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from swarm.messages.traffic import Claim
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.holds import Ledger
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
@@ -46,6 +46,11 @@ class Walk(NamedTuple):
         return 0
 
     @property
+    def on_way(self) -> int:
+        """How many of the cells held are on the way."""
+        return len(self.steps) - self.steps.count(BESIDE)
+
+    @property
     def next_step(self) -> int:
         """The step, within the joint plan, of the first cell of the route."""
         return self.steps[-1] + 1
@@ -73,6 +78,11 @@ class Walk(NamedTuple):
     def strayed(self, body: int) -> bool:
         """Return True if the body is off the way."""
         return self.steps[self.place(body)] == BESIDE
+
+    def is_beside(self, body: int, cells: CellMap) -> bool:
+        """Tell whether a cell is next to one of the way that is held."""
+        way = {cell for cell, step in zip(self.ledger.held, self.steps, strict=True) if step != BESIDE}
+        return body != OUTSIDE and not way.isdisjoint(cells.neighbours[body])
 
     def grown(self, ledger: Ledger) -> "Walk":
         """Go on to the first cell of the route, which ``ledger`` has at its head now."""

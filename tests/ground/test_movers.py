@@ -40,6 +40,15 @@ def test_a_robot_alone_runs_into_no_mover_on_twenty_seeds(movers: Scenario, seed
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
+@pytest.mark.slow
+def test_four_robots_get_out_of_the_way_of_most_movers(movers: Scenario) -> None:
+    reports = [Simulation.of(movers, 4, seed).run() for seed in range(1, 6)]
+    for report in reports:
+        assert report["complete"], report["reason"]
+        assert report["contacts"]["wall"] == report["contacts"]["robot"] == 0
+    assert sum(report["contacts"]["obstacle"] for report in reports) <= 10, "standing still it is 35"
+
+
 # fmt: off
 PLACES = {  # loop, time [s] at 1 m/s -> x, y, yaw
     "at the start":         (False, 0.0,  (0.0, 0.0, 0.0)),

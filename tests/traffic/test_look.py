@@ -11,6 +11,7 @@ from swarm.traffic.halting import ABOUT, AT_LAST, CLOSE, HALTED, LINGERS, STILL,
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.threat import COMING, NEARER, NOTED
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn(".....", "..a.b", ".....")
@@ -28,7 +29,6 @@ def front(measured: float, expected: float = 1.6) -> Reading:
     ("measured", "expected", "body"),
     [
         (STOP - 0.01, 1.6, True),
-        (STOP + 0.01, 1.6, False),  # far enough off
         (0.4, 0.4, False),  # the map's wall
         (0.4, 0.4 + 0.9 * LESS, False),  # as exact as walls are known
         (0.4, 0.4 + 1.1 * LESS, True),
@@ -130,8 +130,8 @@ def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> N
     def never(_: Sequence[float]) -> list[float]:
         raise AssertionError("nobody needs that")
 
-    assert Scan((0.0,), (STOP,), never).bodies(SETTINGS) == []
-    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).bodies(SETTINGS) == [Reading(0.4, 1.6, 1.0)]
+    assert Scan((0.0,), (STOP,), never).bodies(SETTINGS, STOP) == []
+    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).bodies(SETTINGS, STOP) == [Reading(0.4, 1.6, 1.0)]
     assert Scan().readings == ()
 
 
@@ -239,7 +239,54 @@ def test_what_comes_or_goes_is_not_taken_to_stay_where_it_was(speed: float) -> N
     assert abs(speed) * SETTINGS.tick * HALTED > STILL, "slower than that it is as good as still"
     began = 0.5 if speed > 0 else 0.2
     said = halts(*[began - speed * SETTINGS.tick * tick for tick in range(2 * HALTED)])
-    assert said == [Halt(stopped=True)] * (2 * HALTED)
+    assert [halt[:2] for halt in said] == [(True, None)] * (2 * HALTED)
+
+
+# --- what comes towards it ---
+
+
+# fmt: off
+APPROACHES: dict[str, tuple[float, float, bool]] = {  # m/s, of the thing and of the robot towards it -> is it a threat?
+    "it comes to a robot that stands":          (0.3, 0.0, True),
+    "both drive":                               (0.3, 0.6, True),
+    "the robot drives towards one that stands": (0.0, 0.6, False),
+    "both stand":                               (0.0, 0.0, False),
+    "it goes, the robot follows":               (-0.3, 0.6, True),  # it may turn round
+    "it goes":                                  (-0.3, 0.0, True),
+}
+# fmt: on
+
+
+def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
+    """Tell, tick by tick, whether a thing 1.3 m ahead is a threat; noise alternates."""
+    halting, away = Halting(FLOOR.cells, SETTINGS), 1.3
+    said = []
+    for tick in range(2 * NOTED):
+        driven, came = robot * SETTINGS.tick * tick, thing * SETTINGS.tick * tick
+        read = away - driven - came + (noise if tick % 2 else -noise)
+        scan = Scan((0.0,), (read,), lambda _: (1.6,))
+        pose = HERE._replace(x=HERE.x + driven)
+        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), ()).threat is not None)
+    return said
+
+
+@pytest.mark.parametrize("name", APPROACHES)
+def test_what_moves_by_itself_is_a_threat(name: str) -> None:
+    thing, robot, threatens = APPROACHES[name]
+    said = threats(thing, robot)
+    assert said[-1] is threatens
+    assert not said[0], "one look tells nothing of motion"
+    assert any(said) is threatens
+
+
+def test_noise_is_no_motion() -> None:
+    assert not any(threats(0.0, 0.0, noise=NEARER / 2 - 0.001))
+
+
+def test_a_threat_is_believed_in_for_a_while_and_then_forgotten() -> None:
+    said = halts(*[1.2 - 0.3 * SETTINGS.tick * tick for tick in range(2 * NOTED)], *[1.6] * (COMING + 1))
+    lasts = [halt.threat is not None for halt in said[2 * NOTED :]]
+    assert lasts == [True] * (COMING - 1) + [False] * 2
 
 
 def test_what_never_seems_to_be_still_is_taken_to_stay_at_last() -> None:

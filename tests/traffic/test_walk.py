@@ -25,6 +25,7 @@ def test_where_it_is_on_its_way() -> None:
     assert (PLAN.head, PLAN.left, PLAN.next_step) == (3, 4, 7)
     assert (MINE.head, MINE.left) == (3, 0)
     assert WIDE.left == 0
+    assert [way.on_way for way in (PLAN, MINE, WIDE)] == [3, 3, 2]
     assert [PLAN.place(body) for body in (1, 2, 3, 99)] == [0, 1, 2, 0]
     assert walk((1, 2, 1), (ALONE,) * 3).place(1) == 2, "the latest"
     assert [WIDE.strayed(body) for body in (7, 1, 2)] == [True, False, False]

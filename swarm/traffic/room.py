@@ -1,0 +1,38 @@
+"""Room: cells beside the way in which a robot would drive, had it them. Nobody is kept from a cell by that."""
+
+from collections.abc import Mapping
+
+from swarm.geometry import Pose, distance
+from swarm.messages.traffic import Record
+from swarm.traffic.cells import CellMap
+from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.threat import Threat
+from swarm.traffic.walk import BESIDE, Walk
+
+
+def room_beside(
+    walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], threat: Threat | None, cells: CellMap
+) -> tuple[int, ...]:
+    """List the cells to ask for, as far as nobody else needs them: where the tables would drive, or away from a threat.
+
+    Beside the one cell that it stands in the tables have nowhere to go.
+    """
+    if threat is not None:
+        wished = _away(threat, inputs.pose, cells)
+    elif inputs.sweeps and walk.place(cells.cell_of(*inputs.pose[:2])) < len(walk.ledger.held) - 1:
+        way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
+        across = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}
+        wished = [cell for cell in inputs.sweeps if cell in across]
+    else:
+        return ()
+    needed = {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims], *one.held)}
+    return tuple([cell for cell in wished if cell not in needed])
+
+
+def _away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:
+    """List the cells about the robot that are farther from the threat than it is, of those to stand in.
+
+    From any other it would find no way on.
+    """
+    near, about = distance(threat, pose), cells.around(cells.cell_of(pose.x, pose.y), 1)
+    return [cell for cell in about if cells.stands[cell] and distance(threat, cells.centre(cell)) > near]

@@ -1,0 +1,121 @@
+"""Layer 0: noticing what comes towards the robot by itself, and where it is meanwhile."""
+
+from collections import deque
+from collections.abc import Collection
+from typing import Final, NamedTuple
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
+from swarm.traffic.walk import BESIDE, Walk
+
+WATCH: Final = 1.4  # m, from the edge: what is seen nearer may be a threat
+HALF_WIDTH: Final = 0.25  # m; what comes is taken for a disc so large
+WIDE: Final = 0.5  # m; hits nearer each other than that are on one thing
+FITS: Final = 8  # steps of fitting the disc to the hits
+NOTED: Final = 12  # ticks over which its velocity is measured
+LATELY: Final = 6  # ticks in which
+NEARER: Final = 0.06  # m that it has come nearer, the robot's own way left out: 0.2 m/s
+COMING: Final = 40  # ticks for which it is then believed to come on: a robot that turns away does not see it
+OTHER: Final = 2  # cells by which a way that is longer than the shortest so far is another one
+KEPT: Final = 400  # ticks of it after which who has not got on takes its next cell for occupied
+
+
+class Threat(NamedTuple):
+    """Something that moves by itself, at a moment."""
+
+    x: float  # m, its middle
+    y: float
+    vx: float  # m/s
+    vy: float
+
+
+class Threats:
+    """Follows the nearest unexpected obstacle, for one robot."""
+
+    def __init__(self, dt: float) -> None:
+        self._dt = dt  # s, a tick
+        self._noted: deque[tuple[int, Point]] = deque()  # when and where the obstacle was seen
+        self._last: tuple[int, Threat] | None = None  # when the threat was seen last, and its state then
+
+    def look(self, tick: int, pose: Pose, hits: Collection[Point]) -> Threat | None:
+        """Return the threat at this tick; rays hit unexpected obstacles at the points ``hits`` [m]."""
+        while self._noted and self._noted[0][0] < tick - NOTED:
+            self._noted.popleft()
+        known = self._now(tick)
+        if hits:
+            place = self._middle(pose, hits, known)
+            if known is None or distance(place, known) < WIDE or distance(place, pose) < distance(known, pose):
+                known = self._note(tick, pose, place) or known
+        return known
+
+    def _note(self, tick: int, pose: Pose, place: Point) -> Threat | None:
+        """Take down where it is; return the threat if it moves by itself."""
+        if self._noted and distance(place, self._noted[-1][1]) > WIDE:
+            self._noted.clear()  # it is another one
+        self._noted.append((tick, place))
+        before = next(place for then, place in self._noted if then >= tick - LATELY)
+        came = distance(before, pose) - distance(place, pose)
+        if abs(came) <= NEARER and (came <= 0.0 or self._now(tick) is None):
+            return None
+        self._last = tick, Threat(*place, *self._velocity())
+        return self._last[1]
+
+    def _now(self, tick: int) -> Threat | None:
+        """Return the threat as it goes on unseen, for a while."""
+        if self._last is None or tick - self._last[0] >= COMING:
+            return None
+        (x, y, vx, vy), age = self._last[1], (tick - self._last[0]) * self._dt
+        return Threat(x + vx * age, y + vy * age, vx, vy)
+
+    def _middle(self, pose: Pose, hits: Collection[Point], known: Threat | None) -> Point:
+        """Fit a disc to the hits on the nearest thing: each is on its edge, whichever rays they are of.
+
+        One ray tells nothing of where to its side the middle is: the fit begins where that is ``known`` to be.
+        """
+        nearest = min(hits, key=lambda hit: distance(hit, pose))
+        edge = [hit for hit in hits if distance(hit, nearest) < WIDE]
+        x, y = _beyond(nearest, pose)
+        if known is not None and distance(known, (x, y)) < WIDE:
+            x, y, _, _ = known
+        for _ in range(FITS):
+            middles = [_beyond(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
+            x, y = (sum(values) / len(edge) for values in zip(*middles, strict=True))
+        return x, y
+
+    def _velocity(self) -> Point:
+        """Return the slope of the least-squares line through the places [m/s]."""
+        ticks, places = zip(*self._noted, strict=True)
+        middle = sum(ticks) / len(ticks)
+        spread = sum((tick - middle) ** 2 for tick in ticks) * self._dt or 1.0
+        vx, vy = (
+            sum((tick - middle) * place[axis] for tick, place in zip(ticks, places, strict=True)) / spread
+            for axis in (0, 1)
+        )
+        return vx, vy
+
+
+class Kept:
+    """Notices that a threat has kept the robot from its next cell for long, though the cell is its own."""
+
+    def __init__(self) -> None:
+        self._fewest = 0  # cells left of its way
+        self._ticks = 0  # threatened since then
+
+    def look(self, walk: Walk, body: int, *, threatened: bool) -> int | None:
+        """Return that cell, if so; ask once a tick."""
+        held = list(zip(walk.ledger.held, walk.steps, strict=True))[walk.place(body) + 1 :]
+        ahead = [cell for cell, step in held if step != BESIDE]
+        left = len(ahead) + len(walk.route)
+        if not ahead or left < self._fewest or left > self._fewest + OTHER:
+            self._fewest, self._ticks = left, 0
+        self._ticks += threatened
+        if not ahead or self._ticks < KEPT:
+            return None
+        self._ticks = 0
+        return ahead[0]
+
+
+def _beyond(hit: Point, origin: tuple[float, ...]) -> Point:
+    """Return the point [m] half a width beyond a hit, seen from somewhere."""
+    share = HALF_WIDTH / (distance(hit, origin) or 1.0)
+    return hit[0] + share * (hit[0] - origin[0]), hit[1] + share * (hit[1] - origin[1])

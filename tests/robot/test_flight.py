@@ -1,0 +1,105 @@
+"""Getting out of the way of what comes: never a contact that standing would have prevented, as a rule none at all."""
+
+from math import cos, hypot, pi, sin
+
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose, distance
+from swarm.planning.grid import Grid
+from swarm.robot.aim import Aiming
+from swarm.robot.flight import Flight
+from swarm.robot.safety import STAND, Body, Constraints, SafetyFilter
+from swarm.traffic.threat import HALF_WIDTH, Threat
+from tests.robot.driving import DT, NO_BOXES, RADIUS, SETTINGS, cells_as_shape, constraints, footprint, rolled, sense_of
+from tests.shared import scenario_of
+from tests.traffic.maps import Drawn
+
+HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
+WIDE = Grid.grown(HALL, RADIUS, 0.8, 0.1)
+MIDDLE = Pose(15.0, 10.0, 0.5)
+WALLED = Drawn("#######", "#.....#", "#..a..#", "#..#..#", "#.....#", "#######")
+WALLED_GRID = Grid.grown(WALLED.occupancy, RADIUS, resolution=0.1)
+A = WALLED.at("a")[0]
+HELD = (A - 1, A, A + 1)
+TOUCHES = RADIUS + HALF_WIDTH  # m
+angles = st.floats(-pi, pi)
+
+
+def step(flight: Flight, safety: SafetyFilter, body: Body, tick: int, limits: Constraints, threat: Threat) -> Body:
+    out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threat)
+    return rolled(body, STAND if out is None else safety.out(sense_of(body, tick), out, limits))
+
+
+def courses(threat: Threat, turns: list[tuple[int, float]], ticks: int) -> list[Threat]:
+    """Let it go on, and turn by an angle at some ticks."""
+    found = []
+    for tick in range(ticks):
+        x, y, vx, vy = threat
+        for _, angle in [turn for turn in turns if turn[0] == tick]:
+            vx, vy = cos(angle) * vx - sin(angle) * vy, sin(angle) * vx + cos(angle) * vy
+        threat = Threat(x + vx * DT, y + vy * DT, vx, vy)
+        found.append(threat)
+    return found
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.3, 0.4])
+@settings(max_examples=15)
+@given(angles, angles)
+def test_it_gets_out_of_the_way_of_what_comes_from_anywhere(speed: float, yaw: float, coming: float) -> None:
+    body = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
+    x, y = MIDDLE.x + 1.4 * cos(coming), MIDDLE.y + 1.4 * sin(coming)
+    flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
+    for tick, threat in enumerate(courses(Threat(x, y, -speed * cos(coming), -speed * sin(coming)), [], 160)):
+        body = step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
+        assert distance(body.pose, threat) > TOUCHES
+
+
+@settings(max_examples=25)
+@given(
+    angles, angles, st.floats(-0.6, 0.6), st.floats(0.1, 0.4),
+    st.lists(st.tuples(st.integers(0, 100), st.sampled_from((pi / 2, -pi / 2, pi))), max_size=2),
+)  # fmt: skip
+def test_it_never_drives_into_what_comes(
+    yaw: float, coming: float, off: float, speed: float, turns: list[tuple[int, float]]
+) -> None:
+    """Whatever that does: where they touch, the robot did not come nearer faster than it."""
+    body = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
+    x, y = MIDDLE.x + 1.2 * cos(coming), MIDDLE.y + 1.2 * sin(coming)
+    heading = coming + pi + off
+    flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
+    for tick, threat in enumerate(courses(Threat(x, y, speed * cos(heading), speed * sin(heading)), turns, 120)):
+        before, body = body, step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
+        away = distance(body.pose, threat)
+        if away <= TOUCHES:
+            to_x, to_y = (threat.x - body.pose.x) / away, (threat.y - body.pose.y) / away
+            mine = ((body.pose.x - before.pose.x) * to_x + (body.pose.y - before.pose.y) * to_y) / DT
+            assert mine <= -(threat.vx * to_x + threat.vy * to_y) + 1e-6
+            return
+
+
+@settings(max_examples=25)
+@given(
+    st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), angles,
+    st.lists(st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)), min_size=4, max_size=4),
+)  # fmt: skip
+def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threats: list[tuple[float, float]]) -> None:
+    x, y = WALLED.cells.centre(A)
+    body, aiming = Body(Pose(x + dx, y + dy, yaw), 0.0, 0.0), Aiming(WALLED.cells, RADIUS)
+    flight, safety, within = Flight(SETTINGS), SafetyFilter(SETTINGS), cells_as_shape(WALLED.cells, HELD)
+    for tick in range(120):
+        off = threats[tick // 30]
+        far = max(0.1, hypot(*off))
+        threat = Threat(x + off[0], y + off[1], -0.3 * off[0] / far, -0.3 * off[1] / far)
+        body = step(flight, safety, body, tick, constraints(WALLED_GRID, body.pose, aiming.shut(HELD)), threat)
+        assert shapely.contains(within, footprint(body.pose)), f"tick {tick}: out of its cells at {body.pose}"
+
+
+def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
+    body, flight = Body(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    for gap, threatened in ((0.6, True), (1.4, False)):
+        threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
+        said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), threat)
+        assert said is threatened
