@@ -1,14 +1,14 @@
-# One image a role: docker build --target robot | world | dashboard .   (compose.yaml does it)
-# Robots and world hold no Rerun; kernels are compiled while the image is built, so that no process waits for it.
+# One image per role: docker build --target robot | world | dashboard .   (compose.yaml builds all three)
+# The robot and world images do not contain Rerun. The build compiles the kernels, so that no process compiles at start.
 ARG PYTHON=3.11
 
 FROM python:${PYTHON}-slim AS build
-# generic: the image runs on another processor than the one that built it; numba looks for kernels where NUMBA_CACHE_DIR says
+# NUMBA_CPU_NAME=generic: the image may run on another processor than the build. NUMBA_CACHE_DIR holds compiled kernels.
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
 WORKDIR /src
 RUN python -m venv /opt/swarm
 COPY pyproject.toml requirements.lock ./
-# the lock's versions, without what only the dashboard and the developers need: pip takes of it what pyproject asks for
+# Install the dependencies of pyproject.toml without Rerun, in the versions of requirements.lock.
 RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if not name.startswith('rerun')))" > needed.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
 COPY swarm swarm
@@ -26,7 +26,7 @@ RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in t
 FROM python:${PYTHON}-slim AS base
 RUN useradd --create-home --uid 10001 swarm
 ENV PATH=/opt/swarm/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
-# numba uses a cache only where it could write as well
+# numba uses a cache only if it can write to it
 COPY --from=build --chown=swarm:swarm /opt/numba /opt/numba
 WORKDIR /home/swarm
 USER 10001

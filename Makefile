@@ -1,4 +1,4 @@
-# make run | test | check | bench. The first one sets the environment up; later ones skip that while nothing changed.
+# make run | test | check | bench. The first command makes the virtual environment; later ones use it.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 .DEFAULT_GOAL := help
 .PHONY: help setup run test check format bench lock clean
 
-help:  ## list the commands
+help:  ## list these commands
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
 setup: $(READY)  ## make the virtual environment (once)
@@ -20,26 +20,26 @@ $(READY): pyproject.toml requirements.lock
 	@$(BIN)/python -m swarm.compiled
 	@touch $@
 
-run: $(READY)  ## the paper's mission with four robots, seen in Rerun
+run: $(READY)  ## run the paper's mission with four robots and show it in Rerun
 	$(BIN)/swarm run paper --robots 4 --record paper.rrd
 
-test: $(READY)  ## every test
+test: $(READY)  ## run every test
 	$(BIN)/python -m pytest
 
-check: $(READY)  ## lint, types and the quick tests
+check: $(READY)  ## run lint, types and the quick tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -q -n auto -m "not processes and not slow"
 
-format: $(READY)  ## put the code into its one format
+format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(READY)  ## every number of docs/benchmarks.md
+bench: $(READY)  ## measure every number of docs/benchmarks.md
 	$(BIN)/python -m benchmarks
 
-lock:  ## pin anew what is installed (commit the result)
+lock:  ## pin the newest versions in requirements.lock (commit the result)
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet --editable '.[dev]'
 	$(VENV)-lock/bin/python -m pip freeze --exclude-editable > requirements.lock

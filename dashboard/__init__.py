@@ -1,1 +1,1 @@
-"""The dashboard: listens to a fleet, folds what it hears into progress, draws it. It commands nothing."""
+"""The dashboard: it listens to a fleet, folds messages into progress and draws it. It commands nothing."""

@@ -10,7 +10,7 @@ from swarm.errors import SwarmError
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Parse the command line and run; 2 when it, or the machine, is not as it has to be."""
+    """Run the dashboard and return the exit status; 2 if the command line is wrong or the machine lacks something."""
     parser = argparse.ArgumentParser(prog="python -m dashboard", description="See a fleet in Rerun.")
     parser.add_argument("--connect", required=True, metavar="tcp/HOST:PORT", help="where the fleet's router listens")
     parser.add_argument("--fleet", required=True, metavar="NAME")
@@ -20,9 +20,9 @@ def main(arguments: list[str] | None = None) -> int:
     shown.add_argument("--off-screen", dest="asked", action="store_const", const="off", help="only record")
     parser.add_argument("--record", type=Path, metavar="FILE.rrd")
     parser.add_argument("--bind", default="127.0.0.1", metavar="HOST", help="0.0.0.0: viewers on other machines too")
-    parser.add_argument("--port", type=int, default=0, help="of the data, 0: any free one")
-    parser.add_argument("--web-port", type=int, default=0, help="of the page, 0: any free one")
-    parser.add_argument("--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's")
+    parser.add_argument("--port", type=int, default=0, help="port of the data; 0 picks a free one")
+    parser.add_argument("--web-port", type=int, default=0, help="port of the page; 0 picks a free one")
+    parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     given = parser.parse_args(arguments)
     if lacking := missing():
         print(lacking, file=sys.stderr)

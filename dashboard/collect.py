@@ -1,6 +1,6 @@
-"""Gathers what happened since the last drawing, so that it is drawn in one go. Pure: no clock, no I/O.
+"""The collector of what happened since the last drawing, so that it is drawn at once. Pure: no clock, no I/O.
 
-Frames may be thinned when there are too many; changes of what a robot is about, paths and events never are.
+If there are too many frames, some are dropped. Changes of activity, paths and events are never dropped.
 """
 
 from dataclasses import dataclass, field
@@ -17,18 +17,18 @@ ROWS: Final = 40  # robots in the summary
 
 @dataclass(slots=True)
 class Batch:
-    """What one drawing shows; times in seconds since the run began."""
+    """The content of one drawing. Times are seconds since the run began."""
 
     frames: list[Truth] = field(default_factory=list)
     distances: list[list[float]] = field(default_factory=list)  # m, of each robot at each frame
-    lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, what it is about from then on
-    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, all followed
+    lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, new activity
+    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, robot -> path
     events: list[Event] = field(default_factory=list)
     summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
     overlays: list[Overlay] = field(default_factory=list)
 
     def thinned(self) -> "Batch":
-        """Leave frames out, evenly, until they are few enough to be drawn in time; the last one stays."""
+        """Drop frames evenly until few enough are left to be drawn in time; the last frame stays."""
         bodies = sum(len(frame.bodies) for frame in self.frames)
         step = -(-bodies // BODIES)
         if step > 1:
@@ -40,7 +40,7 @@ class Batch:
 
 
 class Collector:
-    """Compares progress before and after each message."""
+    """The collector of a run's changes: it compares the progress before and after each message."""
 
     def __init__(self, progress: Progress, home: bool) -> None:
         self._home = home
@@ -56,7 +56,7 @@ class Collector:
         self._batch.events.extend(progress.events)
 
     def take(self, progress: Progress, message: Message) -> None:
-        """Note what a message, already folded into ``progress``, brought."""
+        """Note what a message changed; it is already folded into ``progress``."""
         match message:
             case Truth():
                 self._batch.frames.append(message)
@@ -77,11 +77,11 @@ class Collector:
             self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
 
     def lay_over(self, overlay: Overlay) -> None:
-        """Note what lies over the floor at a moment."""
+        """Note an overlay of the floor."""
         self._batch.overlays.append(overlay)
 
     def batch(self) -> Batch:
-        """Hand over what has gathered and begin again."""
+        """Return what was collected and begin an empty batch."""
         batch, self._batch = self._batch, Batch()
         return batch.thinned()
 
@@ -99,13 +99,13 @@ class Collector:
             self._batch.lanes.append((max(0.0, time), name, word))
 
     def _paths(self, progress: Progress, time: float) -> None:
-        """Note all paths; who follows a joint plan does not follow its own."""
+        """Note all paths; a robot that follows a joint plan does not follow its own path."""
         paths = {name: () if name in self._planned else progress.robot(name).path for name in self._order}
         self._batch.paths.append((time, paths))
 
 
 def summary(progress: Progress, home: bool) -> str:
-    """Write the run as a markdown table: one row a robot."""
+    """Return the run as a markdown table with one row per robot."""
     rows = [
         f"**{progress.share:.0%}** of all stops reached, {progress.phase.value}",
         "",

@@ -1,4 +1,4 @@
-"""Where the dashboard shows itself, decided without Rerun being there."""
+"""The choice of where the dashboard is shown; it works without Rerun."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -16,13 +16,13 @@ SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> Mode | None:
-    """Turn what was asked for into a mode; None: no dashboard.
+    """Return the mode for what was asked, or None for no dashboard.
 
-    ``auto`` is the native viewer where there is a display and the viewer is installed, else the web viewer. With
+    ``auto`` is the native viewer if there is a display and the viewer is installed, else the web viewer. With
     ``record``, ``off`` still draws into the file (``off-screen``).
 
     Raises:
-        ConfigError: ``asked`` is none of ``ASKED``.
+        ConfigError: ``asked`` is not in ``ASKED``.
 
     >>> choose("auto", {}), choose("off", {}), choose("off", {}, record=True)
     ('web', None, 'off-screen')
@@ -38,21 +38,21 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
 
 
 def missing() -> str | None:
-    """Return in one sentence that the dashboard's own dependencies are not installed; None: they are."""
+    """Return a sentence that says what is not installed, or None if the dashboard has all that it needs."""
     if find_spec("rerun") is None:
         return "the dashboard needs Rerun, which is not installed: pip install rerun-sdk, or run without"
     return None
 
 
 def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
-    """Write the address at which a browser sees what a dashboard in mode ``web`` with these ports shows."""
+    """Return the address of the page on which a dashboard in mode ``web`` with these ports is seen."""
     host = gethostname() if bind == ANY else bind
     source = f"rerun%2Bhttp://{host}:{grpc_port}/proxy"
     return f"http://{host}:{web_port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"
 
 
 def viewer_program() -> Path | None:
-    """Find the native viewer itself; the ``rerun`` on the path is a script that would outlive being ended."""
+    """Return the native viewer itself: the ``rerun`` on the path is a script, and the viewer would outlive it."""
     spec = find_spec("rerun_cli")
     places = spec.submodule_search_locations if spec is not None else None
     found = [Path(place) / name for place in places or () for name in ("rerun", "rerun.exe")]

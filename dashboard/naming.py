@@ -1,4 +1,4 @@
-"""Words for what a robot is about, the same in the terminal and in Rerun."""
+"""Words for stops and activities, the same in the terminal and in Rerun."""
 
 from dashboard.progress import Robot
 from swarm.messages import Activity
@@ -7,7 +7,7 @@ WAITS, BLOCKED, READY, DONE, HOME = "gives way", "blocked", "ready", "done", "ho
 
 
 def stop_name(number: int, stops: int, home: bool) -> str:
-    """Name a stop: ``1``, ``2``, ... and ``home`` for the last one where the mission returns.
+    """Return the name of a stop: ``1``, ``2``, ... and ``home`` for the last one if the mission returns.
 
     >>> [stop_name(i, 3, home=True) for i in range(4)]
     ['1', '2', 'home', 'done']
@@ -18,13 +18,13 @@ def stop_name(number: int, stops: int, home: bool) -> str:
 
 
 def stop_lane(number: int, stops: int, home: bool) -> str:
-    """Name the way to a stop, as a lane shows it."""
+    """Return the words for driving to a stop, as a lane shows them."""
     name = stop_name(number, stops, home)
     return name if name in {DONE, HOME} else f"to {name}"
 
 
 def lane(robot: Robot, home: bool) -> str:
-    """Return in one word what a robot is about: the stop it drives to, or why it stands."""
+    """Return in a word or two what a robot does: the stop that it drives to, or why it stands."""
     if robot.stops == 0:
         return READY
     match robot.activity:
@@ -41,12 +41,12 @@ def lane(robot: Robot, home: bool) -> str:
 
 
 def words(activity: Activity) -> str:
-    """Write an activity as a person says it."""
+    """Return the word for an activity."""
     return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
 
 
 def plain(text: str) -> str:
-    """Keep what any viewer's font has: printable ASCII and line ends; the rest becomes a question mark.
+    """Return the text in printable ASCII and line ends, which every viewer's font has; the rest becomes a ``?``.
 
     >>> plain("90\u00b0 \u2588")
     '90? ?'

@@ -1,4 +1,4 @@
-"""What lies over the floor at a moment: fired rules of one robot, cells held, who waits for whom, and joint plans."""
+"""The overlays of the floor at a moment: fired rules of one robot, cells held, who waits for whom, joint plans."""
 
 from math import degrees
 from typing import Final, NamedTuple
@@ -12,9 +12,9 @@ from swarm.messages.traffic import Epoch, JointPlan, Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, traffic_settings
 
-SPREAD: Final = 0.7  # of a cell's side: how far the lines of one plan lie apart where they share a way
-ORDERS: Final = 3  # of one plan, at most
-NAMED: Final = 8  # robots named in an order at most
+SPREAD: Final = 0.7  # of a cell's side, over which the lines of one plan spread where they share cells
+ORDERS: Final = 3  # most orders of one plan that are shown
+NAMED: Final = 8  # most robots named in an order
 
 Box = tuple[float, float, float, float]  # m: x and y of the lower corner, width, height
 Spot = tuple[float, float]  # m
@@ -25,23 +25,23 @@ class Drawing(NamedTuple):
     """A joint plan as it is drawn."""
 
     leader: str
-    leads: list[Spot]  # m, where its leader is, if anywhere
-    lines: dict[str, list[Spot]]  # m, the way still to come of each that follows it, from where it is
-    orders: list[tuple[Spot, str]]  # m, a cell's middle, and who enters it after whom
+    leads: list[Spot]  # m, position of the leader; empty if unknown
+    lines: dict[str, list[Spot]]  # m, robot -> remaining path, from its position
+    orders: list[tuple[Spot, str]]  # m, a cell's centre, and the order in which robots enter it
 
 
 class Overlay(NamedTuple):
-    """What lies over the floor at one moment."""
+    """The overlay of the floor at one moment."""
 
     time: float  # s, since the run began
-    rules: str  # which rules of the selected robot fire, as markdown; empty where the profile is not known
+    rules: str  # rules that fire in the selected robot, as markdown; empty if the profile is not known
     held: dict[str, list[Box]]  # the cells that each robot holds
-    waits: list[Arrow]  # from each robot to each that it waits for
+    waits: list[Arrow]  # from each robot to each robot that it waits for
     plans: list[Drawing]  # the joint plans under way
 
 
 class Overlays:
-    """Made for one scene; ``selected`` is the robot whose rules are shown, None for the first."""
+    """The overlays of one scene; ``selected`` is the robot whose rules are shown, None for the first."""
 
     def __init__(self, scene: Scene, selected: str | None = None) -> None:
         self._scene = scene
@@ -54,7 +54,7 @@ class Overlays:
         self._plans: dict[Epoch, JointPlan] = {}
 
     def hear(self, message: Broadcast) -> None:
-        """Take in what a robot says of its traffic."""
+        """Take in the traffic record of a robot's broadcast."""
         if message.traffic is None:
             return
         if message.run != self._run:
@@ -70,7 +70,7 @@ class Overlays:
             self._plans[own.plan.epoch] = own.plan
 
     def at(self, truth: Truth) -> Overlay:
-        """Return what lies over the floor at a moment."""
+        """Return the overlay at the moment of ``truth``."""
         bodies = {body.robot: body for body in truth.bodies}
         rules = ""
         if self._controller is not None and bodies:
@@ -80,7 +80,7 @@ class Overlays:
         return Overlay(truth.time, rules, held, waits(bodies), plans)
 
     def rules(self, controller: Controller, body: Body) -> str:
-        """Explain what a robot's tables make of what it senses, as markdown."""
+        """Return the explanation of a robot's fuzzy output as markdown."""
         scale = self._scene.settings.robot.distance_scale * body.scale
         heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
         try:
@@ -92,7 +92,7 @@ class Overlays:
         return f"**{body.robot}** {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
 
     def plans(self, cells: CellMap, tick: int, bodies: dict[str, Body]) -> list[Drawing]:
-        """Draw the joint plans under way; whoever is silent for so long that its turns pass has no part in them."""
+        """Return the joint plans under way; a robot that is silent for so long that it loses its turns is left out."""
         heard = {
             robot: record
             for robot, record in self._records.items()
@@ -101,14 +101,14 @@ class Overlays:
         return [drawn(plan, cells, bodies) for plan in followed(heard, self._plans)]
 
     def boxes(self, body: Body) -> list[Box]:
-        """Return the cells a robot holds."""
+        """Return the cells that a robot holds."""
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]
 
 
 def waits(bodies: dict[str, Body]) -> list[Arrow]:
-    """Draw an arrow from each robot to each that it waits for."""
+    """Return an arrow from each robot to each robot that it waits for."""
     return [
         ((body.x, body.y), (bodies[other].x, bodies[other].y))
         for body in bodies.values()
@@ -118,7 +118,7 @@ def waits(bodies: dict[str, Body]) -> list[Arrow]:
 
 
 def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
-    """Draw a joint plan: the lines of all lie side by side, so that each can be seen where they share cells."""
+    """Return the drawing of a joint plan; its lines lie side by side, so that each is visible in shared cells."""
     lines = {}
     for number, (robot, way) in enumerate(plan.ways.items()):
         body = bodies[robot]
@@ -134,7 +134,7 @@ def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
 
 
 def in_words(order: tuple[str, ...]) -> str:
-    """Write who comes after whom, the first few by name.
+    """Return an order of robots as text, the first few by name.
 
     >>> in_words(("r3", "r1", "r2", "r3"))
     'r3 > r1 > r2 > r3'

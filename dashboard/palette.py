@@ -1,4 +1,4 @@
-"""Colours that stay apart for colour-blind eyes (Okabe and Ito 2008; viridis); a robot keeps its own everywhere."""
+"""Colours that colour-blind people can tell apart (Okabe and Ito 2008; viridis); a robot has one colour everywhere."""
 
 from typing import Final
 
@@ -30,20 +30,20 @@ DONE: Final[Colour] = (240, 240, 240)
 
 
 def robot(number: int) -> Colour:
-    """Return the colour of the robot that stands at ``number`` in the fleet's list; from the ninth on they darken."""
+    """Return the colour of robot number ``number`` of the fleet; from the ninth robot on, colours repeat darker."""
     red, green, blue = ROBOTS[number % len(ROBOTS)]
     share = 0.75 ** (number // len(ROBOTS) % 4)
     return round(red * share), round(green * share), round(blue * share)
 
 
 def faded(colour: Colour) -> Colour:
-    """Bring a colour halfway to the floor's."""
+    """Return the colour halfway to the floor's."""
     red, green, blue = ((part + under) // 2 for part, under in zip(colour, FLOOR, strict=True))
     return red, green, blue
 
 
 def lightened(colour: Colour) -> Colour:
-    """Bring a colour halfway to white."""
+    """Return the colour halfway to white."""
     red, green, blue = ((part + 255) // 2 for part in colour)
     return red, green, blue
 
@@ -58,7 +58,7 @@ def stop(number: int, stops: int) -> Colour:
 
 
 def hexadecimal(colour: Colour) -> str:
-    """Write a colour as ``#rrggbb``.
+    """Return a colour as ``#rrggbb``.
 
     >>> hexadecimal((230, 159, 0))
     '#e69f00'

@@ -1,7 +1,6 @@
-"""The joint plans as they are being followed: by whom, which way is still to come, and who enters a cell after whom.
+"""The joint plans under way: which robots follow them, the remaining paths, and the order in which cells are entered.
 
-Pure: told from what each robot says of itself and from the plans that leaders sent. Cells are numbers of the
-``CellMap``.
+Pure: computed from each robot's own record and from the plans that leaders sent. Cells are numbers of the ``CellMap``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -10,21 +9,21 @@ from typing import NamedTuple
 
 from swarm.messages.traffic import Epoch, JointPlan, Record
 
-Visit = tuple[str, int]  # a robot, and the place of the cell within its way
+Visit = tuple[str, int]  # a robot, and the index of the cell on its path
 
 
 class Followed(NamedTuple):
     """A joint plan under way."""
 
     leader: str
-    ways: dict[str, tuple[int, ...]]  # of each robot that follows it, the cells from the hindmost it holds to the end
-    turns: dict[int, tuple[str, ...]]  # cell -> who enters it from now on, in order; the same order is told once
+    ways: dict[str, tuple[int, ...]]  # robot -> cells from the rearmost that it holds to the end
+    turns: dict[int, tuple[str, ...]]  # cell -> robots that will enter it, in order; each order is listed once
 
 
 def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[Followed]:
-    """Return the plans under way, the oldest first; a plan is done when nobody has anything left to drive of it.
+    """Return the plans under way, the oldest first; a plan is done when no robot has any of it left to drive.
 
-    ``records`` is the newest of each robot. Of a plan that is not among ``plans`` only the next cells are known.
+    ``records`` are the newest of each robot. If a plan is not in ``plans``, only its robots' next cells are known.
     """
     found = []
     for epoch in sorted({record.epoch for record in records.values() if record.epoch is not None}):
@@ -42,7 +41,7 @@ def _way(record: Record, plan: JointPlan | None) -> tuple[int, ...]:
 
 
 def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[str, ...]]:
-    """Return the order at each cell that two or more have still to enter; not where another cell tells the same."""
+    """Return the order at each cell that several robots still have to enter, without orders that another cell shows."""
     orders: list[tuple[int, tuple[str, ...]]] = []
     for cell, visits in _visits(plan).items():
         to_come = (robot for robot, step in visits if robot in members and step > members[robot].entered)
@@ -50,14 +49,14 @@ def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[st
         if len(order) > 1:
             orders.append((cell, order))
     told: dict[int, tuple[str, ...]] = {}
-    for cell, order in sorted(orders, key=lambda item: -len(item[1])):  # of equal ones, the first on a way
+    for cell, order in sorted(orders, key=lambda item: -len(item[1])):  # of equal orders, the first on a path
         if not any(_within(order, other) for other in told.values()):
             told[cell] = order
     return told
 
 
 def _visits(plan: JointPlan) -> dict[int, list[Visit]]:
-    """List who enters each cell after whom; a visit waits for the one before it, which may be the robot's own."""
+    """Return the visits of each cell in order; a visit waits for the one before it, which may be of the same robot."""
     after: dict[Visit, Visit] = {}  # a visit -> the next one of the same cell
     first: dict[Visit, int] = {}  # the first visits -> their cells
     for robot, way in plan.ways.items():
@@ -80,6 +79,6 @@ def _visits(plan: JointPlan) -> dict[int, list[Visit]]:
 
 
 def _within(order: Iterable[str], other: tuple[str, ...]) -> bool:
-    """Return True if ``other`` says the same and perhaps more: ``order`` is left when some are left out of it."""
+    """Return True if ``other`` without some of its robots is ``order``."""
     rest = iter(other)
     return all(robot in rest for robot in order)

@@ -1,4 +1,4 @@
-"""The dashboard as a process: listens, folds, draws twice a second, and ends with the run."""
+"""The dashboard process: it listens, folds messages, draws twice a second, and ends with the run."""
 
 import subprocess
 from collections.abc import Callable
@@ -17,8 +17,8 @@ from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, 
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
-ASK_EVERY: Final = 0.2  # s, wall time between two questions for a map that is not there yet
-LAST_WORDS: Final = 0.3  # s, wall time for what is still under way when the run is over
+ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
+LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
 CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP)
 
@@ -35,7 +35,7 @@ def run(
     rules: str | None = None,
     log: Callable[[str], None] = print,
 ) -> int:
-    """Show a fleet until its run is over or we are told to stop; 0 ports are chosen freely.
+    """Show a fleet until its run is over or we are told to stop; a port of 0 becomes a free port.
 
     ``rules`` is the robot whose fired rules are shown, by default the first.
 
@@ -67,7 +67,7 @@ def run(
 
 
 def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
-    """Take in all that arrives and draw it, until the run is over; be announced once there is something to draw on."""
+    """Take in and draw everything that arrives until the run is over; announce the dashboard once it can draw."""
     for topic in LISTEN:
         bus.listen(topic)
     bus.watch_presence()
@@ -98,13 +98,13 @@ def _take(bus: Bus, show: Show, arrived: Arrival | Presence | Link | Request | N
             before = show.progress.run
             show.take(message)
             if show.progress.run != before >= 0:
-                _catch_up(bus, show)  # a robot's first words of the new run may have come before the world's
+                _catch_up(bus, show)  # robots' messages of the new run may have come before the world's
         case Presence(role="robot"):
             show.progress = presence(show.progress, arrived.id, arrived.session, arrived.alive)
 
 
 def _catch_up(bus: Bus, show: Show) -> None:
-    """Ask the world for the last of everything."""
+    """Fetch the last messages that the world keeps."""
     for topic in CATCH_UP:
         if topic is not MAP or show.scene is None:
             for message in bus.fetch(topic, timeout=1.0):
@@ -112,7 +112,7 @@ def _catch_up(bus: Bus, show: Show) -> None:
 
 
 class ViewerWindow:
-    """Rerun's own viewer in a window of its own: it stays when the run is over, and closes when we are stopped."""
+    """The native viewer of Rerun in its own window. It stays open after the run, and closes when we are stopped."""
 
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log = log
@@ -125,14 +125,14 @@ class ViewerWindow:
         self._program = program
 
     def __call__(self, url: str) -> None:
-        """Open it."""
+        """Open the viewer at an address."""
         self._log(f"dashboard: {url}")
         quiet = subprocess.DEVNULL
         arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto"]
         self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
 
     def close(self) -> None:
-        """Close it if it is open."""
+        """Close the viewer if it is open."""
         if self._process is not None:
             self._process.terminate()
             self._process.wait(5)

@@ -1,7 +1,7 @@
-"""Broadcasts folded into progress through the target sequence. A message in, a new ``Progress`` out; nothing else.
+"""The fold of messages into progress: ``fold`` takes one message and returns a new ``Progress``, and does no more.
 
-Time is what the messages say. The world says which run it is: until it has, and of any other run than its latest, what
-robots say does not count. Reached stops only ever add up; of everything else the latest tick wins.
+Time comes from the messages only. Messages of robots count only in the run that the world announced last. A stop once
+reached stays reached; of everything else the latest tick wins.
 """
 
 from collections.abc import Mapping
@@ -15,21 +15,21 @@ from swarm.messages import RADIO, STATE, Activity, Broadcast, Clock, Event, Mess
 
 WAITING: Final = frozenset({Activity.GIVE_WAY, Activity.BLOCKED})
 EVENTS_KEPT: Final = 100
-RATE: Final = 20.0  # Hz; control steps a second, until the world's own time and tick have said it
+RATE: Final = 20.0  # Hz, control steps per second, until the world's time and tick tell the real rate
 
 
 class Heard(StrEnum):
-    """How far a robot's word can be trusted to be of now."""
+    """The freshness of what a robot said last."""
 
     ALIVE = "alive"
     STALE = "stale"  # silent for longer than its topics' timeouts
-    GONE = "gone"  # its process is not there
+    GONE = "gone"  # its process is not present
 
 
 class Robot(msgspec.Struct, frozen=True, kw_only=True):
-    """One robot's mission as far as it is known."""
+    """The mission of one robot, as far as it is known."""
 
-    tick: int = -1  # of the newest word from the robot itself
+    tick: int = -1  # of the newest message from the robot itself
     broadcast_tick: int = -1
     state_tick: int = -1
     activity: Activity = Activity.READY
@@ -46,7 +46,7 @@ class Robot(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def stops(self) -> int:
-        """Number of stops: the targets, and home where the mission returns; 0 until it was heard."""
+        """Number of stops: the targets, and home if the mission returns; 0 until a message tells it."""
         return len(self.reached_at)
 
     @property
@@ -56,7 +56,7 @@ class Robot(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True):
-    """A run as it looks from outside."""
+    """The progress of a run as seen from outside."""
 
     run: int = -1  # -1: the world has not spoken yet
     tick: int = 0
@@ -64,7 +64,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
     phase: Phase = Phase.WAITING
     clock_tick: int = -1
     order: tuple[str, ...] = ()  # the fleet, in the order of its colours
-    present: frozenset[str] | None = None  # those whose process is there, as the world says
+    present: frozenset[str] | None = None  # robots whose process is present, as the world says
     tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
     robots: Mapping[str, Robot] = MappingProxyType({})
     events: tuple[Event, ...] = ()  # the last ones, in the order they came
@@ -72,27 +72,27 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def share(self) -> float:
-        """Share of all stops of all robots that is reached, 0 to 1."""
+        """Share of the reached stops of all robots, 0 to 1."""
         known = [robot.stops for robot in self.robots.values()]
         most = max(known, default=0)
         total = sum(known) + most * (len(self.order) - len(known))
         return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
 
     def robot(self, name: str) -> Robot:
-        """Return what is known of a robot; of one never heard, that it has done nothing yet."""
+        """Return what is known about a robot; a robot that was never heard has done nothing yet."""
         return self.robots.get(name) or Robot()
 
     def seconds(self, tick: int) -> float:
-        """Turn a tick into the run's time [s]."""
+        """Return the time [s] of a tick since the run began."""
         return tick / self.rate
 
     def waits(self, name: str) -> float:
-        """Return how long a robot has been standing for others, or without a path, by now [s]."""
+        """Return how long [s] a robot has been giving way or blocked by now."""
         robot = self.robot(name)
         return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
 
     def heard(self, name: str) -> Heard:
-        """Return True if a robot's process is there and speaks; a broadcast and a state each have their timeout."""
+        """Return how fresh a robot's messages are; a broadcast and a state each have their own timeout."""
         announced = bool(self.tokens.get(name))
         if not (announced if self.tokens else self.present is None or name in self.present):
             return Heard.GONE
@@ -107,7 +107,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def fold(progress: Progress, message: Message) -> Progress:
-    """Take one message in. What tells nothing new gives back the very same object."""
+    """Return the progress after a message; it is the same object if the message has nothing new."""
     match message:
         case Clock() | Truth() | Event():
             if message.run < progress.run:
@@ -125,7 +125,7 @@ def fold(progress: Progress, message: Message) -> Progress:
 
 
 def presence(progress: Progress, robot: str, session: str, alive: bool) -> Progress:
-    """Take in that a robot's process came or went; two processes under one name are told apart by their session."""
+    """Return the progress after a robot's process came or went; the session tells two processes with one name apart."""
     sessions = progress.tokens.get(robot, frozenset())
     sessions = sessions | {session} if alive else sessions - {session}
     return msgspec.structs.replace(progress, tokens=MappingProxyType({**progress.tokens, robot: sessions}))
@@ -157,7 +157,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
 
 
 def _mission(robot: Robot, message: Broadcast | State) -> Robot:
-    """Both say where the mission stands; the broadcast also says where the robot is."""
+    """Return the robot after a message; a broadcast and a state have the mission, a broadcast also has the pose."""
     changed: dict[str, object] = {}
     reached_at = _reached(robot.reached_at, message.reached, message.tick)
     if reached_at != robot.reached_at:
@@ -185,7 +185,7 @@ def _plan(robot: Robot, message: Plan) -> Robot:
 
 
 def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tuple[int | None, ...]:
-    """Add what was said to what is known: the earliest tick of each stop stays, whatever the order of the messages."""
+    """Return the reached stops after a message; the earliest tick of each stop stays, in any order of messages."""
     length = max(len(known), len(said))
     times: list[int | None] = [*known, *[None] * (length - len(known))]
     for stop, there in enumerate(said):

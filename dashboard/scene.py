@@ -1,4 +1,4 @@
-"""What stands still in a run, as the world tells it."""
+"""The parts of a run that stand still, as the world sends them."""
 
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -16,24 +16,24 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The map and the scenario's settings; ``starts`` where the world tells them."""
+    """The map and the scenario's settings; ``starts`` is empty if the world does not send them."""
 
     settings: Settings
     map: OccupancyMap
     starts: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    profile: object = None  # the fuzzy profile as plain values, None where the world does not tell it
+    profile: object = None  # the fuzzy profile as plain values, None if the world does not send it
 
     def targets(self, robot: int) -> list[Point]:
-        """List the targets of robot number ``robot``, home not among them."""
+        """Return the targets [m] of robot number ``robot``, without home."""
         own = self.settings.own_targets
         return list(own[robot] if robot < len(own) else self.settings.targets)
 
 
 def scene_of(floor: Map) -> Scene:
-    """Read a ``Map``: of its ``scenario`` the ``settings`` and, if there, ``profile`` and ``starts`` ((x, y, yaw)s).
+    """Return the scene of a ``Map``; its ``scenario`` has ``settings``, and may have ``profile`` and ``starts``.
 
     Raises:
-        PeerError: it does not hold settings and a map.
+        PeerError: the message does not hold settings and a map.
     """
     settings = _converted(floor.scenario.get("settings"), Settings)
     starts = _converted(floor.scenario.get("starts", {}), dict[str, tuple[float, float, float]])

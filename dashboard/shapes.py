@@ -1,4 +1,4 @@
-"""What is drawn of a batch of frames, as arrays: no Rerun here. K frames, N robots, metres in the map frame."""
+"""The shapes of a batch of frames as arrays, without Rerun. K frames, N robots, metres in the map frame."""
 
 from math import cos, radians, sin
 from typing import Final
@@ -23,7 +23,7 @@ COLUMNS: Final = ("x", "y", "yaw", "left", "front", "right", "left_v", "right_v"
 
 
 def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
-    """Lay the frames out as (K, N, len(COLUMNS)); a robot that a frame does not have is not-a-number."""
+    """Return the frames as an array (K, N, len(COLUMNS)); a robot that is not in a frame has not-a-number."""
     place = {name: number for number, name in enumerate(robots)}
     values = np.full((len(frames), len(robots), len(COLUMNS)), np.nan, dtype=np.float32)
     for k, frame in enumerate(frames):
@@ -39,7 +39,7 @@ def _row(body: Body) -> tuple[float, ...]:
 
 
 def noses(values: Floats, radius: float) -> Floats:
-    """Draw where each robot looks: strips (K*N, 2, 2) from its middle to a little beyond its edge."""
+    """Return the headings of the robots: strips (K*N, 2, 2) from the centre to a little beyond the edge."""
     reach = radius * np.array([0.0, 1.6], dtype=np.float32)
     yaw = values[..., 2, None]
     points = values[..., None, :2] + reach[:, None] * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
@@ -48,7 +48,7 @@ def noses(values: Floats, radius: float) -> Floats:
 
 
 def sectors(values: Floats, radius: float, sensors: SensorSettings) -> Floats:
-    """Draw the three measured sectors of each robot: closed strips (K*N*3, ARC + 3, 2)."""
+    """Return the three measured sectors of each robot: closed strips (K*N*3, ARC + 2, 2)."""
     side, half = radians(sensors.side_deg), radians(sensors.side_half_width_deg)
     front = radians(sensors.front_half_width_deg)
     fan = np.array(
@@ -69,7 +69,7 @@ def sectors(values: Floats, radius: float, sensors: SensorSettings) -> Floats:
 
 
 def sector_colours(values: Floats, sensors: SensorSettings) -> Bytes:
-    """Colour the sectors (K*N*3, 4): faint where nothing is in range, brighter the nearer it is, red within `near`."""
+    """Return the colours of the sectors (K*N*3, 4): faint if nothing is in range, else brighter, red within `near`."""
     seen = values[..., 3:6].reshape(-1)
     colours = np.empty((seen.size, 4), dtype=np.uint8)
     colours[:, :3] = palette.SENSED
@@ -79,7 +79,7 @@ def sector_colours(values: Floats, sensors: SensorSettings) -> Bytes:
 
 
 def floor_image(floor: OccupancyMap) -> Bytes:
-    """Paint the map, a pixel a cell, row 0 at the lowest y: (rows, columns, 3)."""
+    """Return the map as an image, one pixel per cell, row 0 at the lowest y: (rows, columns, 3)."""
     colours = np.zeros((256, 3), dtype=np.uint8)
     colours[:] = palette.UNKNOWN
     for kind, colour in (
@@ -101,13 +101,13 @@ def bounds(floor: OccupancyMap, margin: float) -> tuple[float, float, float, flo
 
 
 def frame_matrix(origin: Pose, scale: float) -> list[list[float]]:
-    """Turn and scale a map's own frame into ``map``: a 3 x 3 matrix."""
+    """Return the 3 x 3 matrix that turns and scales a map's own frame into ``map``."""
     c, s = cos(origin.yaw) * scale, sin(origin.yaw) * scale
     return [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 
 
 def outlines(movers: list[Mover]) -> list[Floats]:
-    """Draw moving obstacles: a circle for a disc, a turned box for a box."""
+    """Return the outlines of moving obstacles: a circle for a disc, a turned box for a box."""
     found = []
     for mover in movers:
         if mover.radius:
@@ -121,31 +121,31 @@ def outlines(movers: list[Mover]) -> list[Floats]:
 
 
 class Trails:
-    """The last metres each robot drove."""
+    """The last metres that each robot drove."""
 
     def __init__(self, robots: int) -> None:
         self._points: list[list[tuple[float, float]]] = [[] for _ in range(robots)]
 
     def add(self, xy: Floats) -> None:
-        """Take in where all robots are: (N, 2)."""
+        """Take in the positions of all robots: (N, 2)."""
         for points, (x, y) in zip(self._points, xy.tolist(), strict=True):
             if x == x and (not points or abs(x - points[-1][0]) + abs(y - points[-1][1]) >= TRAIL_STEP):
                 points.append((x, y))
                 del points[:-TRAIL_LENGTH]
 
     def strips(self) -> list[Floats]:
-        """Return one strip a robot; of a robot not seen yet, one without points."""
+        """Return one strip per robot; it has no points if the robot was not seen yet."""
         return [np.array(points, dtype=np.float32).reshape(-1, 2) for points in self._points]
 
 
 def rings(spots: list[tuple[float, float]], radius: float) -> Floats:
-    """Draw a circle about each spot: (M, 33, 2)."""
+    """Return a circle around each spot: (M, 33, 2)."""
     angle = np.linspace(0.0, 2 * np.pi, 33, dtype=np.float32)
     circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + circle).astype(np.float32)
 
 
 def squares(spots: list[tuple[float, float]], half: float) -> Floats:
-    """Draw a square about each spot: (M, 5, 2)."""
+    """Return a square around each spot: (M, 5, 2)."""
     corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], dtype=np.float32)
     return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + corners).astype(np.float32)

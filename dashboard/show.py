@@ -1,4 +1,4 @@
-"""Messages in, recordings out: the fold and the drawing put together, without the wire."""
+"""The way from messages to recordings: the fold and the drawing together, without the bus."""
 
 from collections.abc import Callable
 from typing import Final
@@ -11,12 +11,12 @@ from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
 from swarm.messages import Broadcast, Event, Map, Message, Truth
 
-OVERLAY: Final = 0.75  # s, simulated, between two overlays; in real time every drawing has one, and that is enough
-OVERLAYS: Final = 10  # in one drawing, about, where time runs faster
+OVERLAY: Final = 0.75  # s, simulated, at least between two overlays within a drawing; every drawing ends with one
+OVERLAYS: Final = 10  # most overlays in one drawing, about, if time runs faster
 
 
 class Show:
-    """The recordings of a fleet's runs: a new one whenever the run, or who is in it, changes.
+    """The recordings of a fleet's runs. A new recording begins when the run or its list of robots changes.
 
     ``opened`` is called once, with the address for viewers, when there is something to see.
     """
@@ -47,11 +47,11 @@ class Show:
 
     @property
     def ready(self) -> bool:
-        """Whether map and fleet are known, so that nothing of what comes is lost."""
+        """True if map and fleet are known, so that no message is lost any more."""
         return self._view is not None
 
     def take(self, message: Message) -> None:
-        """Fold a message, and gather what it brings."""
+        """Fold a message and collect what it changes."""
         if isinstance(message, Map):
             self._take_floor(message)
             return
@@ -67,7 +67,7 @@ class Show:
         fresh = self._collector is None
         if fresh:
             self._begin()
-        if self._collector is not None and not (fresh and isinstance(message, Event)):  # a fresh one has all events
+        if self._collector is not None and not (fresh and isinstance(message, Event)):  # a new collector has all events
             self._collector.take(self.progress, message)
         if isinstance(message, Truth):
             self._truth = message
@@ -75,7 +75,7 @@ class Show:
                 self._lay_over()
 
     def draw(self) -> None:
-        """Draw what has gathered."""
+        """Draw what was collected."""
         if self._view is not None and self._collector is not None:
             self._lay_over()
             self._view.draw(self._collector.batch())

@@ -1,4 +1,4 @@
-"""Live progress in the terminal; without a terminal, a plain line now and then. It needs no Rerun."""
+"""Live progress in the terminal, or a plain line now and then if there is no terminal. It needs no Rerun."""
 
 from collections.abc import Callable
 from time import monotonic
@@ -19,11 +19,11 @@ from swarm.messages import Activity, Phase
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
 FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
-ROWS: Final = 40  # robots shown; the others are summed up in a line
+ROWS: Final = 40  # robots shown; a line counts the others
 
 
 class Terminal:
-    """Progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
+    """The progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
 
     def __init__(self, console: Console, *, home: bool = True, clock: Callable[[], float] = monotonic) -> None:
         self.progress = Progress()
@@ -34,7 +34,7 @@ class Terminal:
         self._drawn_at = float("-inf")
         self._factor: float | None = None
         self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
-        self._told: dict[tuple[int, str], int] = {}  # stops already told of
+        self._told: dict[tuple[int, str], int] = {}  # how many reached stops are printed already
         self._phase_told: tuple[int, Phase] | None = None
 
     def __enter__(self) -> "Terminal":
@@ -51,7 +51,7 @@ class Terminal:
             self._live.stop()
 
     def fold(self, arrived: object) -> None:
-        """Take in whatever ``Bus.receive`` gave."""
+        """Take in what ``Bus.receive`` returned."""
         match arrived:
             case Arrival(message=message):
                 self.progress = fold(self.progress, message)
@@ -59,7 +59,7 @@ class Terminal:
                 self.progress = presence(self.progress, arrived.id, arrived.session, arrived.alive)
 
     def refresh(self, *, final: bool = False) -> None:
-        """Show where things stand, if it is time to."""
+        """Show the progress if it is time to, or if it is the ``final`` call."""
         now = self._clock()
         self._measure(now)
         if self._live is not None:
@@ -74,7 +74,7 @@ class Terminal:
                 self._console.print(self.line(), markup=False, highlight=False, soft_wrap=True)
 
     def renderable(self) -> RenderableType:
-        """Return the table: one row a robot, and above it the run as a whole."""
+        """Return a headline about the run and a table with one row per robot."""
         progress = self.progress
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for name in ("robot", "stops", "target"):
@@ -100,7 +100,7 @@ class Terminal:
         return Group(Text(self._headline(), style="bold"), table)
 
     def line(self) -> str:
-        """Return everything in one plain line."""
+        """Return the progress as one plain line."""
         progress = self.progress
         some = progress.order[:8]
         each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
@@ -112,7 +112,7 @@ class Terminal:
         if progress.run < 0:
             return "waiting for the world"
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
-        ticks = [robot.tick for robot in progress.robots.values()]  # robots may have spoken since the world did
+        ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
         return f"{now:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
 
@@ -126,7 +126,7 @@ class Terminal:
         return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
 
     def _news(self) -> list[str]:
-        """Print each stop reached, each change of phase and each event once."""
+        """Return a line for each reached stop and each change of phase that is not printed yet."""
         progress = self.progress
         said = []
         if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):
@@ -146,7 +146,7 @@ class Terminal:
         return said
 
     def _measure(self, now: float) -> None:
-        """Take the real-time factor over the last seconds."""
+        """Measure the real-time factor over the last seconds."""
         progress = self.progress
         if self._mark is None or self._mark[0] != progress.run or progress.phase is not Phase.RUNNING:
             self._mark = (progress.run, now, progress.time)
@@ -156,7 +156,7 @@ class Terminal:
 
 
 def bar(robot: Robot) -> str:
-    """Draw a robot's stops: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
+    """Return a robot's stops as text: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
 
     >>> bar(Robot(reached_at=(10, 90, None, None), target=2))
     '##>.'

@@ -1,1 +1,1 @@
-"""The shared world: physics, sensing, the radio model, the clock, and the process that carries them."""
+"""The shared world: physics, sensing, the radio model, the clock, and the process that runs them."""

@@ -1,4 +1,4 @@
-"""What the robots of one run said last: commands to this tick, states, plans; and who did not answer."""
+"""The last messages of the robots in one run: commands, states and plans; and the robots that did not answer."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -12,14 +12,14 @@ AGAIN: Final = 1.0  # s after which it is sent its sense again
 
 
 class Asked:
-    """Who was sent the sense of this tick, and when [s, of one clock of the caller's]."""
+    """When each robot was sent the sense of this tick [s, on the caller's clock]."""
 
     def __init__(self, robots: Sequence[str], now: float) -> None:
         self._first = dict.fromkeys(robots, now)
         self._last = dict.fromkeys(robots, now)
 
     def again(self, lacking: Sequence[str], now: float) -> list[str]:
-        """Return those of ``lacking`` that were never sent it, or long ago: it is sent to them now."""
+        """Return the robots of ``lacking`` that are to be sent the sense now: never sent before, or long ago."""
         due = [name for name in lacking if now - self._last.get(name, float("-inf")) >= AGAIN]
         for name in due:
             self._first.setdefault(name, now)
@@ -27,23 +27,23 @@ class Asked:
         return due
 
     def overdue(self, lacking: Sequence[str], now: float) -> list[str]:
-        """Return those of ``lacking`` that have not answered for so long that nobody waits for them any more."""
+        """Return the robots of ``lacking`` that have been silent for longer than the world waits."""
         return [name for name in lacking if now - self._first.get(name, now) > SILENT]
 
 
 class Answers:
-    """One run's; a restart begins with a new one."""
+    """The last messages of the robots in one run. A restart begins with a new object."""
 
     def __init__(self) -> None:
-        self.commands: dict[str, Command] = {}  # to this tick, or late to an earlier one
+        self.commands: dict[str, Command] = {}  # for this tick, or late ones for an earlier tick
         self.states: dict[str, State] = {}
         self.plans: dict[str, Plan] = {}
-        self.deaf: set[str] = set()  # there, but they did not answer in time
+        self.deaf: set[str] = set()  # present robots that did not answer in time
         self._answered: dict[str, int] = {}  # the newest tick that each robot has answered
         self.late = 0  # commands that came after their tick
 
     def take(self, name: str, message: Command | State | Plan, run: int, tick: int) -> None:
-        """Note a message. One of another run, or of a tick that has not begun, is dropped, as is a repeated answer."""
+        """Take in a message; ignore one of another run or of a future tick, and an answer that was given before."""
         if message.run != run or message.tick > tick:
             return
         match message:
@@ -61,19 +61,19 @@ class Answers:
                 self.plans[name] = message
 
     def awaited(self, present: Sequence[str]) -> list[str]:
-        """List the robots that are there and are expected to answer."""
+        """Return the present robots that are expected to answer."""
         return [name for name in present if name not in self.deaf]
 
     def lacking(self, present: Sequence[str], tick: int) -> list[str]:
-        """List those that still have to answer this tick."""
+        """Return the robots that still have to answer this tick."""
         return [name for name in self.awaited(present) if self._answered.get(name) != tick]
 
 
 def merged(one: Command, other: Command) -> Command:
-    """Return the later of two commands of one robot (the second, of one tick), with all that either tells only once.
+    """Return the later of two commands of one robot, or the second of one tick, with the notes of both.
 
-    A robot that was late answers twice within one tick of the world: of its speeds the latest count, but neither
-    what happened nor that it broadcast may be lost.
+    A robot that was late answers twice within one tick of the world. Only its latest speeds count, but no note is lost,
+    nor that it broadcast.
     """
     older, newer = sorted((one, other), key=lambda command: command.tick)
     return msgspec.structs.replace(newer, notes=[*older.notes, *newer.notes], sent=older.sent or newer.sent)

@@ -1,4 +1,4 @@
-"""An independent judge of gaps: recorded poses and the map in, the smallest gap seen out. It knows no physics."""
+"""An independent judge of gaps: it computes the smallest gap from recorded poses and the map, without physics."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -12,7 +12,7 @@ BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with th
 
 
 class ClearanceJudge:
-    """Takes every robot's position at every tick and keeps the smallest gap [m] between two footprints or to a wall."""
+    """A judge that gets all positions at every tick and keeps the smallest gap [m] between footprints or to a wall."""
 
     def __init__(self, floor: OccupancyMap, radius: float, robots: int) -> None:
         self._radius = radius
@@ -22,7 +22,7 @@ class ClearanceJudge:
         self.set_floor(floor)
 
     def set_floor(self, floor: OccupancyMap) -> None:
-        """From now on, judge against this floor."""
+        """Judge against this floor from now on."""
         self._judge()
         blocks = [
             shapely.Polygon(floor.corners(low, high))
@@ -33,14 +33,14 @@ class ClearanceJudge:
         self._solid = bool(blocks)
 
     def observe(self, places: Sequence[tuple[float, ...]]) -> None:
-        """Take everybody's x, y [m] (and what follows them) at one tick."""
+        """Take in the x, y [m] of each robot at one tick; further values are ignored."""
         self._block.append(places)
         if len(self._block) >= BLOCK:
             self._judge()
 
     @property
     def smallest(self) -> float:
-        """The smallest gap [m] so far; negative where shapes overlapped, infinite where there is nothing to touch."""
+        """The smallest gap [m] so far; negative if shapes overlapped, infinite if there is nothing to touch."""
         self._judge()
         return self._smallest
 

@@ -1,4 +1,4 @@
-"""The paper's buttons, and those beside them: what each does in each phase of a run."""
+"""The paper's buttons and a few more: what each button does in each phase of a run."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -7,7 +7,7 @@ from swarm.errors import PeerError
 from swarm.messages import Do, Phase
 
 # fmt: off
-#             while the run is     it may be asked to     and is then
+# phase of the run -> {button that may be pressed: next phase}
 BUTTONS: Final = {
     Phase.WAITING: {Do.GO: Phase.RUNNING, Do.RESTART: Phase.WAITING, Do.STOP: Phase.OVER},
     Phase.RUNNING: {Do.PAUSE: Phase.PAUSED, Do.RESTART: Phase.RUNNING, Do.STOP: Phase.OVER},
@@ -18,15 +18,15 @@ BUTTONS: Final = {
 
 
 def pressed(phase: Phase, do: Do, absent: Sequence[str]) -> Phase:
-    """Return the phase that a button leads to; ``absent`` are robots whose process is not there.
+    """Return the phase that a button leads to; ``absent`` are the robots whose process is not present.
 
     Raises:
-        PeerError: it may not be pressed in this phase, or the run cannot begin yet.
+        PeerError: the button may not be pressed in this phase, or the run cannot begin yet.
     """
     then = BUTTONS[phase].get(do)
     if then is None:
         can = ", ".join(BUTTONS[phase]) or "nothing"
         raise PeerError(f"the run is {phase.value}: expected one of ({can}), got {do.value}")
     if do is Do.GO and absent:
-        raise PeerError(f"expected all robots to be there, {', '.join(absent)} are not; wait for them")
+        raise PeerError(f"expected all robots to be present, {', '.join(absent)} missing; wait for them")
     return then

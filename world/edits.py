@@ -1,4 +1,4 @@
-"""Walls put up and taken away while robots drive: an edit is refused where nobody could stop before it."""
+"""Edits of the floor while robots drive. An edit is refused if a robot could not stop before it."""
 
 from collections.abc import Iterable
 
@@ -21,10 +21,10 @@ def edited(
     robot: RobotSettings,
     dt: float,
 ) -> OccupancyMap:
-    """Return the floor with an edit made; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is a tick [s].
+    """Return the edited floor; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is the length of a tick [s].
 
     Raises:
-        ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
+        ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
     """
     kind = KINDS[edit.kind]
     changed, low, high = floor.edited(kind, edit.low, edit.high)

@@ -1,4 +1,4 @@
-"""What goes wrong with robots in a drill: held up, suspended, killed, slow to answer; listed, or drawn with a seed."""
+"""Faults of robots in a simulation: held up, suspended, killed, late to answer; listed, or drawn with a seed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,24 +7,24 @@ from math import inf
 from random import Random
 from typing import Final, NamedTuple
 
-LASTS = 5.0  # s, a hold-up or a suspension
+LASTS = 5.0  # s, length of a drawn hold-up or suspension
 
 
 class Health(Enum):
-    """What works in a robot at a tick."""
+    """The health of a robot at a tick."""
 
     WELL = "well"
-    HELD_UP = "held_up"  # it thinks and speaks, but its wheels stand
+    HELD_UP = "held_up"  # it decides and broadcasts, but its wheels stand
     SUSPENDED = "suspended"  # nothing runs; it comes back
-    AWAY = "away"  # its process has ended; another one will take its place and its mission
+    AWAY = "away"  # its process has ended; a new one will take over its place and its mission
     DEAD = "dead"
 
 
-SILENT: Final = frozenset({Health.SUSPENDED, Health.AWAY, Health.DEAD})  # it neither thinks nor speaks
+SILENT: Final = frozenset({Health.SUSPENDED, Health.AWAY, Health.DEAD})  # it neither decides nor broadcasts
 
 
 class Spell(NamedTuple):
-    """One fault of one robot, from a tick on, for so many ticks."""
+    """One fault of one robot: its first tick and its length in ticks."""
 
     robot: str
     health: Health
@@ -34,22 +34,22 @@ class Spell(NamedTuple):
 
 @dataclass(frozen=True)
 class Faults:
-    """What happens, and how often. Times in simulated s."""
+    """The faults of a run. All times are simulated seconds."""
 
-    held_up: float = 0.0  # each robot's motors stand for 5 s, on average this often; 0: never
-    suspended: float = 0.0  # the same for the whole process: brain, radio and motors
-    kill_leader_at: float = inf  # the first robot that leads a joint plan from then on dies
-    killed: Mapping[str, float] | None = None  # robot: when it dies
+    held_up: float = 0.0  # mean time until the motors of a robot stand for 5 s; 0: never
+    suspended: float = 0.0  # mean time until brain, radio and motors of a robot stop for 5 s; 0: never
+    kill_leader_at: float = inf  # the first robot that leads a joint plan at or after this time dies
+    killed: Mapping[str, float] | None = None  # robot -> time of its death
     spells: tuple[Spell, ...] = ()
-    late: float = 0.0  # what robots answer, wheels and radio, comes so much later
+    late: float = 0.0  # delay of what robots answer: commands and broadcasts
 
 
 class Drill:
-    """Draws the faults of one run."""
+    """The faults of one run as they happen, listed or drawn."""
 
     def __init__(self, faults: Faults, seed: int, dt: float) -> None:
         self.dead: dict[str, float] = {}  # when each died [s]
-        self.struck: set[str] = set()  # those ever suspended or killed
+        self.struck: set[str] = set()  # robots that were ever suspended, away or killed
         self.late = round(faults.late / dt)  # ticks between what robots sense and what they answer to it
         self._faults = faults
         self._chance = Random(f"faults {seed}")
@@ -62,7 +62,10 @@ class Drill:
             self._spells.setdefault(spell.robot, []).append(spell)
 
     def health(self, robot: str, time: float, *, leads: bool) -> Health:
-        """Return how a robot is; ask once a tick. ``leads``: it is making a joint plan, or its plan is still news."""
+        """Return the health of a robot at a time [s]; call it once per tick.
+
+        ``leads`` says that the robot is making a joint plan or still broadcasts its plan.
+        """
         faults = self._faults
         if robot in self.dead:
             return Health.DEAD

@@ -1,4 +1,4 @@
-"""Who is there: robots and dashboards, each by its sessions; and the places promised to robots that are joining."""
+"""The robots and dashboards that are present, by their sessions, and the places promised to robots that are joining."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 from swarm.bus import Presence
 from swarm.errors import PeerError
 
-PROMISED: Final = 5.0  # s that a place is kept for a robot which was welcomed and is not there yet
+PROMISED: Final = 5.0  # s that a place is kept for a robot that was welcomed and is not present yet
 WATCHERS: Final = 15.0  # s that the start waits for a dashboard that was announced
 
 
@@ -19,7 +19,7 @@ class Note(NamedTuple):
 
 
 class Lobby:
-    """Times are those of one clock of the caller's [s]; the lobby has none."""
+    """The robots and dashboards that are present. The caller passes the time ``now`` [s], always of one clock."""
 
     def __init__(self, robots: Sequence[str], watchers: int, now: float) -> None:
         self._sessions: dict[str, set[str]] = {name: set() for name in robots}
@@ -29,12 +29,12 @@ class Lobby:
 
     @property
     def present(self) -> list[str]:
-        """Robots whose process is there."""
+        """Robots whose process is present."""
         return [name for name, sessions in self._sessions.items() if sessions]
 
     @property
     def absent(self) -> list[str]:
-        """Robots whose process is not there."""
+        """Robots whose process is not present."""
         return [name for name, sessions in self._sessions.items() if not sessions]
 
     def knows(self, robot: str) -> bool:
@@ -42,11 +42,11 @@ class Lobby:
         return robot in self._sessions
 
     def ready(self, now: float) -> bool:
-        """Return True if all robots are there, and the dashboards that were announced are too, or took too long."""
+        """Return True if all robots are present, and the announced dashboards are present or took too long."""
         return not self.absent and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)
 
     def take(self, presence: Presence) -> Note | None:
-        """Note who came and who went; return what is worth an event."""
+        """Take in that a process came or went; return a note if it is worth an event."""
         name, session = presence.id, presence.session
         if presence.role == "dashboard":
             (self._dashboards.add if presence.alive else self._dashboards.discard)(session)
@@ -57,15 +57,15 @@ class Lobby:
             sessions.add(session)
             self._promised.pop(name, None)
             many = len(sessions)
-            return Note("duplicate", f"is there {many} times; stop all but one", name) if many > 1 else None
+            return Note("duplicate", f"runs in {many} processes; stop all but one", name) if many > 1 else None
         sessions.discard(session)
-        return None if sessions else Note("gone", "is gone; its body stops", name)
+        return None if sessions else Note("gone", "has lost its process; its body stops", name)
 
     def place(self, asked: str | None, now: float) -> str:
-        """Choose and promise a place: the one that is asked for, or the first that is free.
+        """Return a place and promise it: the place that is asked for, or the first free one.
 
         Raises:
-            PeerError: there is no such robot, it is here already, or all places are taken.
+            PeerError: there is no such robot, it is present already, or all places are taken.
         """
         taken = self.present
         free = [name for name in self.absent if self._promised.get(name, 0.0) < now]

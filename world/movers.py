@@ -1,4 +1,4 @@
-"""Moving obstacles: where each is at a time. They look at nothing and stop for nobody."""
+"""Moving obstacles: the pose of each at a time. They sense nothing and stop for nobody."""
 
 from itertools import accumulate, pairwise
 from math import atan2
@@ -8,7 +8,7 @@ from swarm.settings import MoverSettings
 
 
 class Patrol:
-    """A way from waypoint to waypoint at constant speed, round and round or there and back."""
+    """A path from waypoint to waypoint at constant speed, in a loop or back and forth."""
 
     def __init__(self, settings: MoverSettings) -> None:
         points = list(settings.waypoints)
@@ -18,7 +18,7 @@ class Patrol:
         self._speed = settings.speed
 
     def at(self, time: float) -> Pose:
-        """Return the pose at a time [s] since the run began; the yaw is the way's direction."""
+        """Return the pose at a time [s] since the run began; the yaw is the direction of the path."""
         along = self._speed * time % self._stations[-1]
         leg = max(k for k in range(len(self._points) - 1) if self._stations[k] <= along)
         (ax, ay), (bx, by) = self._points[leg], self._points[leg + 1]

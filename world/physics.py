@@ -1,7 +1,7 @@
-"""Bodies that roll, and walls that stop them. The one file that touches pymunk.
+"""The physics of bodies that roll and walls that stop them. No other file imports pymunk.
 
-Bodies are dynamic: between contacts each one ends every step exactly on the arc its wheels describe, since its
-velocity is set to the chord of that arc; in a contact the solver keeps shapes apart. Metres, seconds, radians.
+Bodies are dynamic. Without a contact, a body ends every step exactly on the arc that its wheels describe, because its
+velocity is set to the chord of that arc. In a contact, the solver keeps shapes apart. Metres, seconds, radians.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,13 +18,13 @@ from world import rays
 
 Numbers = NDArray[np.float64]
 
-ROBOT: Final = 10  # collision types: this, and the map's kinds of cell
+ROBOT: Final = 10  # collision type of a robot; other shapes have the cell value of the map
 STILL: Final = Twist(0.0, 0.0)
 KINDS: Final = {WALL: "wall", UNKNOWN: "wall", OBSTACLE: "obstacle", ROBOT: "robot"}
 
 
 class Contact(NamedTuple):
-    """A robot began to touch something."""
+    """The beginning of a robot's contact with something."""
 
     robot: int
     kind: str  # robot, wall, obstacle
@@ -32,16 +32,16 @@ class Contact(NamedTuple):
 
 
 class Physics:
-    """The floor and the bodies on it; robots go by their number."""
+    """The floor and the bodies on it; robots are known by their number."""
 
     def __init__(self, floor: OccupancyMap, radius: float, poses: Sequence[Pose], top_speed: float, dt: float) -> None:
         self._space = pymunk.Space()
         self._space.collision_slop = 1e-4  # m; pymunk's default of 0.1 is for pixels
         self._radius = radius
         self._dt = dt
-        self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # no body moves a quarter radius unchecked
+        self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # a body moves at most radius / 4 per check
         self._contacts: list[Contact] = []
-        self.touching: list[Contact] = []  # all that have begun and not ended
+        self.touching: list[Contact] = []  # contacts that have begun and not ended
         self._still: list[pymunk.Shape] = []
         self.set_floor(floor)
         self._movers: list[pymunk.Body] = []
@@ -52,14 +52,14 @@ class Physics:
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
         self._poses: list[Pose] = []
-        self._stale = True  # bodies have moved since the five above were noted
-        self._rolled: list[Twist] = []  # what the bodies were told last
-        self._disturbed = True  # a contact may have changed what a body was told
+        self._stale = True  # bodies have moved since ``_place`` read their poses
+        self._rolled: list[Twist] = []  # twists of the last step
+        self._disturbed = True  # a contact may have changed a body's velocity
         for kind in KINDS:
             self._space.on_collision(ROBOT, kind, begin=self._on_contact, separate=self._on_parting, data=kind)
 
     def set_floor(self, floor: OccupancyMap) -> None:
-        """Let what stands still be this."""
+        """Replace everything that stands still."""
         self.floor = floor
         self._space.remove(*self._still)
         self._still = []
@@ -94,7 +94,7 @@ class Physics:
         body.position, body.angle = (pose.x, pose.y), pose.yaw
         shape = pymunk.Circle(body, self._radius)
         shape.collision_type = ROBOT
-        shape.filter = pymunk.ShapeFilter(group=number + 1)  # says whose it is in a contact
+        shape.filter = pymunk.ShapeFilter(group=number + 1)  # names the robot in a contact
         self._space.add(body, shape)
         return body
 
@@ -117,9 +117,9 @@ class Physics:
         return self._poses
 
     def roll(self, twists: Iterable[Twist], movers: Sequence[Pose] = ()) -> list[Contact]:
-        """Let every robot follow its twist for one control step, and every mover come to its next pose.
+        """Move every robot along its twist for one control step, and every mover to its next pose.
 
-        Returns the contacts that began, in order.
+        Return the contacts that began, in order.
         """
         self._contacts = []
         self._stale = True
@@ -138,7 +138,7 @@ class Physics:
                 else:
                     x, y = body.position
                     dx, dy = chord(body.angle, twist, dt)
-                    body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # what is lost in x + dx is not driven
+                    body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # without what rounding loses in x + dx
                 body.angular_velocity = twist.angular
             self._disturbed = bool(self.touching)
             if self._disturbed:
@@ -148,9 +148,10 @@ class Physics:
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
 
     def _solve(self, dt: float) -> None:
-        """Let contacts take from the wished velocities what would press shapes into each other; nothing moves.
+        """Take from the wanted velocities what would press shapes into each other; nothing moves.
 
-        A step of pymunk moves first and solves then, for the next one; the next one's velocities are wished again.
+        A step of pymunk moves bodies first and solves contacts for the next step, but ``roll`` sets all velocities
+        again before that step.
         """
         everybody = (*self._bodies, *self._movers)
         for body in everybody:
@@ -165,7 +166,7 @@ class Physics:
         return measured
 
     def cast_all(self, angles: Numbers, reach: float) -> Numbers:
-        """Measure along the same rays from every robot: (robots, angles)."""
+        """Measure the free distances [m] of all robots along the same rays: (robots, angles)."""
         self._place()
         measured: Numbers = rays.cast_all(
             *self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach
@@ -173,16 +174,16 @@ class Physics:
         return measured
 
     def sees(self, a: Point, b: Point) -> bool:
-        """Return True if nothing that stands still lies between two points."""
+        """Return True if nothing that stands still lies between two points [m]."""
         return bool(rays.sees(*self._ground, *a, *b))
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
-        """Check for each of some places, (n, 2), that nothing that stands still lies between it and a point."""
+        """Return ``sees`` from a point to each place, (n, 2) [m]."""
         seen: list[bool] = rays.sees_each(*self._ground, *here, places).tolist()
         return seen
 
     def _place(self) -> None:
-        """Note where every disc and box is now."""
+        """Read the poses of all bodies, if they have moved."""
         if self._stale:
             self._stale = False
             places = [body.position for body in self._round]
@@ -196,13 +197,13 @@ class Physics:
 
 
 def _stay(body: pymunk.Body, dt: float) -> None:
-    """Move nowhere."""
+    """Leave the body where it is."""
 
 
 def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:
-    """Name a contact as each robot in it has it.
+    """Return a contact as each robot in it sees it.
 
-    The shapes come in either order; one that is no robot's has no group: 0.
+    The shapes come in either order. A shape that is not a robot has the group 0.
     """
     a, b = (shape.filter.group - 1 for shape in arbiter.shapes)
     if kind == ROBOT:

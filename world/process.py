@@ -1,4 +1,4 @@
-"""The world as a process: it waits for its robots, owns the clock, senses for all, moves all, and reports."""
+"""The world process: it waits for the robots, keeps the clock, senses for all, moves all, and writes the report."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -42,7 +42,7 @@ from world.report import missing, report, write
 from world.speaker import Speaker
 from world.world import World
 
-LOOK: Final = 0.25  # s between two looks whether we are told to stop
+LOOK: Final = 0.25  # s between two checks whether we are told to stop
 
 
 def run(
@@ -58,10 +58,10 @@ def run(
     report_to: Path | None = None,
     log: Callable[[str], None] = print,
 ) -> int:
-    """Be the world of a fleet until its run is over; the exit status says whether it was completed.
+    """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
 
     Raises:
-        ConfigError: there is no router, or the starts have no room for so many robots.
+        ConfigError: there is no router, the starts have no room for so many robots, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         host = Host(bus, scenario, robots, seed, pace, limit, wait, watchers, log)
@@ -74,7 +74,7 @@ def run(
 
 
 class Host:
-    """The loop of one fleet's world: its robots' last words, and where the run stands."""
+    """The main loop of one fleet's world, and the phase of its run."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class Host:
         self._speaker = Speaker(bus, scenario, log)
         self._lobby = Lobby(self._world.robots, watchers, monotonic())
         self.phase = Phase.WAITING
-        self._held = wait  # stands until somebody says go
+        self._held = wait  # waits until somebody presses go
         self._answers = Answers()
         self._linked = True
         self._reason = ""
@@ -103,7 +103,7 @@ class Host:
         self._timetable = Timetable(self._world.dt, 1.0 if pace == "max" else pace)
 
     def open(self) -> None:
-        """Declare what this process listens to, answers and is."""
+        """Listen to the robots, answer requests, and announce this process."""
         bus = self._bus
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
@@ -126,7 +126,7 @@ class Host:
         self._speaker.tell(self._world.event(kind, text, robot))
 
     def serve(self, stop: Flag) -> None:
-        """Run until the run is over or this process is told to stop."""
+        """Serve until the run is over or this process is told to stop."""
         self._tell_clock()
         while self.phase is not Phase.OVER:
             if stop.is_set():
@@ -155,7 +155,7 @@ class Host:
         self._go_to(Phase.OVER)
 
     def _tick(self, stop: Flag) -> None:
-        """Run one tick: sense for all, wait for their commands or for the time to pass, move all."""
+        """Run one tick: sense for all robots, wait for their commands or for the time to pass, move all."""
         self._stopwatch.go()
         world, bus = self._world, self._bus
         lockstep = self._pace == "max"
@@ -172,7 +172,7 @@ class Host:
         for event in world.step(self._answers.commands):
             self._speaker.tell(event)
         self._answers.commands = {}
-        if world.floor is not self._speaker.scenario.map:  # an edit of the scenario's own
+        if world.floor is not self._speaker.scenario.map:  # the scenario has made an edit
             self._tell_map()
         if world.finished:
             self._end(missing(world))
@@ -180,13 +180,13 @@ class Host:
             self._end(f"time limit of {self._limit:g} s; {missing(world)}")
 
     def _await_all(self, stop: Flag, senses: Mapping[str, Sense]) -> None:
-        """Wait for the commands of all that are there. A sense is sent again to robots that came late or are silent."""
+        """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         world, asked = self._world, Asked(self._lobby.present, monotonic())
         while self.phase is not Phase.OVER and self._world is world and self._linked and not stop.is_set():
             present = self._lobby.present
             lacking = self._answers.lacking(present, world.tick)
             if not self._answers.awaited(present):
-                self._take(self._bus.receive(LOOK))  # nobody answers: time for somebody to come back
+                self._take(self._bus.receive(LOOK))  # no robot answers: wait for one to come back
                 return
             if not lacking:
                 return
@@ -194,7 +194,7 @@ class Host:
                 self._bus.send(SENSE, senses[name], robot=name)
             for name in asked.overdue(lacking, monotonic()):
                 self._answers.deaf.add(name)
-                self._tell("silent", f"is there but has not answered for {SILENT:g} s", name)
+                self._tell("silent", f"has not answered for {SILENT:g} s; the run goes on without it", name)
             self._take(self._bus.receive(LOOK))
 
     def _await_time(self, stop: Flag) -> None:
@@ -216,7 +216,7 @@ class Host:
                 self._answer(arrived)
             case Link(up=up):
                 self._linked = up
-                self._log(f"the router is {'back' if up else 'gone; the clock stands until it is back'}")
+                self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
 
     def _take_presence(self, presence: Presence) -> None:
         note = self._lobby.take(presence)
@@ -226,7 +226,7 @@ class Host:
             self._tell_clock()
 
     def _answer(self, request: Request) -> None:
-        """Do what is asked, or refuse and say why."""
+        """Carry out a request, or refuse it with the reason."""
         try:
             match request.message:
                 case Action(do=do):
@@ -254,7 +254,7 @@ class Host:
         )
 
     def _press(self, do: Do) -> Accepted:
-        """Do what a button says, if it may be pressed in this phase."""
+        """Carry out a button if it may be pressed in this phase."""
         phase = pressed(self.phase, do, self._lobby.absent)
         self._held = self._held and do is not Do.GO
         if do is Do.RESTART:
@@ -266,7 +266,7 @@ class Host:
         return Accepted(text=f"the run is {self.phase.value}")
 
     def _edit(self, edit: Edit) -> Accepted:
-        """Add or remove walls, and send the new map to everybody who watches."""
+        """Add or remove walls, and send the new map to all listeners."""
         self._world.edit(edit)
         text = f"{edit.kind.value} from {edit.low} to {edit.high}"
         self._tell("edit", text)
@@ -274,7 +274,7 @@ class Host:
         return Accepted(text=text)
 
     def _tell_map(self) -> None:
-        """Take over the world's floor as it is now, and send it to everybody who watches."""
+        """Take over the world's current floor and send it to all listeners."""
         self._speaker.take_map(self._world.floor)
         self._speaker.tell_map(self._world)
 
@@ -286,7 +286,7 @@ class Host:
         self._stopwatch = Stopwatch()
 
     def report(self) -> dict[str, object]:
-        """Sum the run up."""
+        """Return the report of the run."""
         return report(
             self._world,
             planning_grid(self._speaker.scenario),

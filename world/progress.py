@@ -1,4 +1,4 @@
-"""Who gets nowhere: judged from poses and stops alone, whatever the cause is."""
+"""The detection of robots that make no progress, from poses and stops alone, whatever the cause."""
 
 from collections.abc import Sequence
 from math import floor, inf
@@ -6,28 +6,28 @@ from typing import Final
 
 from swarm.geometry import Pose
 
-STALLED: Final = 60.0  # s without getting anywhere, with stops left: a slow queue takes less (benchmarks/traffic.py)
+STALLED: Final = 60.0  # s without progress, with stops left; a slow queue takes less (benchmarks/traffic.py)
 SQUARE: Final = 1.0  # m, side of a square of the floor
-NOWHERE: Final = -1  # the stop of a robot that has not been looked at yet
+NOWHERE: Final = -1  # the stop of a robot before the first look
 
 
 class ProgressWatch:
-    """Feeds on poses and on the stop each robot is under way to.
+    """The progress of all robots, judged from their poses and next stops.
 
-    A robot gets somewhere when its stop changes or when it enters a square of the floor where it has not been since
-    then. So standing still counts as getting nowhere, and so does driving to and fro.
+    A robot makes progress when its next stop changes, or when it enters a square of the floor for the first time since
+    then. Standing still is no progress, and neither is driving back and forth.
     """
 
     def __init__(self, robots: int) -> None:
         self.times = [0] * robots  # how often each has stalled
-        self.longest = [0.0] * robots  # s, that each has got nowhere at a stretch
+        self.longest = [0.0] * robots  # s, longest time without progress
         self._stop: list[int | None] = [NOWHERE] * robots
         self._seen: list[set[tuple[int, int]]] = [set() for _ in range(robots)]
         self._since = [0.0] * robots
         self._stalled = [False] * robots
 
     def look(self, time: float, poses: Sequence[Pose], stops: Sequence[int | None]) -> list[int]:
-        """Return the numbers of the robots that stall from now on. ``stops`` is None for who has none left."""
+        """Return the numbers of the robots that begin to stall. ``stops`` is None for a robot with no stop left."""
         begun = []
         for number, (pose, stop) in enumerate(zip(poses, stops, strict=True)):
             square = floor(pose.x / SQUARE), floor(pose.y / SQUARE)
@@ -47,5 +47,5 @@ class ProgressWatch:
         return begun
 
     def standing(self, time: float) -> list[float]:
-        """Return for how long [s] each robot has got nowhere; infinite where it has no stop left."""
+        """Return how long [s] each robot has made no progress; infinite if it has no stop left."""
         return [inf if stop is None else time - since for stop, since in zip(self._stop, self._since, strict=True)]

@@ -1,4 +1,4 @@
-"""Who hears whom. The radio itself is real (Zenoh); its reach is simulated here, so that losses are reproducible."""
+"""The radio model: which robot hears which. Zenoh carries the messages; range and loss are simulated, reproducibly."""
 
 from collections.abc import Callable, Sequence
 from math import hypot
@@ -19,7 +19,7 @@ class RadioModel:
         self._chance = np.random.default_rng([seed, 2])
 
     def hears(self, poses: Sequence[Pose], senders: Sequence[int]) -> list[list[int]]:
-        """List for each robot the senders whose broadcast of this tick arrives."""
+        """Return for each robot the senders whose broadcast of this tick it hears."""
         heard: list[list[int]] = [[] for _ in poses]
         settings = self._settings
         for listener, here in enumerate(poses):

@@ -1,6 +1,6 @@
-"""Rays against everything on the floor: solid cells, discs and boxes. Compiled: a fleet casts thousands a second.
+"""Rays against everything on the floor: solid cells, discs and boxes. Compiled, for thousands of rays per second.
 
-Distances are exact; the tests hold them against pymunk's own segment queries and against shapely.
+Distances are exact; the tests compare them with pymunk's segment queries and with shapely.
 """
 
 from math import cos, hypot, inf, sin, sqrt
@@ -60,7 +60,7 @@ def cast(
     angles: Numbers,
     reach: float,  # m
 ) -> Numbers:
-    """Distances [m] from a centre along rays at body ``angles`` [rad] to the nearest thing, at most ``reach``."""
+    """Return the distances [m] from a centre along rays at body ``angles`` [rad] to the nearest thing, or ``reach``."""
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
     u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
     v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
@@ -94,7 +94,10 @@ def cast_all(
     radius: float,  # m, of a robot
     reach: float,  # m
 ) -> Numbers:
-    """Free distances [m, 0..reach] from every robot's edge along rays at body ``angles`` [rad]: (robots, angles)."""
+    """Return the free distances [m, 0..reach] from every robot's edge along rays at body ``angles`` [rad].
+
+    The shape is (robots, angles).
+    """
     found = np.empty((yaws.size, angles.size))
     for n in range(yaws.size):
         x, y = discs[n, 0], discs[n, 1]
@@ -140,7 +143,7 @@ def sees_each(
     y: float,
     places: Numbers,  # (n, 2): x, y [m]
 ) -> NDArray[np.bool_]:
-    """Check for each place whether no solid cell lies between it and a point [m]."""
+    """Return for each place True if no solid cell lies between it and a point [m]."""
     found = np.empty(places.shape[0], np.bool_)
     for k in range(places.shape[0]):
         found[k] = sees(solid, side, origin_x, origin_y, origin_yaw, x, y, places[k, 0], places[k, 1])

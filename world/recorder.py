@@ -1,4 +1,4 @@
-"""What a run was: poses, contacts, stops reached, who waited. The report is made from this alone."""
+"""The record of a run, from which the report is made: poses, contacts, stops reached, waiting times."""
 
 import hashlib
 import struct
@@ -14,13 +14,13 @@ from swarm.scenario.load import Scenario
 from world.clearance import ClearanceJudge
 from world.physics import Contact
 
-MOVES: Final = 0.01  # m/s of the faster rim: below that a robot stands
-PARTED: Final = 1.0  # s; who touches the same again sooner has not let go of it: pressed bodies tremble
+MOVES: Final = 0.01  # m/s, forward or backward; a robot that is not faster counts as standing
+PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: bodies under pressure tremble
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 
 
 class Recorder:
-    """Takes what the world did, tick by tick, and sums it up."""
+    """The record of one run. The world feeds it tick by tick."""
 
     def __init__(self, scenario: Scenario, starts: Sequence[Pose], stops: list[tuple[Point, ...]], dt: float) -> None:
         robots = len(starts)
@@ -32,7 +32,7 @@ class Recorder:
         self._touched: dict[Contact, int] = {}  # the tick at which each contact was seen last
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
-        self.struck = [0] * robots  # contacts begun while the robot stood still: no stop could have prevented them
+        self.struck = [0] * robots  # contacts while the robot stood still: no braking could have prevented them
         self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, and whether the robot was struck
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
         self.waiting = [0.0] * robots  # s
@@ -51,11 +51,11 @@ class Recorder:
 
     @property
     def complete(self) -> bool:
-        """Whether every robot has been at all its stops."""
+        """True if every robot has been at all its stops."""
         return all(time is not None for row in self.reached_at for time in row)
 
     def poses(self, poses: Sequence[Pose]) -> None:
-        """Take where everybody stands at a tick."""
+        """Record the poses of all robots at a tick."""
         self._ticks += 1
         self._digest.update(struct.pack(f"<{3 * len(poses)}d", *chain.from_iterable(poses)))
         for number, (before, pose) in enumerate(zip(self._last, poses, strict=True)):
@@ -65,21 +65,22 @@ class Recorder:
         self._last = poses
 
     def set_floor(self, floor: OccupancyMap) -> None:
-        """Take in that the floor is another from now on."""
+        """Judge gaps against this floor from now on."""
         self._judge.set_floor(floor)
 
     def contacts(
         self, contacts: Sequence[Contact], touching: Sequence[Contact], wheels: Sequence[tuple[float, float]]
     ) -> list[Contact]:
-        """Take the contacts that began in a tick, and how the wheels turned in it; give those that count.
+        """Record the contacts that began in a tick, with the rim speeds [m/s] in it; return those that count.
 
-        One that begins again within ``PARTED`` of its end is still the same; ``touching``: those that have not ended.
+        A contact that begins again within ``PARTED`` of its end does not count: it is still the same. ``touching`` are
+        the contacts that have not ended.
         """
         fresh = [c for c in contacts if self._ticks - self._touched.get(c, -PARTED / self._dt) >= PARTED / self._dt]
         self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
         for contact in fresh:
             self.contact_counts[contact.robot][contact.kind] += 1
-            struck = abs(sum(wheels[contact.robot])) / 2 <= MOVES  # its round body was not going anywhere
+            struck = abs(sum(wheels[contact.robot])) / 2 <= MOVES  # the robot drove neither forward nor backward
             self.struck[contact.robot] += struck
             self.begun.append((self._ticks, contact, struck))
         return fresh
@@ -89,11 +90,11 @@ class Recorder:
         return self.reached_at[robot][stop] is not None
 
     def reached(self, robot: int, stop: int, time: float) -> None:
-        """Take that a robot has been at a stop."""
+        """Record that a robot has reached a stop at a time [s]."""
         self.reached_at[robot][stop] = time
 
     def doing(self, commands: Sequence[Command]) -> None:
-        """Take what everybody was doing in a tick."""
+        """Record what every robot did in a tick."""
         for number, command in enumerate(commands):
             self.replans[number] = command.replans
             self.unreachable[number] = command.unreachable

@@ -17,11 +17,11 @@ from world.world import World, stop_label
 def report(
     world: World, grid: Grid, *, scenario: str, seed: int, pace: str, wall_time: float, late_commands: int, reason: str
 ) -> dict[str, Any]:
-    """Sum a run up; ``reason`` says why it ended where it is not complete."""
+    """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete."""
     record = world.recorder
     robots = range(len(world.robots))
     total = {kind: sum(counts[kind] for counts in record.contact_counts) for kind in ("robot", "wall", "obstacle")}
-    total["robot"] //= 2  # each one began for both
+    total["robot"] //= 2  # a contact of two robots is counted for both
     return {
         "scenario": scenario,
         "seed": seed,
@@ -58,7 +58,7 @@ def report(
 
 
 def _traffic(world: World) -> dict[str, Any]:
-    """Return what the watch saw."""
+    """Return the counts of the traffic watch."""
     watch = world.traffic.watch
     return {
         "conflicts": watch.conflicts,
@@ -72,7 +72,7 @@ def _traffic(world: World) -> dict[str, Any]:
 
 
 def missing(world: World) -> str:
-    """Return which stops were not reached, and which of them no path led to, in one sentence."""
+    """Return in one sentence which stops were not reached, which of them had no path, and which robots stalled."""
     lacking = []
     for name, row, given_up in zip(world.robots, world.recorder.reached_at, world.recorder.unreachable, strict=True):
         stops = [
@@ -83,13 +83,13 @@ def missing(world: World) -> str:
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
     verdict = f"{world.verdict}; " if world.verdict and lacking else ""
-    stuck = [f"{name} got nowhere for {world.progress.longest[number]:.0f} s"
+    stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
              for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
     return f"{verdict}not reached: {'; '.join(lacking)}{'; ' if stuck else ''}{', '.join(stuck)}" if lacking else ""
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:
-    """Length [m] of the tight A* paths from stop to stop for a robot alone; None where one has no path."""
+    """Return the length [m] of the A* paths from stop to stop for a robot alone, or None if one has no path."""
     total = 0.0
     for a, b in pairwise((start, *stops)):
         path = plan(grid, a, b)
@@ -100,7 +100,7 @@ def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float |
 
 
 def write(summary: dict[str, Any], path: Path) -> None:
-    """Write a report as JSON; what is not a finite number becomes null.
+    """Write a report as JSON; a number that is not finite becomes null.
 
     Raises:
         ConfigError: the file cannot be written.

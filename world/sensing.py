@@ -1,4 +1,4 @@
-"""What a robot's own sensors tell it: three proximity sectors and the infrared bearing of each target (section 2)."""
+"""The sensors of a robot: three proximity sectors and the infrared bearing of each target (the paper's section 2)."""
 
 from collections.abc import Sequence
 from math import radians
@@ -19,11 +19,11 @@ class Distances(NamedTuple):
     left: float
     front: float
     right: float
-    rays: list[float]  # of left, front, right in turn
+    rays: list[float]  # of the left, front and right sector in turn
 
 
 class Shown(NamedTuple):
-    """The bearings that a robot was shown last, and of what from where."""
+    """The last bearings of a robot, with the pose, targets and floor that they belong to."""
 
     pose: Pose
     targets: Sequence[Point] | Numbers
@@ -32,20 +32,20 @@ class Shown(NamedTuple):
 
 
 class Sensing:
-    """The sensors of all robots; the noise of each is drawn from its own generator, the same number a tick."""
+    """The sensors of all robots. Each robot has its own noise generator, with the same number of draws each tick."""
 
     def __init__(self, settings: SensorSettings, robots: int, seed: int) -> None:
         self._settings = settings
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
-        self._shown: dict[int, Shown] = {}  # who stands sees the same again
+        self._shown: dict[int, Shown] = {}  # a robot that stands sees the same bearings again
 
     def distances(self, physics: Physics, robot: int) -> Distances:
-        """Read the nearest hit of each sector's rays, other robots included, and the rays themselves."""
+        """Return the nearest hit of each sector's rays, other robots included, and all the rays."""
         return self._read(robot, physics.cast(robot, self._angles, self._settings.range))
 
     def all_distances(self, physics: Physics) -> list[Distances]:
-        """Read the same for every robot, all rays cast at once."""
+        """Return the distances of every robot; all rays are cast at once."""
         found = physics.cast_all(self._angles, self._settings.range)
         return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
 
@@ -59,7 +59,7 @@ class Sensing:
     def bearings(
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
     ) -> list[float | None]:
-        """Read the bearing [rad, left positive] of each target that no wall hides, None for the others."""
+        """Return the bearing [rad, left positive] of each target that no wall hides, None for the others."""
         noise = radians(self._settings.bearing_noise_deg)
         last = self._shown.get(robot)
         if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:

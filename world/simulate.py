@@ -1,4 +1,4 @@
-"""The same World and Robot objects in one process, without any bus: for tests, benchmarks, and a live run's digest."""
+"""World and Robot objects in one process, without a bus: for tests, benchmarks, and the digest of a live run."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -25,8 +25,8 @@ class Tick(NamedTuple):
 
     senses: Mapping[str, Sense]
     health: Mapping[str, Health]
-    commands: Mapping[str, Command]  # that robots answered now; late ones reach the world some ticks later
-    spoken: Mapping[str, Broadcast]  # put on the radio now
+    commands: Mapping[str, Command]  # answered in this tick; late commands reach the world some ticks later
+    spoken: Mapping[str, Broadcast]  # broadcast in this tick
     events: list[Event]  # of the world
 
 
@@ -40,7 +40,7 @@ class Simulation:
     seed: int
     drill: Drill
     controller: Controller
-    spoken: dict[str, Broadcast] = field(default_factory=dict)  # who broadcast in the last tick, and what
+    spoken: dict[str, Broadcast] = field(default_factory=dict)  # broadcasts of the last tick, by robot
     _late: deque[Answers] = field(default_factory=deque)  # answers under way
     _leaders: set[str] = field(default_factory=set)
     _away: set[str] = field(default_factory=set)
@@ -48,7 +48,7 @@ class Simulation:
 
     @classmethod
     def of(cls, scenario: Scenario, robots: int, seed: int, faults: Faults | None = None) -> "Simulation":
-        """Set everybody up at the starts that the seed draws; ``faults`` is what shall go wrong."""
+        """Return a simulation with all robots at the starts that the seed draws; ``faults`` will happen in it."""
         scenario, grid, poses = prepare(scenario, robots, seed)
         controller = Controller(scenario.profile)
         world = World(scenario, poses, seed)
@@ -60,7 +60,7 @@ class Simulation:
         return cls(world, brains, scenario, seed, drill, controller, _late=deque([({}, {})] * drill.late))
 
     def step(self) -> Tick:
-        """Let one tick pass: the robots sense, think and answer, and the world moves."""
+        """Run one tick: the robots sense, decide and answer, and the world moves."""
         world = self.world
         senses = world.senses(lockstep=True)
         health: dict[str, Health] = {}
@@ -87,7 +87,7 @@ class Simulation:
         return Tick(senses, health, commands, spoken, world.step(arriving))
 
     def _present(self, name: str, number: int, sense: Sense) -> Robot:
-        """Return the robot of that name: a new one after its process ended, and one that knows of all edits."""
+        """Return the robot of that name with all edits taken in; it is a new one if its process had ended."""
         world = self.world
         robot = self.robots[number]
         if name in self._away:
@@ -107,7 +107,7 @@ class Simulation:
         watch: Callable[[World], None] | None = None,
         over: Callable[[World], bool] = lambda world: world.finished,
     ) -> dict[str, Any]:
-        """Step until all are done, or ``over``, or ``limit`` [simulated s] has passed, and return the report."""
+        """Step until ``over`` returns True or ``limit`` [simulated s] has passed, and return the report."""
         world, began = self.world, perf_counter()
         limit = self.scenario.settings.limit if limit is None else limit
         while not over(world) and world.time < limit:
@@ -117,7 +117,7 @@ class Simulation:
         return self.report(perf_counter() - began, limit)
 
     def report(self, wall_time: float, limit: float) -> dict[str, Any]:
-        """Sum the run up as it stands; ``limit`` [simulated s] is what ended it where it is not finished."""
+        """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
         world = self.world
         edited = replace(self.scenario, map=world.floor)
         return report(

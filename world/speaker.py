@@ -1,4 +1,4 @@
-"""What the world tells everybody who watches: the map, the clock, the truth, and events."""
+"""What the world sends to all listeners: the map, the clock, the truth, and events."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +12,7 @@ from world.world import World
 
 
 class Speaker:
-    """The fleet's map as it is now, and the bus on which all is told."""
+    """The sender of the world's messages; it keeps the fleet's current map."""
 
     def __init__(self, bus: Bus, scenario: Scenario, log: Callable[[str], None]) -> None:
         self._bus, self._log = bus, log
@@ -22,12 +22,12 @@ class Speaker:
         self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
 
     def take_map(self, floor: OccupancyMap) -> None:
-        """Take the floor over as it is now; who joins or begins again is given this one."""
+        """Take over the current floor; robots that join or restart get this map."""
         self.scenario = replace(self.scenario, map=floor)
         self.settings, self.packed = self.scenario.to_wire()
 
     def floor(self, world: World) -> Map:
-        """Return the map with the scenario's settings and where each robot starts."""
+        """Return the map with the scenario's settings and the start of each robot."""
         homes = dict(zip(world.robots, world.starts, strict=True))
         return Map(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
 
@@ -36,23 +36,23 @@ class Speaker:
         self._bus.send(MAP, self.floor(world))
 
     def clock(self, world: World, phase: Phase, present: list[str]) -> Clock:
-        """Return where the run stands."""
+        """Return the message with the time and phase of the run."""
         return Clock(
             run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present
         )
 
     def tell_clock(self, clock: Clock) -> None:
-        """Send where the run stands."""
+        """Send the time and phase of the run."""
         self._clock_told = monotonic()
         self._bus.send(CLOCK, clock)
 
     @property
     def clock_is_due(self) -> bool:
-        """Whether the clock was told so long ago that it has to be told again."""
+        """True if it is time to send the clock again."""
         return monotonic() - self._clock_told >= 1.0 / CLOCK.rate
 
     def tell_truth(self, world: World) -> None:
-        """Send where everybody is, at the ticks that have it, to those who want it."""
+        """Send all true poses at the topic's rate, if anybody listens."""
         if world.tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
             self._bus.send(TRUTH, world.truth())
 

@@ -1,8 +1,7 @@
-"""Who steers: the fuzzy tables are asked again for each command, and their answer is set beside what it commands.
+"""The check of who steers: for each command, the fuzzy tables are asked again and their answer is compared with it.
 
-The tables get the sense that the command answers, and the heading and the scale that the robot says it asked them with.
-So a robot's word counts for these two alone. One that names a heading to which the tables would answer what it drives
-is believed: nothing here knows where it ought to go.
+The tables get the sense that the command answers, and the heading and the scale that the robot reports. Only these two
+are taken from the robot. They are not checked: a robot could report a heading that fits what it drives.
 """
 
 from collections.abc import Sequence
@@ -15,10 +14,10 @@ from swarm.messages import COMMAND, Activity, Command, Sense, Steering
 from swarm.robot.pilot import fuzzy_speeds
 from swarm.scenario.load import Scenario
 
-CLOSE: Final = 1e-3  # m/s, of a rim speed: nobody is steered by less; rounding makes 1e-15
-IDLE: Final = (Activity.READY, Activity.DONE)  # a robot that stands so has nothing to be steered to
-BY: Final = ("ticks", "metres", "angle")  # what the shares are of
-UNASKED: Final = (nan, nan)  # unlike whatever is commanded
+CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
+IDLE: Final = (Activity.READY, Activity.DONE)  # activities in which a robot has nowhere to go
+BY: Final = ("ticks", "metres", "angle")  # units in which shares are computed
+UNASKED: Final = (nan, nan)  # differs from every command
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
 
@@ -29,7 +28,7 @@ def stands(speeds: RimSpeeds) -> bool:
 
 
 def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
-    """Return what became of the tables' rim speeds in those commanded: the first label of `Steering` that fits.
+    """Return the first label of `Steering` that fits how the commanded rim speeds follow from the tables' [m/s].
 
     >>> [classify(speeds, (0.6, 0.4)).value for speeds in ((0.6, 0.4), (0.3, 0.2), (0.2, 0.0), (0.4, 0.6), (0.0, 0.0))]
     ['tables', 'tables', 'tightened', 'blended', 'braked']
@@ -49,7 +48,7 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
 
 
 class SteeringWatch:
-    """Labels what is commanded tick by tick, and weighs each label by ticks, by metres driven and by angle turned."""
+    """The labels of all commands, and how many ticks, metres driven and radians turned each label has."""
 
     def __init__(self, scenario: Scenario, starts: Sequence[Pose]) -> None:
         self._controller = Controller(scenario.profile)
@@ -63,15 +62,15 @@ class SteeringWatch:
         self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
 
     def sensed(self, number: int, sense: Sense) -> None:
-        """Take what a robot is given to sense."""
+        """Take in the sense that a robot gets."""
         self._senses[number, sense.tick] = sense
         self._senses.pop((number, sense.tick - self._kept), None)
 
     def look(self, commands: Sequence[Command | None], poses: Sequence[Pose]) -> None:
-        """Take the commands in force in a tick, None for a robot without one, and where everybody is after it.
+        """Take in the commands in force in a tick, None for a robot without one, and the poses after the tick.
 
-        A tick counts where a wheel is commanded, or stands though the tables would move a robot that is under way.
-        Metres and angle are what the body did, slowed by the wheels' inertia and pushed by others.
+        A tick counts if a wheel is commanded to turn, or if the robot is under way and braked against the tables.
+        Metres and angle are those of the body, with the wheels' inertia and pushes from others.
         """
         for number, (command, before, pose) in enumerate(zip(commands, self._poses, poses, strict=True)):
             self.labels[number] = None if command is None else self._weigh(number, command, before, pose)
@@ -92,17 +91,17 @@ class SteeringWatch:
         return label
 
     def _ask(self, number: int, command: Command) -> RimSpeeds:
-        """Ask the tables what the robot says it asked them; a command that answers no sense of late asked nothing."""
+        """Return the tables' rim speeds [m/s] for a command, or ``UNASKED`` if the command answers no recent sense."""
         sense = self._senses.get((number, command.tick))
         if sense is None:
             return UNASKED
         return fuzzy_speeds(self._controller, self._robot, sense, command.heading, command.scale)
 
     def report(self) -> dict[str, Any]:
-        """Return the share of each label by ticks, metres and angle: all 0 where there were none.
+        """Return the share of each label by ticks, metres and angle; all shares are 0 if there were none.
 
-        ``scaled`` is how long [s, summed over robots] the tables were told distances with a scale below 1, and the mean
-        of those scales.
+        ``scaled`` is the time [s, summed over robots] in which the tables got distances with a scale below 1, and the
+        mean of those scales.
         """
         found: dict[str, Any] = {}
         for k, name in enumerate(BY):

@@ -1,4 +1,4 @@
-"""The world's own eye on traffic: do holds overlap, do bodies stay in them? Faults become events and numbers."""
+"""The world's own check of traffic: reservations must not overlap, and bodies must stay inside their own."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,7 +12,7 @@ from swarm.traffic.watch import Fault, Seen, Watch
 
 
 class TrafficWatch:
-    """Feeds ``swarm.traffic.watch``, which knows nothing of any planner, with true poses and declared holds."""
+    """The input of ``swarm.traffic.watch``, which uses no planner: true poses and the cells that robots declare."""
 
     def __init__(self, floor: OccupancyMap, settings: Settings, robots: Sequence[str]) -> None:
         self._robots = robots
@@ -20,20 +20,20 @@ class TrafficWatch:
         self.watch = Watch(cells_of(floor, settings), settings.robot.radius, 1.0 / settings.rate)
 
     def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
-        """From now on, judge against the cells of this floor."""
+        """Judge against the cells of this floor from now on."""
         self.watch.cells = cells_of(floor, settings)
 
     def look(
         self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
     ) -> list[Fault]:
-        """Judge a tick: where everybody stands, whose command came, and everybody's last command."""
+        """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
         before = self._poses or poses
         self._poses = poses
         robots, events = {}, []
         for number, name in enumerate(self._robots):
             command = last[number]
             if not command.held:
-                continue  # it has not spoken yet
+                continue  # the robot has not sent a command yet
             wants = command.activity is not Activity.DONE and command.activity is not Activity.READY
             moved = poses[number] != before[number]
             robots[name] = Seen(poses[number], command.held, wants, moved, command.waits, name in fresh)

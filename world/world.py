@@ -1,7 +1,7 @@
-"""The world itself, pure in its state: what each robot senses at a tick, and what its commands make of the next one.
+"""The world: it computes what each robot senses at a tick, and moves the robots by their commands to the next tick.
 
-What happens at tick k takes effect at k + 1, in the order of the robots' numbers. It knows no bus, and no clock but its
-own.
+Commands at tick k take effect at tick k + 1, in the order of the robots' numbers. The world uses no bus and no wall
+clock.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ from world.steering import SteeringWatch
 from world.traffic_watch import TrafficWatch
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
-PROVEN = 5.0  # s after which a fleet that proved its jam unsolvable, and got nowhere since, is given up
+PROVEN = 5.0  # s after the proof of an unsolvable jam, with no stop reached since, at which the run ends
 VERDICTS = frozenset({"unsolvable", "no_plan_found"})
 REST = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
@@ -66,7 +66,7 @@ class World:
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
         self._distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
         self.traffic = TrafficWatch(scenario.map, settings, self.robots)
-        self.verdict = ""  # what the robots' planners last said of a jam: unsolvable, or no plan found
+        self.verdict = ""  # the last verdict of the robots' planners on a jam: unsolvable, or no plan found
         self._unsolvable_at: float | None = None
         self._planned = sorted(settings.edits, key=lambda edit: edit.at)
         self.progress = ProgressWatch(len(starts))
@@ -81,21 +81,21 @@ class World:
 
     @property
     def complete(self) -> bool:
-        """Whether every robot has been at all its stops."""
+        """True if every robot has been at all its stops."""
         return self.recorder.complete
 
     @property
     def finished(self) -> bool:
-        """Whether no robot has anything left to do, having reached all, or given up, or proven that there is no way."""
+        """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
         proven = self._unsolvable_at is not None and self.time - self._unsolvable_at >= PROVEN
         return proven or all(command.activity is Activity.DONE for command in self._commands)
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
-        """Sense for every robot at this tick."""
+        """Return what every robot senses at this tick, by name."""
         return dict(self.each_sense(lockstep))
 
     def each_sense(self, lockstep: bool) -> Iterator[tuple[str, Sense]]:
-        """Sense for one robot after the other; the rays of all are cast at once."""
+        """Yield what each robot senses, one after the other; the rays of all are cast at once."""
         sensing, physics = self._sensing, self._physics
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self._settings.rate]
         edits = [edit for _, edit in self._recent]
@@ -113,7 +113,7 @@ class World:
             yield name, sense
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Let a tick pass under the commands that came; a robot without one keeps its last until it expires."""
+        """Run one tick and return its events; a robot without a new command keeps its last until it expires."""
         events = self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self._settings.robot.wheel_acceleration * self.dt
@@ -143,13 +143,13 @@ class World:
         return events
 
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
-        """Report robots that have stops left and got nowhere for long, whatever the cause."""
+        """Report robots that have stops left and make no progress for long, whatever the cause."""
         left = [self._next_stop(number) for number in range(len(self.robots))]
         for number in self.progress.look(self.time, poses, left):
             name, command = self.robots[number], self._commands[number]
             stop = stop_label(left[number] or 0, len(self._stops[number]), self.returns)
             waits = f", waits for {' and '.join(command.waits)}" if command.waits else ""
-            events.append(self.event("stalled", f"has got nowhere for {STALLED:g} s on its way to {stop}{waits}", name))
+            events.append(self.event("stalled", f"made no progress towards {stop} for {STALLED:g} s{waits}", name))
 
     def _next_stop(self, number: int) -> int | None:
         """Return the first stop that a robot has neither reached nor given up."""
@@ -162,7 +162,7 @@ class World:
         return None
 
     def _make_edits(self, events: list[Event]) -> None:
-        """Make the scenario's own edits whose time has come; one that cannot be made is said."""
+        """Make the scenario's own edits whose time has come; an edit that is refused becomes an event."""
         while self._planned and self._planned[0].at <= self.time + 1e-9:
             planned = self._planned.pop(0)
             edit = Edit(kind=Kind(planned.kind), low=planned.low, high=planned.high)
@@ -201,7 +201,7 @@ class World:
                 label = stop_label(stop, len(self._stops[number]), self.returns)
                 if away <= self._settings.reach + 2 * self._top_speed * self.dt:
                     self.recorder.reached(number, stop, self.time)
-                    self.verdict, self._unsolvable_at = "", None  # it was not the whole fleet's
+                    self.verdict, self._unsolvable_at = "", None  # the jam did not stop the whole fleet
                     events.append(self.event("reached", f"is at {label}", name))
                 elif stop >= len(before.reached) or not before.reached[stop]:
                     text = f"says it reached {label} but is {away:.2f} m away; not counted"
@@ -216,7 +216,7 @@ class World:
         """Add or remove walls; robots sense it at this tick.
 
         Raises:
-            ConfigError: it lies outside the map, or a robot stands there or could not stop before it.
+            ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
         """
         bodies = zip(self.robots, self.poses(), self._wheels, strict=True)
         self.floor = floor = edited(self.floor, edit, bodies, self._settings.robot, self.dt)
@@ -231,7 +231,7 @@ class World:
         return self._physics.poses()
 
     def touching(self) -> list[Contact]:
-        """List the contacts that have begun and not ended."""
+        """Return the contacts that have begun and not ended."""
         return self._physics.touching
 
     def mover_poses(self) -> list[Pose]:
@@ -239,11 +239,11 @@ class World:
         return [patrol.at(self.time) for patrol in self._patrols]
 
     def stops(self, name: str) -> tuple[Point, ...]:
-        """List a robot's stops."""
+        """Return a robot's stops [m]."""
         return self._stops[self._number[name]]
 
     def truth(self) -> Truth:
-        """Return everything that can be seen from outside, for those who watch."""
+        """Return the true state of all bodies, for the dashboard and other listeners."""
         bodies = []
         for number, (name, command) in enumerate(zip(self.robots, self._commands, strict=True)):
             pose, (left, front, right, _) = self._physics.pose(number), self._distances[number]
@@ -275,10 +275,10 @@ class World:
         return Truth(run=self.run, tick=self.tick, time=self.time, bodies=bodies, movers=movers)
 
     def event(self, kind: str, text: str, robot: str | None = None) -> Event:
-        """Make an event of this moment."""
+        """Return an event of this tick."""
         return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text)
 
 
 def stop_label(stop: int, stops: int, return_home: bool) -> str:
-    """Name a stop for people: ``target 1``, ..., ``home``."""
+    """Return the name of a stop for people: ``target 1``, ..., ``home``."""
     return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"

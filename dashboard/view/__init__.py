@@ -1,4 +1,4 @@
-"""The only place that touches Rerun."""
+"""The picture in Rerun. Nothing outside this package imports rerun."""
 
 from dashboard.view.drawing import View
 from dashboard.view.recorder import Recorder, serve_page

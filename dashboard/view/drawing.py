@@ -1,8 +1,8 @@
-"""A run's picture.
+"""The picture of a run.
 
-Everything is drawn with y up: Rerun's 2D view has y down, so the entity ``world`` mirrors it. All text is ASCII (a
-viewer without a screen dies of a glyph its font lacks). All robots share one entity of each kind, and each kind is sent
-once a batch, as columns: that is what keeps it cheap. Every call names its time itself.
+Everything is drawn with y up. Rerun's 2D view has y down, so the entity ``world`` mirrors it. All text is ASCII: a
+viewer without a screen crashes at a glyph that its font lacks. All robots share one entity of each kind, and each
+kind is sent once per batch as columns, which is cheap. Every call gives its time explicitly.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,12 +21,12 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
 TRAIL_EVERY: Final = 5  # frames between two pictures of the trails
-RING: Final = 2.0  # radii, about who leads a joint plan
+RING: Final = 2.0  # robot radii, of the ring around the leader of a joint plan
 PATHS: Final = 20  # pictures of all paths in one batch, at most
 
 
 class View:
-    """Draws one run into its recording."""
+    """The picture of one run, drawn into its recording."""
 
     def __init__(self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...]) -> None:
         self.robots = robots
@@ -67,7 +67,7 @@ class View:
             self._draw_homes({name: (pose[0], pose[1]) for name, pose in self._scene.starts.items()})
 
     def draw_map(self, scene: Scene | None = None) -> None:
-        """Draw walls and obstacles, anew when they changed."""
+        """Draw walls and obstacles; call it again when they have changed."""
         self._scene = scene or self._scene
         floor = self._scene.map
         turned = shapes.frame_matrix(Pose(0.0, 0.0, floor.origin.yaw), floor.resolution)
@@ -114,7 +114,7 @@ class View:
     # --- what moves ---
 
     def draw(self, batch: Batch) -> None:
-        """Draw what gathered since the last time."""
+        """Draw a batch."""
         if batch.frames:
             self._draw_frames(batch.frames, batch.distances)
         for time, name, word in batch.lanes:
@@ -205,7 +205,7 @@ class View:
         self._at(time, "world/waits", shown)
 
     def _draw_plans(self, time: float, plans: Sequence[Drawing]) -> None:
-        """Draw each in its leader's colour: ways still to come, who comes after whom."""
+        """Draw each plan in its leader's colour: the remaining paths, and the order in which cells are entered."""
         if not plans and not self._plans_shown:
             return
         self._plans_shown = bool(plans)

@@ -1,4 +1,4 @@
-"""Which view stands where."""
+"""The layout of the views in Rerun."""
 
 from typing import Final
 
@@ -9,12 +9,12 @@ from dashboard import palette, shapes
 from dashboard.scene import Scene
 
 TIMELINE: Final = "sim_time"
-WINDOW: Final = 30.0  # s, shown of the wheel speeds
+WINDOW: Final = 30.0  # s of wheel speeds that are shown
 MARGIN: Final = 0.3  # m around the map
 
 
 def blueprint(scene: Scene) -> rrb.Blueprint:
-    """Lay the views out: the floor and the lanes at the left, numbers and words at the right."""
+    """Return the layout: the floor and the lanes at the left, numbers and words at the right."""
     whole = rr.TimeRange(rrb.TimeRangeBoundary.infinite(), rrb.TimeRangeBoundary.infinite())
     distance = rrb.TimeSeriesView(
         name="Distance to target [m]",

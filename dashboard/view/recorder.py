@@ -1,4 +1,4 @@
-"""Where recordings go: a server that viewers connect to, and files."""
+"""The destinations of recordings: a server that viewers connect to, and files."""
 
 from pathlib import Path
 from typing import Final
@@ -12,14 +12,14 @@ from dashboard.view.layout import blueprint
 from swarm.errors import ConfigError
 
 APPLICATION: Final = "swarm_dashboard"
-FLUSH: Final = 0.3  # s
-MEMORY: Final = "256MiB"  # what the server keeps for viewers that come late
+FLUSH: Final = 0.3  # s between two flushes
+MEMORY: Final = "256MiB"  # of recordings that the server keeps for viewers that come late
 
 
 class Recorder:
-    """Where recordings go: a server that viewers connect to, files, or both. One recording a run.
+    """The destinations of recordings: a server that viewers connect to, files, or both. Each run has one recording.
 
-    The first run's stream is the server; later runs are sent to it, so that a viewer sees them without doing anything.
+    The first run's stream is the server. Later runs are sent to it, so that an open viewer shows them too.
     """
 
     def __init__(self, *, serve: tuple[str, int] | None, record: Path | None) -> None:
@@ -71,5 +71,5 @@ class Recorder:
 
 
 def serve_page(port: int, url: str) -> None:
-    """Serve the web viewer on all addresses there are; Rerun has no way to bind it to one."""
+    """Serve the web viewer on all addresses of this machine; Rerun cannot bind it to one."""
     rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=url)

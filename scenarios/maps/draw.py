@@ -1,4 +1,4 @@
-"""Draws the two maps beside it, in the formats of ROS map_server and of MovingAI: ``python scenarios/maps/draw.py``."""
+"""Draw the two maps of this folder, in the formats of ROS map_server and MovingAI: python scenarios/maps/draw.py."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ import numpy as np
 from PIL import Image
 
 HERE = Path(__file__).parent
-SIDE = 0.05  # m, of a pixel of the office
+SIDE = 0.05  # m, side of a pixel of the office map
 FREE, WALL, UNKNOWN = 254, 0, 205  # map_server's trinary greys
 
 
 def office() -> None:
-    """Rooms about a corridor, as a robot would have mapped them: walls of 15 cm, nothing known beyond them."""
+    """Draw rooms along a corridor as a robot maps them: walls of 15 cm, unknown cells beyond them."""
     width, height = 18.0, 12.0  # m
     image = np.full((round(height / SIDE), round(width / SIDE)), UNKNOWN, np.uint8)
 
@@ -38,7 +38,7 @@ def office() -> None:
 
 
 def depot() -> None:
-    """Shelves in rows, with a cross aisle: 40 x 26 cells."""
+    """Draw rows of shelves with a cross aisle: 40 x 26 cells."""
     rows = [["."] * 40 for _ in range(26)]
     for row in range(26):
         for column in range(40):

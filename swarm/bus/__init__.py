@@ -1,4 +1,4 @@
-"""The wire: Zenoh sessions and what crosses them. Nothing outside this package imports zenoh."""
+"""The wire: Zenoh sessions and the messages that cross them. Nothing outside this package imports zenoh."""
 
 from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.session import Bus

@@ -1,4 +1,4 @@
-"""What may lie in the inbox: a message, a question, a process that came or went, the link to the router."""
+"""The kinds of arrival in the inbox: a message, a request, a process that came or went, a change of the link."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,7 +11,7 @@ from swarm.messages import Message, Topic
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A message on a topic listened to."""
+    """A message on a topic that this process listens to."""
 
     topic: Topic[Any]
     ids: dict[str, str]  # the key's variable parts
@@ -20,24 +20,24 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Presence:
-    """A process came or went."""
+    """A process that came or went."""
 
     role: str
     id: str
-    session: str  # so that two processes under one name are told apart
+    session: str  # tells two processes with one name apart
     alive: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """The connection to the router came up or went down."""
+    """A change of the connection to the router: it came up or went down."""
 
     up: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Somebody asks; answer it once, with ``accept`` or ``refuse``."""
+    """A request from another process. Answer it once, with ``accept`` or ``refuse``."""
 
     topic: Topic[Any]
     message: Any
@@ -45,11 +45,11 @@ class Request:
     key: str
 
     def accept(self, reply: Message) -> None:
-        """Answer."""
+        """Send the reply."""
         self.query.reply(self.key, encode(reply))
         self.query.drop()  # type: ignore[no-untyped-call]
 
     def refuse(self, reason: str) -> None:
-        """Refuse, and say why."""
+        """Send a refusal with its reason."""
         self.query.reply_err(reason.encode())
         self.query.drop()  # type: ignore[no-untyped-call]

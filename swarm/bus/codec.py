@@ -1,4 +1,4 @@
-"""Messages to payloads and back. Whatever a payload holds, decoding gives a checked message or a ``PeerError``."""
+"""The conversion of messages to payloads and back. Decoding returns a checked message or raises ``PeerError``."""
 
 from typing import Any, TypeVar
 
@@ -23,7 +23,7 @@ def decode(payload: bytes, kind: type[M], limit: int) -> M:
     """Unpack and check a message of a known kind.
 
     Raises:
-        PeerError: the payload is longer than ``limit`` bytes, no MessagePack map, of another version, or not the kind.
+        PeerError: the payload is longer than ``limit`` bytes, is not a MessagePack map, or has another version or kind.
     """
     name = kind.__name__.lower()
     if len(payload) > limit:

@@ -1,4 +1,4 @@
-"""The router, embedded: a Zenoh session in router mode is one."""
+"""The embedded router: a Zenoh session in router mode."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from swarm.stopping import told_to_stop
 
 
 def serve(endpoint: settings.Endpoint) -> int:
-    """Be the router as a process, until told to stop."""
+    """Run the router until this process is told to stop."""
     with told_to_stop() as stop:
         run(endpoint, stop.wait)
     return 0
@@ -20,7 +20,7 @@ def run(endpoint: settings.Endpoint, wait: Callable[[], object]) -> None:
     """Route until ``wait`` returns.
 
     Raises:
-        ConfigError: the endpoint cannot be listened on.
+        ConfigError: the router cannot listen on the endpoint.
     """
     try:
         session = zenoh.open(settings.router(endpoint))

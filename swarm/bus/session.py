@@ -1,7 +1,7 @@
-"""One Zenoh session as the rest of the project sees it: send, listen, ask, answer, and one inbox for all that arrives.
+"""One Zenoh session for the rest of the project: send, listen, ask, answer, and one inbox for everything that arrives.
 
-Zenoh calls back on threads of its own, where an exception is printed and swallowed. So a callback here does nothing but
-put what came into the inbox; everything is decoded and decided in the thread that calls ``receive``.
+Zenoh runs callbacks on its own threads, prints their exceptions and goes on. So a callback here only puts what came
+into the inbox; ``receive`` decodes it in the thread of its caller.
 """
 
 import re
@@ -20,14 +20,14 @@ from swarm.bus.codec import decode, encode
 from swarm.errors import ConfigError, PeerError, SwarmError
 from swarm.messages import REPLIES, Accepted, Message, Topic
 
-INBOX_LIMIT: Final = 50_000  # arrivals that nobody has taken yet; more are dropped and counted
+INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
 ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
 
 M = TypeVar("M", bound=Message)
 
 
 class Bus:
-    """A fleet's wire. Use it in a ``with``: an open session keeps a dying process, and its presence, alive."""
+    """The connection to a fleet. Use it in a ``with``: an open session keeps a process, and its presence, alive."""
 
     def __init__(self, endpoint: settings.Endpoint, fleet: str, log: Callable[[str], None] = print) -> None:
         if not ID.match(fleet):
@@ -36,7 +36,7 @@ class Bus:
         self._endpoint = endpoint
         self._log = log
         self._inbox: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
-        self._quiet: deque[tuple[Any, ...]] = deque()  # what waits for the next look without waking anybody
+        self._quiet: deque[tuple[Any, ...]] = deque()  # arrivals that do not wake a waiting ``receive``
         self._declared: dict[str, Any] = {}
         self._listeners: list[Any] = []
         self._publishers: dict[str, Any] = {}
@@ -44,7 +44,7 @@ class Bus:
         self._last_refusal = ""
         self._logged_at = float("-inf")
         self.refused: Counter[str] = Counter()  # messages dropped, by topic key
-        self.overflowed = 0  # arrivals dropped because nobody took them
+        self.overflowed = 0  # arrivals dropped because the inbox was full
 
     def __enter__(self) -> "Bus":
         try:
@@ -75,10 +75,11 @@ class Bus:
     # --- out ---
 
     def send(self, topic: Topic[M], message: M, *, sure: bool = False, **ids: str | int) -> None:
-        """Publish. A reliable topic waits for room, the others drop; while the router is away, both are lost.
+        """Publish a message. While the router is away, every message is lost.
 
-        With ``sure`` any topic waits for room. Order is kept, and messages may share a packet: nothing is sent as
-        "express", which would cost a packet, and a wake-up of who receives it, a message.
+        If the send queue is full, a reliable topic waits and any other topic drops the message; with ``sure`` every
+        topic waits. Messages keep their order and may share a packet: Zenoh's "express" mode would cost a packet, and
+        a wake-up of the receiver, for each message.
         """
         wait = sure or topic.reliable
         self._session.put(
@@ -88,17 +89,17 @@ class Bus:
         )
 
     def wanted(self, topic: Topic[Any], **ids: str | int) -> bool:
-        """Return True if anybody listens to a topic: where nobody does, a large message need not be made."""
+        """Return True if anybody listens to a topic; if nobody does, a large message need not be made."""
         key = self._prefix + topic.key.format(**ids)
         if key not in self._publishers:
             self._publishers[key] = self._session.declare_publisher(key)
         return bool(self._publishers[key].matching_status)
 
     def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:  # noqa: ANN401, of REPLIES
-        """Ask and wait for the answer, a message of ``REPLIES[topic.key]``.
+        """Send a request and return the answer, a message of the type ``REPLIES[topic.key]``.
 
         Raises:
-            PeerError: it was refused (with the reason), nobody is there, or no answer came within ``timeout`` seconds.
+            PeerError: the request is refused (with the reason), or no answer comes within ``timeout`` [s].
         """
         for reply in self._session.get(self._prefix + topic.key, payload=encode(message), timeout=timeout):
             if reply.ok is not None:
@@ -108,7 +109,7 @@ class Bus:
         raise PeerError(f"{topic.key}: expected an answer, got none; is that process running?")
 
     def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
-        """Get the last message of a topic from whoever keeps it; parts of the key left out match all."""
+        """Return the last messages of a topic from processes that keep them; key parts left out match everything."""
         found = []
         for reply in self._session.get(self._key(topic, ids), timeout=timeout):
             if reply.ok is not None:
@@ -119,21 +120,21 @@ class Bus:
         return found
 
     def announce(self, role: str, name: str) -> None:
-        """Be seen as present under a name until ``withdraw``, or for as long as the session lives."""
+        """Announce this process under a name until ``withdraw`` or the end of the session."""
         key = f"{self._prefix}alive/{role}/{name}/{self.id}"
         if key not in self._declared:
             self._declared[key] = self._session.liveliness().declare_token(key)
 
     def withdraw(self, role: str, name: str) -> None:
-        """Be seen as gone."""
+        """End the announcement of a name."""
         self._declared.pop(f"{self._prefix}alive/{role}/{name}/{self.id}").undeclare()
 
     # --- in ---
 
     def listen(self, topic: Topic[Any], *, quiet: bool = False, **ids: str | int) -> None:
-        """Let a topic's messages into the inbox; parts of the key left out match all. Twice is once.
+        """Put a topic's messages into the inbox; key parts left out match everything. A second call changes nothing.
 
-        With ``quiet`` they do not wake a ``receive`` that waits: the next one finds them, before all else.
+        With ``quiet`` the messages do not wake a waiting ``receive``; the next call returns them before all others.
         """
         key = self._key(topic, ids)
         if key in self._declared:
@@ -152,11 +153,11 @@ class Bus:
         self._declared[key] = self._session.declare_subscriber(key, zenoh.handlers.Callback(on_sample, indirect=False))
 
     def unlisten(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Stop listening to what ``listen`` was given."""
+        """Stop listening to a topic; the arguments are those of ``listen``."""
         self._declared.pop(self._key(topic, ids)).undeclare()
 
     def serve(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Let questions on a topic into the inbox, as ``Request``."""
+        """Put requests on a topic into the inbox, as ``Request``."""
         key = self._key(topic, ids)
         inbox = self._inbox
 
@@ -166,7 +167,7 @@ class Bus:
         self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
 
     def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
-        """Answer ``fetch`` with the last messages: ``last()`` maps full keys below the fleet to them."""
+        """Answer ``fetch`` with the messages that ``last()`` returns, each under its full key below the fleet."""
         key, prefix = self._key(topic, ids), self._prefix
 
         def on_query(query: zenoh.Query) -> None:
@@ -178,7 +179,7 @@ class Bus:
         self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
 
     def watch_presence(self, role: str = "*") -> None:
-        """Let ``Presence`` into the inbox, of those already there too; of one role, or of all."""
+        """Put ``Presence`` of one role, or of all, into the inbox, also of processes that are already present."""
         inbox = self._inbox
 
         def on_token(sample: zenoh.Sample) -> None:
@@ -191,10 +192,10 @@ class Bus:
         )
 
     def receive(self, timeout: float | None = None) -> Arrival | Presence | Link | Request | None:
-        """Take the next thing that arrived, or None when nothing did within ``timeout`` seconds (None: wait for ever).
+        """Return the next arrival, or None if nothing arrives within ``timeout`` [s] (None: wait for ever).
 
-        What is malformed, oversized, of a wrong type or version is counted in ``refused``, logged once a second at the
-        most, and skipped.
+        A message that is malformed, too large, or of a wrong type or version is counted in ``refused``, logged at most
+        once a second, and skipped.
         """
         deadline = None if timeout is None else monotonic() + timeout
         while True:

@@ -1,4 +1,4 @@
-"""How sessions are set up: who listens, who connects, how soon a silent one counts as gone."""
+"""The settings of Zenoh sessions: who listens, who connects, how soon a silent session counts as gone."""
 
 import json
 import re
@@ -10,7 +10,7 @@ import zenoh
 
 from swarm.errors import ConfigError
 
-# Measured: shared memory caps a router at about 350 sessions; with a lease of 1 s a frozen reader stalls nobody.
+# Measured: shared memory limits a router to about 350 sessions; with a lease of 1 s a frozen reader blocks nobody.
 COMMON: Final[dict[str, Any]] = {
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
@@ -29,7 +29,7 @@ PATTERN: Final = re.compile(r"^(tcp)/(\[[0-9a-fA-F:]+\]|[^:/\s]+):(\d{1,5})$")
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """Where the router listens, as Zenoh writes it: ``tcp/HOST:PORT``."""
+    """The address on which the router listens, in Zenoh's form ``tcp/HOST:PORT``."""
 
     host: str
     port: int
@@ -42,7 +42,7 @@ class Endpoint:
         """Read ``tcp/HOST:PORT``.
 
         Raises:
-            ConfigError: it is not of that form.
+            ConfigError: the text does not have that form.
         """
         match = PATTERN.match(text)
         if not match or not 0 < int(match[3]) < 65536:
@@ -50,10 +50,10 @@ class Endpoint:
         return cls(match[2], int(match[3]))
 
     def claim(self) -> "Endpoint":
-        """Make sure that the port can be listened on; port 0 becomes a free one.
+        """Check that the port is free and return the endpoint; port 0 becomes a free port.
 
         Raises:
-            ConfigError: somebody else listens there, or the host is not this machine.
+            ConfigError: another process listens there, or the host is not this machine.
         """
         family = socket.AF_INET6 if self.host.startswith("[") else socket.AF_INET
         with socket.socket(family) as probe:
@@ -63,18 +63,18 @@ class Endpoint:
             except OSError as fault:
                 raise ConfigError(
                     f"port {self.port} on {self.host}: expected a free port, got {fault.strerror or fault}; "
-                    "stop whoever listens there, or give another one with --port (0 picks a free one)"
+                    "stop the process that listens there, or give another port with --port (0 picks a free one)"
                 ) from None
             return Endpoint(self.host, probe.getsockname()[1])
 
 
 def client(endpoint: Endpoint) -> zenoh.Config:
-    """Settings of a session that connects to the router."""
+    """Return the settings of a session that connects to the router."""
     return _config(CLIENT | {"connect/endpoints": [str(endpoint)]})
 
 
 def router(endpoint: Endpoint) -> zenoh.Config:
-    """Settings of the session that is the router."""
+    """Return the settings of the session that is the router."""
     return _config(ROUTER | {"listen/endpoints": [str(endpoint)]})
 
 

@@ -1,4 +1,4 @@
-"""The `swarm` command. One function a subcommand; each is thin, the work is elsewhere."""
+"""The `swarm` command: one thin function for each subcommand."""
 
 import os
 import sys
@@ -10,19 +10,19 @@ from swarm.errors import SwarmError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command: 0 all is well, 1 a mission is not complete, 2 the command or a file is wrong."""
+    """Run a command and return 0 for success, 1 if a mission is not complete, 2 if the command or a file is wrong."""
     try:
         try:
             return _run(arguments)
         finally:
             sys.stdout.flush()
-    except BrokenPipeError:  # whoever read our lines, such as `head`, has enough of them
+    except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    top = Parser(prog="swarm", description="N robots, each its own process, one shared world, seen in Rerun.")
+    top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")
     commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
     for room in (fleet, control, storm, tools):
         room.add(commands)

@@ -1,4 +1,4 @@
-"""The paper's buttons, walls that come and go, and where a running fleet stands."""
+"""Commands to a running fleet: the paper's buttons, edits of the floor, and its status."""
 
 import argparse
 import json
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from swarm.bus import Bus
 
 BUTTONS = {
-    "go": "let the robots start",
-    "pause": "let the clock stand",
-    "resume": "let the clock go on",
-    "restart": "all back to their starts, progress cleared",
+    "go": "start the robots",
+    "pause": "stop the clock",
+    "resume": "start the clock again",
+    "restart": "put all robots back at their starts and clear the progress",
     "stop": "end the run",
 }
 
@@ -31,7 +31,7 @@ def button(options: argparse.Namespace) -> int:
 
 
 def edit(options: argparse.Namespace) -> int:
-    """Put walls or obstacles on the floor of a running fleet, or take them away."""
+    """Add walls or obstacles to the floor of a running fleet, or remove them."""
     from swarm.messages import EDIT, Edit, Kind
 
     if not all(abs(value) <= 1e6 for corner in (options.low, options.high) for value in corner):
@@ -44,7 +44,7 @@ def edit(options: argparse.Namespace) -> int:
 
 
 def status(options: argparse.Namespace) -> int:
-    """Print where a running fleet stands, as JSON."""
+    """Print the status of a running fleet as JSON."""
     from swarm.messages import CLOCK, STATE
 
     with fleet_bus(options) as bus:
@@ -57,7 +57,11 @@ def status(options: argparse.Namespace) -> int:
 
 
 def fleet_bus(options: argparse.Namespace) -> "Bus":
-    """Open the wire of the fleet that is meant: the one named with --connect, or the one that runs here."""
+    """Return the bus of the fleet given by --connect, or of the fleet that runs on this machine.
+
+    Raises:
+        ConfigError: the endpoint is wrong, or no fleet or several fleets run on this machine.
+    """
     from swarm.bus import Bus, Endpoint
     from swarm.launch.running import find
 
@@ -68,23 +72,23 @@ def fleet_bus(options: argparse.Namespace) -> "Bus":
 
 
 def of_a_client(parser: Parser) -> None:
-    """Let a command say which fleet it means."""
-    parser.add_argument("--connect", metavar="ENDPOINT", help="of a router elsewhere; by default this machine's fleet")
+    """Add the options that choose a fleet."""
+    parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
     parser.add_argument("--fleet", metavar="NAME")
 
 
 def add(commands: "Commands[Parser]") -> None:
-    """Put these commands on the line."""
+    """Add these commands to the command line."""
     for name, text in BUTTONS.items():
         one = commands.add_parser(name, help=text)
         of_a_client(one)
         one.set_defaults(command=button, button=name)
-    one = commands.add_parser("edit", help="walls added to or removed from the floor of a running fleet")
+    one = commands.add_parser("edit", help="add walls to the floor of a running fleet, or remove them")
     one.add_argument("kind", choices=("wall", "obstacle", "free"), help="what all cells of the rectangle become")
     one.add_argument("low", type=point, metavar="X,Y", help="m, a corner")
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
-    one = commands.add_parser("status", help="where a running fleet stands, as JSON")
+    one = commands.add_parser("status", help="print the status of a running fleet as JSON")
     of_a_client(one)
     one.set_defaults(command=status)

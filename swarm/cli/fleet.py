@@ -1,4 +1,4 @@
-"""A whole fleet on this machine, or one process of a fleet for many hosts."""
+"""Commands that run a whole fleet on this machine, or one process of a fleet."""
 
 import argparse
 from pathlib import Path
@@ -57,7 +57,7 @@ def _benchmark(options: argparse.Namespace) -> "Scenario":
 
 
 def router(options: argparse.Namespace) -> int:
-    """Be the router."""
+    """Run the router."""
     from swarm.bus import Endpoint
     from swarm.bus.router import serve
 
@@ -67,7 +67,7 @@ def router(options: argparse.Namespace) -> int:
 
 
 def world(options: argparse.Namespace) -> int:
-    """Be the world."""
+    """Run the world."""
     from swarm.scenario.check import check
     from swarm.scenario.load import load
     from swarm.scenario.shipped import found
@@ -90,14 +90,14 @@ def world(options: argparse.Namespace) -> int:
 
 
 def robot(options: argparse.Namespace) -> int:
-    """Be one robot."""
+    """Run one robot."""
     from swarm.robot.process import run as be_robot
 
     return be_robot(_endpoint(options), options.fleet, options.id)
 
 
 def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, int, float]:
-    """Robots, seed and limit [s]: the command's where it gives them, else the scenario's."""
+    """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
     robots = settings.robots if options.robots is None else options.robots
     seed = settings.seed if options.seed is None else options.seed
     limit = settings.limit if options.limit is None else options.limit
@@ -111,31 +111,31 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
 
 
 def add(commands: "Commands[Parser]") -> None:
-    """Put these commands on the line."""
+    """Add these commands to the command line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
     text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
     launch.add_argument("scenario", type=Path, nargs="?", help=text)
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
-    launch.add_argument("--rules", metavar="ROBOT", help="whose fired rules are shown, by default the first's")
+    launch.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
-    launch.add_argument("--port", type=int, default=0, help="of the router; 0 picks a free one")
+    launch.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
     launch.add_argument("--fleet", help="name of the fleet; by default the scenario's")
     launch.set_defaults(command=run)
 
-    one = commands.add_parser("router", help="be the router of fleets")
+    one = commands.add_parser("router", help="run the router of fleets")
     one.add_argument("--listen", default=DEFAULT_ENDPOINT, metavar="ENDPOINT")
     one.set_defaults(command=router)
 
-    one = commands.add_parser("world", help="be the world of a fleet")
+    one = commands.add_parser("world", help="run the world of a fleet")
     one.add_argument("scenario", type=Path)
     _of_a_run(one)
     _of_a_process(one)
     one.set_defaults(command=world)
 
-    one = commands.add_parser("robot", help="be one robot of a fleet")
-    one.add_argument("--id", help="its name, such as r1; by default whichever place is free")
+    one = commands.add_parser("robot", help="run one robot of a fleet")
+    one.add_argument("--id", help="its name, such as r1; by default the first free one")
     _of_a_process(one)
     one.set_defaults(command=robot)
 
@@ -144,8 +144,8 @@ def _of_a_run(parser: Parser) -> None:
     parser.add_argument("--robots", type=int, metavar="N")
     parser.add_argument("--seed", type=int, metavar="S")
     parser.add_argument("--pace", default="realtime", help="realtime, max (lockstep) or a factor")
-    parser.add_argument("--limit", type=float, metavar="SECONDS", help="simulated time after which a run is given up")
-    parser.add_argument("--wait", action="store_true", help="stand until `swarm go`")
+    parser.add_argument("--limit", type=float, metavar="SECONDS", help="simulated time after which the run ends")
+    parser.add_argument("--wait", action="store_true", help="wait for `swarm go` before the start")
     parser.add_argument("--report", type=Path, metavar="FILE.json")
 
 

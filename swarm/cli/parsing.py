@@ -1,4 +1,4 @@
-"""argparse with one sentence for what is wrong, and the values that several commands take."""
+"""An argument parser that reports an error in one sentence, and the values that several commands read."""
 
 import argparse
 import re
@@ -19,15 +19,15 @@ Commands = argparse._SubParsersAction  # argparse gives it no public name
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, with one sentence for what is wrong."""
+    """An argument parser that raises ``ConfigError`` instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise what is wrong, and how to see what is right."""
+        """Raise a ``ConfigError`` that says what is wrong and how to get help."""
         raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
 
 
 def joined(arguments: Sequence[str]) -> list[str]:
-    """Join ``--from -1,2`` to ``--from=-1,2``, and begin any other ``-1,2`` with a blank: argparse sees flags in them.
+    """Return the arguments with points such as ``-1,2`` written so that argparse does not take them for flags.
 
     >>> joined(["edit", "wall", "-1,2", "3,4"]), joined(["plan", "--from", "-1,2"])
     (['edit', 'wall', ' -1,2', '3,4'], ['plan', '--from=-1,2'])
@@ -44,7 +44,11 @@ def joined(arguments: Sequence[str]) -> list[str]:
 
 
 def point(text: str) -> "Point":
-    """Read ``X,Y`` [m]."""
+    """Read ``X,Y`` [m].
+
+    Raises:
+        ConfigError: the text does not have that form.
+    """
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
@@ -53,7 +57,11 @@ def point(text: str) -> "Point":
 
 
 def pace(text: str) -> Pace:
-    """Read ``realtime``, ``max`` (lockstep) or a speed-up factor."""
+    """Read ``realtime``, ``max`` (lockstep) or a speed-up factor.
+
+    Raises:
+        ConfigError: the text is none of them.
+    """
     if text in PACES:
         return PACES[text]
     try:

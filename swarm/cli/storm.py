@@ -1,4 +1,4 @@
-"""Random worlds run and judged: `swarm storm`."""
+"""The command `swarm storm`: it runs random worlds and checks them against laws."""
 
 import argparse
 import os
@@ -17,7 +17,7 @@ LARGEST: Final = 2**53
 
 
 def storm(options: argparse.Namespace) -> int:
-    """Run what seeds draw, or plan files, and print what broke which law."""
+    """Run the plans of seeds, or plan files, and print every broken law."""
     from swarm.storm import command
 
     profiles = tuple(options.profile.split(","))
@@ -48,7 +48,10 @@ def storm(options: argparse.Namespace) -> int:
 
 
 def seeds(text: str | None, start: int | None) -> range:
-    """Read ``A:B`` (B is the first that is left out), or a number of seeds that begin at ``start``.
+    """Read ``A:B`` (without B), or a number of seeds that begin at ``start``.
+
+    Raises:
+        ConfigError: the text has neither form, or a seed is too large.
 
     >>> seeds("3:5", None), seeds("2", 10)
     (range(3, 5), range(10, 12))
@@ -85,7 +88,7 @@ def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
 
 def _only(profiles: tuple[str, ...]) -> str:
     if len(profiles) > 1:
-        raise ConfigError(f"--profile: expected one here, got {', '.join(profiles)}; a seed means another plan in each")
+        raise ConfigError(f"--profile: expected one name, got {', '.join(profiles)}; a seed has another plan in each")
     return profiles[0]
 
 
@@ -99,20 +102,20 @@ def _jobs(number: int | None) -> int:
 
 
 def add(commands: "Commands[Parser]") -> None:
-    """Put this command on the line."""
-    one = commands.add_parser("storm", help="random worlds, run in one process and held against laws")
+    """Add this command to the command line."""
+    one = commands.add_parser("storm", help="run random worlds in one process and check them against laws")
     one.add_argument("plan", type=Path, nargs="*", metavar="PLAN.yaml", help="plan files to run, instead of seeds")
-    one.add_argument("--seeds", metavar="N|A:B", help=f"how many, or from A to B - 1; by default {DEFAULT}")
+    one.add_argument("--seeds", metavar="N|A:B", help=f"how many seeds, or A to B - 1; by default {DEFAULT}")
     one.add_argument("--start", type=int, metavar="A", help="the first of N seeds, by default 0")
-    one.add_argument("--profile", default="all", metavar="NAME,...", help="what is drawn; by default all")
-    one.add_argument("--jobs", type=int, metavar="J", help="runs side by side, by default one a core")
-    one.add_argument("--twice", action="store_true", help="run each plan twice: the digests have to be equal")
-    text = "processes: each plan over real ones too, one after the other; the digests have to be equal"
+    one.add_argument("--profile", default="all", metavar="NAME,...", help="what the seeds draw; by default all")
+    one.add_argument("--jobs", type=int, metavar="J", help="parallel runs; by default one per core")
+    one.add_argument("--twice", action="store_true", help="run each plan twice: the digests must be equal")
+    text = "processes: run each plan over real processes too; the digests must be equal"
     one.add_argument("--over", default="simulation", choices=("simulation", "processes"), help=text)
-    one.add_argument("--results", type=Path, metavar="FILE.jsonl", help="gets a JSON line a seed, at once")
-    one.add_argument("--plans", type=Path, metavar="DIR", help="gets the plans that failed")
-    one.add_argument("--show", metavar="SEED", help="print the plan that a seed draws, and end")
-    one.add_argument("--shrink", metavar="SEED|PLAN.yaml", help="make a plan that fails small, write it, and end")
-    one.add_argument("--out", type=Path, metavar="FILE.yaml", help="of --shrink; by default in tests/storm")
+    one.add_argument("--results", type=Path, metavar="FILE.jsonl", help="append a JSON line per seed, at once")
+    one.add_argument("--plans", type=Path, metavar="DIR", help="write the plans that failed into this folder")
+    one.add_argument("--show", metavar="SEED", help="print the plan of a seed and end")
+    one.add_argument("--shrink", metavar="SEED|PLAN.yaml", help="shrink a plan that fails, write it and end")
+    one.add_argument("--out", type=Path, metavar="FILE.yaml", help="file of --shrink; by default in tests/storm")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=storm)

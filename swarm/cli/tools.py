@@ -1,4 +1,4 @@
-"""Questions to the brain, without any fleet: what would the controller do, where would the planner go."""
+"""Commands that need no fleet: explain the fuzzy controller, plan a path."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ from swarm.maps.occupancy import OccupancyMap
 
 
 def explain(options: argparse.Namespace) -> int:
-    """Print what the fuzzy controller makes of one reading, rule by rule."""
+    """Print the fuzzy controller's output for one reading, rule by rule."""
     from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)
@@ -37,7 +37,7 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def _map(path: Path) -> OccupancyMap:
-    """Load a map, or that of a scenario."""
+    """Load a map file, or the map of a scenario."""
     from swarm.maps.load import load_map
     from swarm.scenario.load import load
     from swarm.scenario.shipped import found
@@ -59,8 +59,8 @@ def _radius(text: str) -> float:
 
 
 def add(commands: "Commands[Parser]") -> None:
-    """Put these commands on the line."""
-    one = commands.add_parser("explain", help="what the fuzzy controller makes of a reading, rule by rule")
+    """Add these commands to the command line."""
+    one = commands.add_parser("explain", help="print the fuzzy controller's output for a reading, rule by rule")
     for name in ("left", "front", "right"):
         one.add_argument(name, type=float, help="m, free distance")
     one.add_argument("heading", type=float, help="degrees to the target, right is positive (the paper's sign)")
@@ -69,11 +69,11 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--surface", type=Path, metavar="FILE.png", help="draw the control surface through this reading")
     one.set_defaults(command=explain)
 
-    one = commands.add_parser("plan", help="one path on a map, or every row of a benchmark file, solved and checked")
+    one = commands.add_parser("plan", help="plan a path on a map, or solve and check every row of a benchmark file")
     one.add_argument("map", type=Path, help="ROS .yaml, MovingAI .map or a scenario")
     one.add_argument("--from", dest="start", type=point, metavar="X,Y", help="m")
     one.add_argument("--to", dest="goal", type=point, metavar="X,Y", help="m")
-    one.add_argument("--radius", type=_radius, default=0.2, metavar="M", help="of the robot")
-    one.add_argument("--scen", type=Path, metavar="FILE.scen", help="lengths in cells, no corner cutting")
+    one.add_argument("--radius", type=_radius, default=0.2, metavar="M", help="radius of the robot")
+    one.add_argument("--scen", type=Path, metavar="FILE.scen", help="benchmark; lengths in cells, no corner cutting")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=plan)

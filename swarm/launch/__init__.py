@@ -1,1 +1,1 @@
-"""Processes of a fleet on this machine: starts, watches, restarts, ends them. It coordinates nothing."""
+"""The launcher: it starts, watches, restarts and ends the processes of a fleet on this machine, and no more."""

@@ -1,4 +1,4 @@
-"""The first lines that run in a process of the fleet: where its output goes, what ends it, how its end is told."""
+"""The entry point of every process of a fleet: its output, its signals and its exit status."""
 
 import os
 import signal
@@ -13,8 +13,8 @@ from swarm.errors import SwarmError
 
 
 def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log: Path) -> None:
-    """Call what runs in this process and end with its exit status."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the launcher tells each one
+    """Call the function of this process and end with the exit status that it returns."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the launcher stops them in order
     output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     os.dup2(output, 1)
     os.dup2(output, 2)
@@ -28,11 +28,11 @@ def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log:
         status = 2
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(status or 0)  # the fork server's own at-exit work is not ours
+    os._exit(status or 0)  # without the exit handlers of the fork server
 
 
 def _die_with_parent() -> None:
-    """Stop in order when the launcher is gone, however it went."""
+    """Send SIGTERM to this process when the launcher ends, whatever ended it."""
     parent = parent_process()
     if parent is None:
         return

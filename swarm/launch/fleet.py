@@ -15,12 +15,12 @@ from swarm.launch import child
 from swarm.launch.table import RESTARTS, STOP_ORDER, EarlyEnd, Role
 
 LAST_LINES: Final = 12
-GRACE: Final = 5.0  # s between being told to stop and being killed
+GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
 PRELOAD: Final = ("swarm.launch.preload",)
 
 
 def warm_up() -> None:
-    """Let the fork server import what its processes need, while the caller goes on reading and checking files."""
+    """Start the fork server; it imports what the processes need while the caller reads and checks files."""
     multiprocessing.set_forkserver_preload(list(PRELOAD))
     forkserver.ensure_running()
 
@@ -36,10 +36,10 @@ class Ended:
 
 
 class Fleet:
-    """Starts processes by forking a server that has everything imported; leaving the ``with`` ends them all."""
+    """A supervisor of processes, forked from a server that has imported all code. Leaving the ``with`` ends them."""
 
     def __init__(self, folder: Path, log: Callable[[str], None]) -> None:
-        self._folder = folder  # one .log file a process
+        self._folder = folder  # one .log file per process
         self._log = log
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload(list(PRELOAD))
@@ -56,7 +56,7 @@ class Fleet:
         self.stop()
 
     def start(self, role: Role, name: str, arguments: Mapping[str, Any]) -> None:
-        """Start a process; ``name`` is unique in the fleet."""
+        """Start a process; its ``name`` must be unique in the fleet."""
         self._arguments[name] = dict(arguments)
         process = self._context.Process(
             target=child.main, args=(role.load, self._arguments[name], self.log_of(name)), name=name, daemon=False
@@ -65,15 +65,15 @@ class Fleet:
         self._running[name] = (role, process)
 
     def log_of(self, name: str) -> Path:
-        """Return the file that a process's output goes to."""
+        """Return the file with the output of a process."""
         return self._folder / f"{name}.log"
 
     def pid_of(self, name: str) -> int | None:
-        """Return the process id under a name, None where it does not run."""
+        """Return the id of a process, or None if it does not run."""
         return self._running[name][1].pid if name in self._running else None
 
     def watch(self, timeout: float) -> list[Ended]:
-        """Wait for ends, restart what the table says, and tell each end."""
+        """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended."""
         sentinels = {process.sentinel: name for name, (_, process) in self._running.items()}
         ended = []
         for sentinel in connection.wait(list(sentinels), timeout):
@@ -100,7 +100,7 @@ class Fleet:
         return "\n".join(text.splitlines()[-LAST_LINES:])
 
     def stop(self) -> None:
-        """End every process: tell it, give it time, then kill it; the router last, so that goodbyes arrive."""
+        """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""
         for role in STOP_ORDER:
             processes = [process for other, process in self._running.values() if other is role]
             for process in processes:

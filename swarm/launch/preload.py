@@ -1,6 +1,6 @@
-"""Imported once in the fork server, before any fork: every process of the fleet shares these pages.
+"""The imports of the fork server, made once before any fork, so that all processes share their memory pages.
 
-No session may be opened and no thread started here.
+This module opens no session and starts no thread: a fork would break them.
 """
 
 import gc
@@ -9,8 +9,8 @@ import signal
 import world.process  # noqa: F401
 from swarm import compiled
 
-signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the launcher ends what it started
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the launcher stops them in order
 
 compiled.load()
 gc.collect()
-gc.freeze()  # the collector never touches again what is shared
+gc.freeze()  # the garbage collector does not touch the shared pages again

@@ -25,13 +25,13 @@ from swarm.scenario.starts import names
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
-LOOK: Final = 0.1  # s
+LOOK: Final = 0.1  # s between two looks at the processes
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What `swarm run` was asked for."""
+    """The options of `swarm run`."""
 
     scenario: Scenario
     robots: int
@@ -48,10 +48,10 @@ class Options:
 
 
 def run(options: Options) -> int:
-    """Launch a fleet, show it, and end when its run is over: 0 complete, 1 not.
+    """Launch a fleet, show it until its run is over, and return the exit status: 0 complete, 1 not complete.
 
     Raises:
-        ConfigError: the scenario cannot be driven, the port is in use, a file cannot be written.
+        ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
     options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
     for flag, path in (("--report", options.report), ("--record", options.record)):
@@ -64,7 +64,7 @@ def run(options: Options) -> int:
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     if mode is not None and (lacks := missing()) is not None:
         if options.dashboard != "auto" or options.record is not None:
-            raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or say --dashboard off")
+            raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
     endpoint = Endpoint("127.0.0.1", options.port).claim()
     console = Console()
@@ -85,7 +85,7 @@ def run(options: Options) -> int:
             elif mode is not None and not stop.is_set():
                 _let_finish(fleet, stop)
         summary = _summary(summary_file, options, trouble)
-        if trouble and summary["reason"] == "interrupted":  # by us, for that reason
+        if trouble and summary["reason"] == "interrupted":  # we interrupted the run because of this trouble
             summary["reason"] = trouble
     if options.report is not None:
         options.report.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
@@ -110,7 +110,7 @@ def start(
     shown: dict[str, Any] | None,
     summary_file: Path,
 ) -> None:
-    """Start the processes of a fleet; the world writes its report into ``summary_file`` at the end."""
+    """Start the processes of a fleet; the world writes its report to ``summary_file`` at the end."""
     common = {"endpoint": endpoint, "fleet": name}
     fleet.start(ROUTER, "router", {"endpoint": endpoint})
     fleet.start(
@@ -143,7 +143,7 @@ def _watch(
     summary_file: Path,
     scenario: Scenario,
 ) -> str:
-    """Show progress until the world ends, or we are told to stop; give what went wrong, if anything did."""
+    """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     terminal = Terminal(console, home=scenario.settings.return_home)
     with Bus(endpoint, name) as bus, terminal:
         bus.watch_presence()
@@ -183,7 +183,7 @@ def _let_finish(fleet: Fleet, stop: Flag) -> None:
 
 
 def _summary(path: Path, options: Options, trouble: str) -> dict[str, Any]:
-    """Read what the world reported; where it could not, say so in the same form."""
+    """Return the world's report, or a short one with the reason if the world wrote none."""
     if path.exists():
         summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return summary
@@ -197,7 +197,7 @@ def _summary(path: Path, options: Options, trouble: str) -> dict[str, Any]:
 
 
 def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
-    """Return the lines that sum a run up, for people."""
+    """Return the summary of a run as lines for people."""
     if "contacts" not in summary:
         return [f"not complete: {summary['reason']}"]
     contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())

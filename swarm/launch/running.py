@@ -1,4 +1,4 @@
-"""Which fleets run on this machine and where their routers listen, so that `swarm go` finds the one that is meant."""
+"""The list of fleets that run on this machine, in which `swarm go` and others find the fleet's router."""
 
 import fcntl
 import os
@@ -20,7 +20,7 @@ NAME: Final = r"[A-Za-z0-9_.:-]{1,60}\Z"
 
 
 class Card(msgspec.Struct, frozen=True):
-    """What a running fleet leaves to be found by."""
+    """The entry of a running fleet, a file in its folder."""
 
     fleet: str
     endpoint: str
@@ -28,22 +28,22 @@ class Card(msgspec.Struct, frozen=True):
 
 
 def folder() -> Path:
-    """Return the folder in which fleets of this user leave their cards and logs."""
+    """Return the folder with the cards and logs of this user's fleets."""
     base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
     return Path(base) / f"zenoh-swarm-{os.getuid()}"
 
 
 @contextmanager
 def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
-    """Take a fleet name nobody uses (``paper``, else ``paper-2``, ...) and a folder for it, until the block ends.
+    """Take a free fleet name (``paper``, else ``paper-2``, ...) and a folder for it until the block ends.
 
     Raises:
-        ConfigError: the name is none, or no name like it is free.
+        ConfigError: the name has a character that is not allowed, or no name like it is free.
     """
-    if not re.match(NAME, wanted) or wanted in {".", ".."}:  # it becomes a folder, which is emptied
+    if not re.match(NAME, wanted) or wanted in {".", ".."}:  # the name becomes a folder, which is emptied
         raise ConfigError(f"--fleet: expected letters, digits and _ . : - (at most 60), got {wanted!r}")
     folder().mkdir(mode=0o700, exist_ok=True)
-    with (folder() / "lock").open("w") as lock:  # two launchers at once do not take the same name
+    with (folder() / "lock").open("w") as lock:  # keeps two launchers from taking the same name
         fcntl.flock(lock, fcntl.LOCK_EX)
         name = _free(wanted)
         home = folder() / name
@@ -66,10 +66,10 @@ def _free(wanted: str) -> str:
 
 
 def find(fleet: str | None) -> Card:
-    """Find the fleet of that name, or the only one that runs.
+    """Return the card of the fleet with that name, or of the only fleet that runs.
 
     Raises:
-        ConfigError: there is none, or there are several and none was named.
+        ConfigError: no such fleet runs, or several fleets run and none is named.
     """
     cards = [card for home in sorted(folder().glob("*/")) if (card := _read(home)) and _alive(card.pid)]
     names = [card.fleet for card in cards]
@@ -83,7 +83,7 @@ def find(fleet: str | None) -> Card:
             "expected a fleet running on this machine, found none; start one, or give --connect and --fleet"
         )
     if len(cards) > 1:
-        raise ConfigError(f"expected one running fleet, found {', '.join(names)}; say which with --fleet")
+        raise ConfigError(f"expected one running fleet, found {', '.join(names)}; name one with --fleet")
     return cards[0]
 
 

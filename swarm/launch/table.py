@@ -1,6 +1,6 @@
-"""The processes of a fleet: what runs, and what it means when one ends before it is told to.
+"""The process table of a fleet: what each process runs, and what the launcher does if it ends by itself.
 
-What runs is imported in its own process only.
+The code of a process is imported only in that process.
 """
 
 from collections.abc import Callable
@@ -9,19 +9,19 @@ from typing import Final, NamedTuple
 
 
 class EarlyEnd(StrEnum):
-    """What the launcher does about a process that ends by itself."""
+    """The launcher's reaction to a process that ends by itself."""
 
     FINISH = "finish"  # the run is over
-    RESTART = "restart"  # say so, and start another one
-    REPORT = "report"  # say so, and go on without
-    LEAVE = "leave"  # it was done
+    RESTART = "restart"  # report it and start the process again
+    REPORT = "report"  # report it and go on without the process
+    LEAVE = "leave"  # the process has done its work
 
 
 class Role(NamedTuple):
     """A kind of process."""
 
     name: str
-    load: Callable[[], Callable[..., int]]  # imports what runs; that returns the exit status
+    load: Callable[[], Callable[..., int]]  # imports and returns the function to run, which returns the exit status
     on_success: EarlyEnd  # it ended with exit status 0
     on_failure: EarlyEnd
 
@@ -63,4 +63,4 @@ DASHBOARD: Final = Role("dashboard", dashboard,   EarlyEnd.LEAVE,    EarlyEnd.RE
 # fmt: on
 
 STOP_ORDER: Final = (WORLD, DASHBOARD, ROBOT, ROUTER)  # the world first: it writes the report
-RESTARTS: Final = 3  # times that one process is started again
+RESTARTS: Final = 3  # most restarts of one process

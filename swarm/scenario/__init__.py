@@ -1,4 +1,5 @@
-"""A scenario: what a person writes in ``scenarios/*.yaml``, checked, with everything it refers to loaded.
+"""Scenarios: files such as ``scenarios/*.yaml``, checked, with the map and the fuzzy profile that they name.
 
-``schema`` has the fields, ``load`` the way from a file, ``check`` what must hold before a run, ``starts`` the poses.
+``load`` reads a file, ``prepare`` makes it ready for a run, ``check`` refuses what cannot be driven, ``starts`` draws
+the start poses. The fields are in ``swarm.settings``.
 """

@@ -19,17 +19,17 @@ from swarm.settings import (
     TrafficSettings,
 )  # fmt: skip
 
-CELL: Final = 1.0  # m, a cell of the map; traffic hands out the same ones
+CELL: Final = 1.0  # m, side of a map cell; traffic reserves the same cells
 ROBOT: Final = RobotSettings(radius=0.2, track_width=0.4, speed_scale=0.4, distance_scale=0.375)
 SENSORS: Final = SensorSettings(side_deg=30.0, side_half_width_deg=10.0, front_half_width_deg=10.0)  # for corridors
 LIMIT: Final = 900.0  # s
 
 
 def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scenario:
-    """Load both; robots face their targets.
+    """Return a scenario from a map and a .scen file; each robot faces its target at the start.
 
     Raises:
-        ConfigError: one of the files is not as it has to be, or has fewer rows than robots.
+        ConfigError: one of the files is wrong, or the .scen file has fewer rows than robots.
     """
     floor = load_map(map_path, cell=CELL)
     rows = load_scen(scen_path, floor)

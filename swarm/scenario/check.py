@@ -1,4 +1,4 @@
-"""Whether a mission can be driven at all: asked before any process is started."""
+"""The check that a mission can be driven, made before any process is started."""
 
 from itertools import combinations
 
@@ -15,10 +15,10 @@ from swarm.traffic.settings import least_range
 
 
 def check(scenario: Scenario, robots: int, seed: int) -> Mission:
-    """Prepare a mission, and refuse what cannot be: starts or targets in walls, overlaps, targets no path reaches.
+    """Return the prepared mission if it can be driven: no start or target in a wall, no overlap, a path to each target.
 
     Raises:
-        ConfigError: with the first thing that is wrong.
+        ConfigError: the mission cannot be driven; the text names the first reason.
     """
     scenario = settled(scenario)
     settings, grid = scenario.settings, planning_grid(scenario)
@@ -61,16 +61,17 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
 
 
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
-    """Refuse a stop that a robot that keeps to cells never comes near enough to: at a cell's edge, or cut off.
+    """Check that a robot inside its cells gets near enough to each stop, and that the radio range suits the cells.
 
-    Before that, refuse a radio that does not reach those who could claim the same cell.
+    Raises:
+        ConfigError: a stop is at a cell's edge or cut off, or robots that claim one cell cannot hear each other.
     """
     settings = scenario.settings
     cells = cells_of(scenario.map, settings)
     if settings.radio.range < (least := least_range(cells.side)) - 1e-9:
         raise ConfigError(
             f"{settings.name}: radio.range: expected {least:g} m or more for cells of {cells.side:g} m, got "
-            f"{settings.radio.range:g} m: two that claim a cell must hear each other; raise it or set a smaller "
+            f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
             "`traffic.cell`"
         )
     for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):

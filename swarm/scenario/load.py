@@ -1,4 +1,4 @@
-"""A scenario file to checked values: whatever is wrong with it is said in one sentence."""
+"""The loader of scenario files: it returns checked values, and says in one sentence what is wrong with a file."""
 
 import re
 import reprlib
@@ -26,14 +26,14 @@ SIZE_LIMIT: Final = 4_000_000  # bytes
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What a run needs to know, whether it came from a file or over the wire."""
+    """Everything that a run needs to know, read from a file or received over the wire."""
 
     settings: Settings
     map: OccupancyMap
     profile: Profile
 
     def stops(self, robot: int, start: Point) -> tuple[Point, ...]:
-        """List where robot number ``robot`` has to go, in order: its targets, then home if the mission returns."""
+        """Return the stops [m] of robot number ``robot`` in order: its targets, then home if the mission returns."""
         settings = self.settings
         targets = settings.own_targets[robot] if settings.own_targets else settings.targets
         if settings.start.circle is not None:
@@ -50,10 +50,10 @@ class Scenario:
 
     @classmethod
     def from_wire(cls, scenario: dict[str, Any], packed: dict[str, Any]) -> "Scenario":
-        """Read back what ``to_wire`` gave.
+        """Return the scenario from the values that ``to_wire`` returned.
 
         Raises:
-            SwarmError: it is not of that form.
+            SwarmError: the values do not have that form.
         """
         settings = checked(scenario.get("settings"), "welcome")
         return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
@@ -63,7 +63,7 @@ def load(path: Path) -> Scenario:
     """Load a scenario file with the map and the fuzzy profile it names.
 
     Raises:
-        ConfigError: something in it is not as it has to be; the sentence says where, what and what to do.
+        ConfigError: the file is wrong; the text says where, what and what to do.
     """
     raw = _read(path)
     settings = checked(raw, str(path))
@@ -107,8 +107,8 @@ def checked(raw: object, where: str) -> Settings:
             raise ConfigError(f"{where}: movers[{number}].waypoints: expected no point twice in a row; leave one out")
     if not settings.map.known and settings.radio.line_of_sight:
         raise ConfigError(
-            f"{where}: radio.line_of_sight: expected false where `map.known` is false, got true: who has not learned a "
-            "corner does not know that it is not heard behind it; set one of them"
+            f"{where}: radio.line_of_sight: expected false where `map.known` is false, got true: a robot that has "
+            "not learned a corner does not know that nobody hears it behind the corner; change one of them"
         )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
@@ -116,13 +116,13 @@ def checked(raw: object, where: str) -> Settings:
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML that refuses a key given twice, where the plain loader would silently keep the last."""
+    """A YAML loader that refuses a key given twice; the plain loader silently keeps the last."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen = set()
         for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             if not isinstance(key, yaml.ScalarNode):
-                raise yaml.constructor.ConstructorError(None, None, "a key that is no text", key.start_mark)
+                raise yaml.constructor.ConstructorError(None, None, "a key that is not a text", key.start_mark)
             if key.value in seen:
                 raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} is given twice", key.start_mark)
             seen.add(key.value)
@@ -144,7 +144,7 @@ def _read(path: Path) -> dict[str, Any]:
         mark = getattr(fault, "problem_mark", None)
         at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         said = getattr(fault, "problem", None) or str(fault).split("\n")[0]
-        raise ConfigError(f"{path}: {at}expected YAML, got {said}; mend that line") from None
+        raise ConfigError(f"{path}: {at}expected YAML, got {said}; correct that line") from None
     if not isinstance(raw, dict):
         raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {_shown(raw)}")
     if odd := [key for key in raw if not isinstance(key, str)]:
@@ -153,7 +153,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _explain(fault: str, raw: object) -> str:
-    """Turn msgspec's sentence into ours: where, what was expected, what came, what to do."""
+    """Return msgspec's error in this project's form: where, what was expected, what came, what to do."""
     said, _, at = fault.partition(" - at ")
     steps = re.findall(r"\.(\w+)|\[(\d+)\]", at.strip("`"))
     value: Any = raw
@@ -177,7 +177,7 @@ def _explain(fault: str, raw: object) -> str:
 
 
 def _described(names: list[str]) -> tuple[type[Section], str]:
-    """Find the section a path of names leads to, and what its last field's description says."""
+    """Return the section that a path of names leads to, and the last field's description."""
     section: type[Section] = Settings
     text = ""
     for name in names:

@@ -1,4 +1,4 @@
-"""A scenario made ready for a run: where its lattice lies, the grid that paths are planned on, and the starts."""
+"""A scenario made ready for a run: the position of its lattice, the planning grid and the start poses."""
 
 from dataclasses import replace
 from typing import Final, NamedTuple
@@ -10,12 +10,12 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
 from swarm.traffic.cells_of import with_lattice
 
-RESOLUTION: Final = 0.1  # m, of the planning grid, at most
-EASE: Final = 0.8  # m, room beyond the radius that paths seek, times distance_scale: the terms' "near" ends there
+RESOLUTION: Final = 0.1  # m, largest cell of the planning grid
+EASE: Final = 0.8  # m, times distance_scale: clearance that paths prefer; the fuzzy term `near` ends there
 
 
 class Mission(NamedTuple):
-    """What a run begins with."""
+    """The inputs of a run."""
 
     scenario: Scenario  # its lattice is settled
     grid: Grid
@@ -23,22 +23,22 @@ class Mission(NamedTuple):
 
 
 def prepare(scenario: Scenario, robots: int, seed: int) -> Mission:
-    """Settle the lattice, grow the planning grid and draw the starts.
+    """Return the mission: the scenario with its lattice placed, the planning grid and the start poses.
 
     Raises:
-        ConfigError: there are fewer listed poses than robots, or the area has no room for so many.
+        ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
     scenario = settled(scenario)
     return Mission(scenario, planning_grid(scenario), starts(scenario, robots, seed))
 
 
 def settled(scenario: Scenario) -> Scenario:
-    """Return the scenario with the place of its lattice in its settings; the same one where it is there already."""
+    """Return the scenario with the position of its lattice in its settings; a position that is set already stays."""
     return replace(scenario, settings=with_lattice(scenario.settings, scenario.map))
 
 
 def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:
-    """Grow the scenario's map to the grid its robots plan on; or a ``learned`` one, where the unknown may be free."""
+    """Return the planning grid of the scenario's map, or of a ``learned`` map, whose unknown cells count as free."""
     robot, floor = scenario.settings.robot, scenario.map if learned is None else learned
     margin = EASE * robot.distance_scale
     return Grid.grown(floor, robot.radius, margin, RESOLUTION, unknown_free=learned is not None)

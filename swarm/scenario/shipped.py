@@ -1,4 +1,4 @@
-"""The scenarios that come with the project: found by name, from any folder."""
+"""The scenarios that come with the project; they are found by name from any folder."""
 
 from itertools import takewhile
 from pathlib import Path
@@ -7,12 +7,12 @@ from typing import Final
 from swarm import errors
 
 PACKAGE: Final = Path(errors.__file__).parent
-# an installed package holds them; in a checkout they lie beside it
+# inside an installed package; beside the package in a checkout
 FOLDER: Final = PACKAGE / "scenarios" if (PACKAGE / "scenarios").is_dir() else PACKAGE.parent / "scenarios"
 
 
 def shipped() -> dict[str, str]:
-    """Return the name of each with the first sentence of the comment that its file begins with."""
+    """Return the name of each shipped scenario with the first sentence of its file's first comment."""
     return {path.stem: _about(path.read_text(encoding="utf-8")) for path in sorted(FOLDER.glob("*.yaml"))}
 
 
@@ -22,7 +22,7 @@ def _about(text: str) -> str:
 
 
 def found(path: Path) -> Path:
-    """Return a scenario's file: the path itself where there is one, else the shipped scenario of that name.
+    """Return the file of the shipped scenario that ``path`` names if no such path exists, else ``path``.
 
     >>> found(Path("paper")).name, found(Path("no_such.yaml")).name
     ('paper.yaml', 'no_such.yaml')

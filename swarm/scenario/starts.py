@@ -1,4 +1,4 @@
-"""Where robots start: as the scenario lists it, or drawn in its area with the seed."""
+"""The start poses of robots: listed by the scenario, spread on a circle, or drawn in an area with the seed."""
 
 from math import cos, pi, sin
 from typing import Final
@@ -14,7 +14,7 @@ GAP: Final = 0.2  # m, left free between a drawn robot and a wall
 
 
 def names(robots: int) -> tuple[str, ...]:
-    """Name the robots of a fleet: r1, r2, ..., equally long so that they sort by number."""
+    """Return the names of a fleet's robots: r1, r2, ..., all of one length, so that they sort by number."""
     width = len(str(robots))
     return tuple(f"r{number:0{width}d}" for number in range(1, robots + 1))
 
@@ -28,7 +28,7 @@ def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
     """Return the start pose of each robot; the same seed gives the same poses.
 
     Raises:
-        ConfigError: there are fewer listed poses than robots, or the area has no room for so many.
+        ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
     settings = scenario.settings
     listed, area = settings.start.poses, settings.start.area
@@ -44,12 +44,12 @@ def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
         around = (2 * pi * number / robots for number in range(robots))
         middles = ((x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), turn) for turn in around)
         return [Pose(px, py, wrap(turn + pi)) for px, py, turn in middles]
-    assert area is not None  # swarm.scenario.load: one of the three is given
+    assert area is not None  # swarm.scenario.load has checked that one of the three is given
     return _in_cells(scenario, robots, seed)
 
 
 def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
-    """Draw each robot a cell of its own in the area, and a pose in it."""
+    """Draw a cell of its own for each robot in the area, and a pose in that cell."""
     settings, area = scenario.settings, scenario.settings.start.area
     assert area is not None
     chance = np.random.default_rng([seed, 0])

@@ -1,1 +1,1 @@
-"""Random worlds as plain data, run in one process and judged by laws: how the project finds its own faults."""
+"""Random worlds as plain data, run in one process and checked against laws, to find faults of the project."""

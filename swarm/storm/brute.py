@@ -1,22 +1,22 @@
-"""A brute-force search over joint positions: can these robots all arrive? It knows no planner.
+"""A brute-force search over configurations: can these robots all arrive? It uses no planner.
 
-One robot moves at a time, to a free cell next to its own. Every state is visited, so a "no" is a proof.
+One robot moves at a time, to a free cell next to its own. The search visits every state, so the answer no is a proof.
 """
 
 from collections import deque
 from collections.abc import Collection, Sequence
 from typing import Final
 
-MOST: Final = 250_000  # states; beyond that the answer is "not known"
+MOST: Final = 250_000  # states; a larger search returns None
 
 Cells = Sequence[Collection[int]]  # [cell] -> cells next to it
 
 
 def can_all_arrive(neighbours: Cells, starts: Sequence[int], stops: Sequence[Sequence[Collection[int]]]) -> bool | None:
-    """Return True if each robot can visit its stops in order, all robots together; None if that takes too long.
+    """Return True if all robots together can visit their stops in order, or None if the search is too large.
 
-    ``stops[robot][k]`` are the cells in which its ``k``-th stop counts as reached. A robot that has no stop left still
-    stands somewhere, and makes room.
+    ``stops[robot][k]`` are the cells in which the robot's ``k``-th stop counts as reached. A robot with no stop left
+    still occupies a cell, and moves to make room.
     """
 
     def reached(robot: int, cell: int, done: int) -> int:

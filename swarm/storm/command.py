@@ -1,4 +1,4 @@
-"""The work of `swarm storm`: seeds or plan files run on all cores, judged, counted, and told as they come."""
+"""The work of `swarm storm`: it runs seeds or plan files on all cores, judges them and reports results at once."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -18,14 +18,14 @@ from swarm.storm.processes import only_simulated, perform_both
 from swarm.storm.results import Job, Result, lost, perform
 from swarm.storm.shrink import deadline, first_broken, first_of, shrink
 
-INTERRUPTED: Final = 130  # the exit status that shells give Ctrl-C
+INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell
 
 Results = Iterator[tuple[Job, Result]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What `swarm storm` was asked for."""
+    """The options of `swarm storm`."""
 
     profiles: tuple[str, ...] = ("all",)
     seeds: range = range(0)
@@ -39,10 +39,10 @@ class Options:
 
 
 def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
-    """Run a storm and print its summary: 0 all laws held, 1 one was broken, 2 a file is wrong, 130 interrupted.
+    """Run a storm and print its summary; return 0 all laws held, 1 one was broken, 2 a file is wrong, 130 interrupted.
 
     Raises:
-        ConfigError: a profile, a plan file or the file for the results is wrong.
+        ConfigError: a profile, a plan file or the results file is wrong.
     """
     jobs = jobs_of(options)
     began = perf_counter()
@@ -66,7 +66,7 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
 
 
 def jobs_of(options: Options) -> list[Job]:
-    """List what is to be run.
+    """Return the jobs to run.
 
     Raises:
         ConfigError: a profile or a plan file is wrong.
@@ -88,7 +88,7 @@ def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Ca
 
 
 def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
-    """Run one plan after the other: each is many processes by itself."""
+    """Run one plan after the other, because each needs many processes."""
     for job in jobs:
         result = perform_both(job, stop)
         if stop():
@@ -97,7 +97,7 @@ def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
 
 
 def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
-    """Print what a seed broke and keep its plan; False where it could not be written."""
+    """Print the laws that a seed broke and write its plan; return False if the plan cannot be written."""
     for law, tick, _, text in result.violations:
         say(f"{job.name}: {law}, tick {tick}: {text}")
     if folder is None or not result.violations:
@@ -112,7 +112,7 @@ def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
 
 
 def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
-    """Shrink a plan in two minutes at most and write what is left: 1 it breaks a law, 0 there was nothing to shrink.
+    """Shrink a plan for at most two minutes and write the result; return 1, or 0 if the plan breaks no law.
 
     Raises:
         ConfigError: the file cannot be written.
@@ -126,7 +126,7 @@ def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
         found = [result for _, result in _each([Job(plan.profile, plan.seed, plan)], 1, perform, stop)]
         law = first_broken(found[0].violations) if found else None
         if not found or law is None:
-            say("it keeps every law; nothing is written" if found else "no time was left to run it; nothing is written")
+            say("the plan breaks no law; nothing is written" if found else "no time to run it; nothing is written")
             return 0
         broken = next(violation for violation in found[0].violations if violation.law == law)
         say(f"{law}, tick {broken.tick}: {broken.text}")
@@ -138,7 +138,7 @@ def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
 
 
 def show(profile: str, seed: int) -> str:
-    """Return the plan that a seed draws as the text of its file, what it has in it first.
+    """Return the plan of a seed as the text of its file; the first line names its features.
 
     Raises:
         ConfigError: there is no such profile.

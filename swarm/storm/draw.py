@@ -1,4 +1,4 @@
-"""From one number to a plan. An impossible world is drawn again with the number's next try, so it keeps its meaning."""
+"""The drawing of a plan from a seed. A world that nobody can drive in is drawn again, with the seed's next attempt."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -16,16 +16,16 @@ from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
 
-SIDE: Final = 1.2  # m, of a cell
+SIDE: Final = 1.2  # m, side of a cell
 THIRD: Final = 3  # thin walls are a third of a cell wide
 RATE: Final = 20  # Hz
-EDIT_FROM: Final = 5.0  # s; the first edit comes no sooner
-MOVER_ROOM: Final = 0.45  # m, of a moving obstacle and of what robots keep clear of it
-BUSY: Final = 60.0  # s in which faults are drawn
+EDIT_FROM: Final = 5.0  # s; no edit comes earlier
+MOVER_ROOM: Final = 0.45  # m, radius of a moving obstacle and what robots keep clear of it
+BUSY: Final = 60.0  # s; no drawn hold-up or suspension begins later
 
 
 def draw(profile: str, seed: int) -> StormPlan:
-    """Return the plan that a seed means in a profile.
+    """Return the plan of a seed in a profile; it is always the same.
 
     Raises:
         ConfigError: there is no such profile.
@@ -41,7 +41,7 @@ def draw(profile: str, seed: int) -> StormPlan:
 
 
 def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | None:
-    """Draw once; None where it came out as a world that nobody could drive in."""
+    """Draw once; return None if nobody could drive in the world."""
     columns, rows = (round(chance.uniform(*span)) for span in (profile.columns, profile.rows))
     text = _floor(profile, columns, rows, chance)
     robots = min(round(chance.uniform(*profile.robots)), int(profile.per_cell * text.count(".") / profile.raster**2))
@@ -122,7 +122,7 @@ def _floor(profile: Profile, columns: int, rows: int, chance: Random) -> str:
 
 
 def _cells_for(raw: dict[str, Any]) -> CellMap | None:
-    """Settle the lattice for a floor on which starts and stops are not drawn yet."""
+    """Return the cells of a floor whose starts and stops are not drawn yet."""
     blank = raw | {"start": {"area": [0.0, 0.0, 1e3, 1e3]}, "targets": [[1.0, 1.0]], "robots": 1, "return_home": False}
     blank["map"] = blank["map"] | {"known": True}
     plan = StormPlan(profile="draw", seed=0, scenario=checked(blank, "storm"))
@@ -155,7 +155,7 @@ def _point(cells: CellMap, cell: int, chance: Random) -> list[float]:
 
 
 def _own_targets(cells: CellMap, piece: list[int], robots: int, stops: int, chance: Random) -> list[list[list[float]]]:
-    """Draw each robot its own stops; no two have the same last one, and none follows itself."""
+    """Draw each robot its own stops; no two robots have the same last stop."""
     last = chance.sample(piece, robots)
     rows = []
     for robot in range(robots):
@@ -191,7 +191,7 @@ def _mover(cells: CellMap, piece: list[int], chance: Random) -> dict[str, Any]:
 
 
 def _shuts_off(raw: dict[str, Any], cells: CellMap, piece: list[int]) -> bool:
-    """Return True if a moving obstacle's way is a passage without a way round, or leads over a start or a stop."""
+    """Return True if a moving obstacle cuts cells off from each other, or passes over a start or a stop."""
     a, b = raw["movers"][0]["waypoints"]
     along = [(a[0] + share / 20 * (b[0] - a[0]), a[1] + share / 20 * (b[1] - a[1])) for share in range(21)]
     swept = cells.swept(along, MOVER_ROOM)

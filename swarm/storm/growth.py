@@ -1,4 +1,4 @@
-"""When a robot's hold grows in a recorded run, and by which cells: what the laws about taking cells judge."""
+"""The cells that robots take in a recorded run, tick by tick: the laws about taking cells judge them."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -8,14 +8,13 @@ from swarm.storm.seen import pushes, was_pushed
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
 
-AWAY: Final = 20  # ticks without a step, after which a robot begins its holds again
+AWAY: Final = 20  # ticks without a step after which a robot starts with new reservations
 
 
 def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]]]:
-    """Return each moment with the cells that each robot holds more than before.
+    """Return each moment with the cells that each robot holds and did not hold before.
 
-    Left out is a robot that just began or was away, one that drives unconstrained because nobody is in range, and one
-    that was pushed.
+    A robot is left out if it just began or was away, drives unconstrained because nobody is in range, or was pushed.
     """
     pushed = pushes(history)
     before: dict[str, tuple[int, frozenset[int], bool]] = {}  # tick, held, unconstrained
@@ -33,7 +32,7 @@ def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]
 
 
 def begins(history: History, moment: Moment, name: str, last: int) -> bool:
-    """Return True if a robot that stepped at the tick ``last`` begins anew: it was away, or has a new process."""
+    """Return True if a robot whose last step was at tick ``last`` starts again: it was away, or has a new process."""
     return moment.tick - last > AWAY or _health_before(history, moment, name) in SILENT
 
 

@@ -1,4 +1,4 @@
-"""One run, written down tick by tick as it is seen from outside: what the laws judge."""
+"""The record of one run, tick by tick, as it is seen from outside: the laws judge it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from world.faults import Health
 from world.physics import Contact
 from world.simulate import Simulation
 
-HOPELESS: Final = 240.0  # s; a run in which nobody has got anywhere for so long is over
+HOPELESS: Final = 240.0  # s; a run in which no robot has made progress for so long is over
 
 
 class Moment(NamedTuple):
@@ -30,21 +30,21 @@ class Moment(NamedTuple):
     commands: Mapping[str, Command]  # answered in this tick
     spoken: Mapping[str, Broadcast]  # put on the radio in this tick
     events: tuple[Event, ...]
-    touching: frozenset[int]  # robots, by number, that something touches
+    touching: frozenset[int]  # numbers of the robots that something touches
 
 
 @dataclass
 class History:
-    """A whole run."""
+    """The record of a whole run."""
 
     settings: Settings
     robots: tuple[str, ...]
     stops: tuple[tuple[Point, ...], ...]  # of each robot
-    floors: list[tuple[int, OccupancyMap]]  # from which tick on, oldest first
+    floors: list[tuple[int, OccupancyMap]]  # first tick and floor, oldest first
     late: int = 0  # ticks by which answers come late
     moments: list[Moment] = field(default_factory=list)
-    contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, what, whether it was struck
-    faults: list[Fault] = field(default_factory=list)  # of the world's own watch
+    contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was the robot struck
+    faults: list[Fault] = field(default_factory=list)  # found by the world's own watch
     report: dict[str, Any] = field(default_factory=dict)
     crash: str = ""  # the traceback of an exception
     wall_time: float = 0.0  # s
@@ -56,7 +56,7 @@ class History:
 
 
 def record(plan: StormPlan) -> History:
-    """Run a plan in one process and write it down; an exception ends it and is written down too."""
+    """Run a plan in one process and record it; an exception ends the run and is recorded too."""
     began = perf_counter()
     scenario = plan.to_scenario()
     simulation = Simulation.of(scenario, plan.robots, scenario.settings.seed, plan.to_faults())
@@ -94,7 +94,7 @@ def record(plan: StormPlan) -> History:
 
 
 def _hopeless(simulation: Simulation) -> bool:
-    """Return True when each robot with stops left is dead or has got nowhere for long."""
+    """Return True if each robot with stops left is dead or has made no progress for ``HOPELESS``."""
     world = simulation.world
     dead = simulation.drill.dead
     stands = world.progress.standing(world.time)

@@ -1,6 +1,6 @@
-"""The laws every run must keep. Each is a function of its own from a recorded run to what broke it.
+"""The laws that every run must keep. Each law is a function from a recorded run to its violations.
 
-The judges here share nothing with the planner: they know cells, poses, and what was said aloud on the radio.
+The laws use nothing of the planner: they know only cells, poses and the broadcasts on the radio.
 """
 
 from collections.abc import Mapping
@@ -63,7 +63,7 @@ LAWS: Final[Mapping[str, Law]] = {
 
 
 def judge(history: History) -> list[Violation]:
-    """Hold every law against a run; return the first breach of each law by each robot."""
+    """Check a run against every law; return the first violation of each law by each robot."""
     found = []
     for law, function in LAWS.items():
         blamed = set()

@@ -1,7 +1,7 @@
-"""The laws of what robots say aloud of claims: when they are made, who agrees to them, and what is taken by them.
+"""The laws of claims on the radio: when robots make them, who acknowledges them, and which cells they take.
 
-Cells are held by two only where several of these rules fail together, so a run shows seldom that one of them is gone.
-What is said shows it at once.
+Two robots hold one cell only if several rules of the protocol fail together, so a run rarely shows that a single rule
+is broken. The broadcasts show it at once.
 """
 
 from collections.abc import Collection
@@ -14,26 +14,26 @@ from swarm.storm.seen import Found, claims_of
 from swarm.storm.told import Told
 from world.faults import SILENT
 
-LISTENS: Final = 1.0  # s after it begins or wakes, in which a robot claims nothing
-NO_ANSWER: Final = 8.0  # s of silence, after which nobody waits for an answer any more
+LISTENS: Final = 1.0  # s after a robot begins or wakes in which it claims nothing
+NO_ANSWER: Final = 8.0  # s of silence after which nobody waits for a robot's answer
 
-Said = dict[tuple[str, int], Claim]  # (robot, number): what it claimed under it
+Said = dict[tuple[str, int], Claim]  # (robot, claim number) -> claim
 
 
 def claims_numbered_once(history: History) -> Found:
-    """Check that a robot claims one cell at one time under a number, and never anything else under it again."""
+    """Check that a robot uses each claim number for one claim only: one cell at one time."""
     said: Said = {}
     for moment in history.moments:
         for name, own in _records(moment):
             for claim in own.claims:
                 known = said.setdefault((name, claim.number), claim)
                 if known != claim:
-                    text = f"{name} claims cell {claim.cell} under number {claim.number}, as it did cell {known.cell}"
+                    text = f"{name} claims cell {claim.cell} as number {claim.number}, used for cell {known.cell}"
                     yield moment.tick, (name,), text
 
 
 def no_false_agreement(history: History) -> Found:
-    """Check that nobody agrees to a claim for a cell that it holds itself, or claims with the older right."""
+    """Check that no robot acknowledges a claim for a cell that it holds itself or claimed before."""
     said: Said = {}
     for moment in history.moments:
         for name, own in _records(moment):
@@ -43,15 +43,15 @@ def no_false_agreement(history: History) -> Found:
                 claim = said.get((other, number))
                 if claim is None:
                     continue
-                agrees = f"{name} agrees that {other} takes cell {claim.cell}"
+                agrees = f"{name} acknowledges the claim of {other} for cell {claim.cell}"
                 if claim.cell in own.held:
-                    yield moment.tick, (name, other), f"{agrees}, and holds it"
+                    yield moment.tick, (name, other), f"{agrees} but holds the cell"
                 elif older.get(claim.cell, (claim.stamp, other)) < (claim.stamp, other):
-                    yield moment.tick, (name, other), f"{agrees}, and has claimed it before"
+                    yield moment.tick, (name, other), f"{agrees} but has an older claim"
 
 
 def listens_first(history: History) -> Found:
-    """Check that a robot which begins or wakes claims nothing before it has listened."""
+    """Check that a robot that begins or wakes claims nothing before it has listened."""
     last: dict[str, int] = {}
     began: dict[str, int] = {}
     for moment in history.moments:
@@ -66,21 +66,21 @@ def listens_first(history: History) -> Found:
 
 
 def stands_without_claims(history: History) -> Found:
-    """Check that who stands for a joint plan claims nothing: the leader plans with what is held."""
+    """Check that a robot that stands for a joint plan claims nothing: the leader plans with the cells held."""
     for moment in history.moments:
         for name, own in _records(moment):
             if own.frozen is not None and own.claims:
-                yield moment.tick, (name,), f"{name} stands for a plan and claims cell {own.claims[0].cell}"
+                yield moment.tick, (name,), f"{name} stands for a joint plan but claims cell {own.claims[0].cell}"
 
 
 def takes_only_what_is_free(history: History) -> Found:
-    """Check that nobody takes a cell which it was told that another holds, or claims with the older right.
+    """Check that no robot takes a cell that, as it has heard, another robot holds or claimed before.
 
-    Excepted is a cell of a silent robot that a look has found empty since.
+    A cell of a silent robot is excepted if a look has found it empty since.
     """
     seen = {sighting for moment in history.moments for _, own in _records(moment) for sighting in own.seen}
     told = Told(history)
-    claims: dict[str, dict[int, Claim]] = {}  # of the newest record
+    claims: dict[str, dict[int, Claim]] = {}  # from the newest record
     for moment, grown in growth(history):
         for name in history.robots:
             if has_new_process(history, moment, name):
@@ -91,12 +91,12 @@ def takes_only_what_is_free(history: History) -> Found:
                 claim = claims.get(name, {}).get(cell)
                 for other, record in told.of(name).items():
                     if _keeps(record, cell, name, claim) and not _found_empty(seen, cell, record.stamp, moment.tick):
-                        yield moment.tick, (name, other), f"{name} took cell {cell}, which {other} had told it keeps"
+                        yield moment.tick, (name, other), f"{name} took cell {cell}, known to be kept by {other}"
         claims |= {name: claims_of(own) for name, own in _records(moment)}
 
 
 def _keeps(record: Record, cell: int, taker: str, claim: Claim | None) -> bool:
-    """Return True if a robot says it holds a cell, or claims it with an older right than the taker's claim."""
+    """Return True if a robot's record holds a cell, or has an older claim for it than the taker's."""
     right = (claim.stamp, taker) if claim is not None else None
     return cell in record.held or any(
         one.cell == cell and (right is None or (one.stamp, record.robot) < right) for one in record.claims
@@ -108,7 +108,7 @@ def _found_empty(seen: Collection[Sighting], cell: int, since: int, until: int) 
 
 
 def no_wait_for_the_silent(history: History) -> Found:
-    """Check that nobody waits for the answer of a robot long silent, but only for cells that it was told it keeps."""
+    """Check that no robot waits for a robot long silent, unless it heard that that robot keeps the next cell."""
     told = Told(history)
     silent_since: dict[str, int] = {}
     for moment in history.moments:
@@ -126,5 +126,5 @@ def no_wait_for_the_silent(history: History) -> Found:
 
 
 def _records(moment: Moment) -> list[tuple[str, Record]]:
-    """List what each robot says of itself at a tick."""
+    """Return each robot's own record in the broadcasts of a tick."""
     return [(name, words.traffic.own) for name, words in moment.spoken.items() if words.traffic is not None]

@@ -1,4 +1,4 @@
-"""The laws of driving: a body is in the cells that its robot holds, and can come to rest in them."""
+"""The laws of driving: a robot's body is inside the cells that it holds, and can stop inside them."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -11,7 +11,7 @@ from swarm.storm.history import History
 from swarm.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
 from swarm.traffic.cells import OUTSIDE, CellMap
 
-CREEPS: Final = 0.3  # m/s; who is slower comes to rest within 2.5 cm, which the margin of its cells covers
+CREEPS: Final = 0.3  # m/s; a slower robot stops within 2.5 cm, which the margin of its cells covers
 
 
 def no_body_outside(history: History) -> Found:
@@ -20,7 +20,7 @@ def no_body_outside(history: History) -> Found:
     radius = history.settings.robot.radius
     held: dict[str, Sequence[int]] = {}
     outside: set[str] = set()
-    inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # where each was inside which cells: who stands still is
+    inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # robots that were inside; no new check while nothing changes
     for moment in history.moments[:-1]:
         held |= {name: command.held for name, command in moment.commands.items()}
         cells = cells_at(history, moment.tick)
@@ -29,7 +29,7 @@ def no_body_outside(history: History) -> Found:
                 continue
             out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
             if out and name not in outside and not was_pushed(pushed, number, moment.tick):
-                yield moment.tick, (name,), f"{name} is in cell {out[0]} that it does not hold"
+                yield moment.tick, (name,), f"{name} is in cell {out[0]}, which it does not hold"
             outside = outside | {name} if out else outside - {name}
             if out:
                 inside.pop(name, None)
@@ -38,9 +38,9 @@ def no_body_outside(history: History) -> Found:
 
 
 def room_to_brake(history: History) -> Found:
-    """Check that a robot which braked now would come to rest inside the cells that it holds.
+    """Check that a robot that brakes now stops inside the cells that it holds.
 
-    With late answers its newest commands are carried out first.
+    With late answers, the commands under way are carried out first.
     """
     pushed = pushes(history)
     robot, moments = history.settings.robot, history.moments
@@ -58,7 +58,7 @@ def room_to_brake(history: History) -> Found:
             held = {OUTSIDE, *moment.commands[name].held}
             out = _touched(cells, rest, robot) - held
             if out and _touched(cells, moment.poses[number], robot) <= held:
-                text = f"{name} drives too fast to stop before cell {min(out)} that it does not hold"
+                text = f"{name} drives too fast to stop before cell {min(out)}, which it does not hold"
                 yield moment.tick, (name,), text
 
 
@@ -67,7 +67,7 @@ def _touched(cells: CellMap, pose: Pose, robot: RobotSettings) -> frozenset[int]
 
 
 def _rest(pose: Pose, sense: Sense, under_way: Sequence[Command], robot: RobotSettings, dt: float) -> Pose:
-    """Return where a body comes to rest that carries out the commands under way and then brakes."""
+    """Return the pose in which a body stops if it carries out the commands under way and then brakes."""
     drive, most = DifferentialDrive(robot.track_width, robot.wheel_radius), robot.wheel_acceleration * dt
     left, right = drive.rim_speeds(Twist(sense.linear, sense.angular))
     for command in under_way:

@@ -13,16 +13,16 @@ from swarm.storm.told import Told
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
 
-NEAR: Final = 2.5  # cells; who is so near to a cell has to acknowledge a claim for it, if it was heard of late
-LATELY: Final = 20  # ticks
-GLANCE: Final = 0.2  # m, a radius; a body whose middle is beside a cell need not show to who looks into it
-BACK: Final = 200  # ticks after a silence in which a robot and those who could not ask it sort their cells out
+NEAR: Final = 2.5  # cells; a robot this near to a cell must acknowledge a claim for it, if the claimant heard it lately
+LATELY: Final = 20  # ticks for which a broadcast counts as heard lately
+GLANCE: Final = 0.2  # m, less of a body's radius: a look into a cell may miss a body that only reaches into it
+BACK: Final = 200  # ticks after a silence in which a robot and those that could not ask it settle who holds which cell
 
 
 def no_contact(history: History) -> Found:
-    """Check that nobody touched anything that it could have kept clear of by stopping.
+    """Check that no robot touched anything that it could have avoided by stopping.
 
-    A robot that stood is not to blame; nor is one that a moving obstacle overtook.
+    A robot that stood still is not blamed, and neither is one that a moving obstacle ran into.
     """
     for tick, contact, struck in history.contacts:
         if struck:
@@ -52,9 +52,9 @@ def _mover_came(history: History, tick: int, number: int) -> bool:
 def no_overlap(history: History) -> Found:
     """Check that no two robots hold one cell.
 
-    A silent robot keeps its cells, also against those who cannot ask it, until a look has shown them empty. So it is
-    excused that somebody takes a silent robot's cell in which no body is, or of which nobody ever told it; and what a
-    moving obstacle pushes a body into.
+    A silent robot keeps its cells until a look has shown them empty, also if other robots cannot ask it. An overlap
+    is excused if the silent robot's body is not in the cell, if the other robot never heard that the silent one keeps
+    the cell, or if something pushed one of the two.
     """
     pushed = pushes(history)
     excused: set[tuple[str, str]] = set()
@@ -96,12 +96,12 @@ def _stands_in(history: History, moment: Moment, name: str, shared: Collection[i
 
 
 def no_hold_without_claim(history: History) -> Found:
-    """Check that a robot's hold grows only by cells it has claimed aloud, and that all who are near have agreed.
+    """Check that a robot takes only cells that it claimed by radio and that all robots nearby have acknowledged.
 
-    Whatever the event: an edit, a new map, a stop, a new goal. Excepted is a robot that just began or was away, one
-    that drives unconstrained because nobody is in range, and one that was pushed.
+    This holds after every event: an edit, a new map, a stop, a new goal. A robot is excepted if it just began or was
+    away, drives unconstrained because nobody is in range, or was pushed.
     """
-    claims: dict[str, dict[int, int]] = {}  # of the newest record: cell -> number
+    claims: dict[str, dict[int, int]] = {}  # from the newest record: cell -> claim number
     acks: dict[str, set[tuple[str, int]]] = {}
     heard: dict[str, dict[str, int]] = {}
     for moment, grown in growth(history):
@@ -111,12 +111,12 @@ def no_hold_without_claim(history: History) -> Found:
         for name, new in grown.items():
             unclaimed = sorted(new - claims.get(name, {}).keys())
             if unclaimed:
-                yield moment.tick, (name,), f"{name} holds cell {unclaimed[0]} that it has not claimed"
+                yield moment.tick, (name,), f"{name} took cell {unclaimed[0]}, which it has not claimed"
                 continue
             for cell in sorted(new):
                 for other in _must_agree(history, moment, name, cell, heard.get(name, {})):
                     if (name, claims[name][cell]) not in acks.get(other, ()):
-                        yield moment.tick, (name, other), f"{name} took cell {cell}, {other} has not agreed"
+                        yield moment.tick, (name, other), f"{name} took cell {cell}, not acknowledged by {other}"
         for name, broadcast in moment.spoken.items():
             if broadcast.traffic is not None:
                 own = broadcast.traffic.own
@@ -125,7 +125,7 @@ def no_hold_without_claim(history: History) -> Found:
 
 
 def _must_agree(history: History, moment: Moment, me: str, cell: int, heard: Mapping[str, int]) -> list[str]:
-    """List who is so near to a cell, and was heard by ``me`` itself so lately, that it has to agree."""
+    """Return the robots that must acknowledge a claim: they are near the cell, and ``me`` heard them itself lately."""
     cells = cells_at(history, moment.tick)
     x, y = cells.centre(cell)
     late = LATELY - history.late

@@ -1,4 +1,4 @@
-"""The laws of the mission: who arrives, what is said of who does not, and what the report says."""
+"""The laws of the mission: robots arrive, a robot that does not arrive is named, and the report is right."""
 
 from itertools import combinations, pairwise
 from math import floor
@@ -9,19 +9,19 @@ from swarm.storm.history import History, Moment
 from swarm.storm.seen import EXACT, Found, dead_of
 from swarm.storm.ways import Ways
 
-STANDS: Final = 90.0  # s of getting nowhere that must be named; the world itself names it sooner
-ENDS: Final = 120.0  # s after the last stop; to drive back over the 19 m of the largest floor takes half a minute
-RASTER: Final = 1.0  # m, of the squares that count as somewhere new: the world's own, recomputed here from the poses
+STANDS: Final = 90.0  # s without progress after which a robot must be named; the world names it earlier
+ENDS: Final = 120.0  # s after the last stop; driving back over the largest floor, 19 m, takes half a minute
+RASTER: Final = 1.0  # m, side of the squares that count as progress: as in the world, recomputed here from the poses
 
 
 def no_exception(history: History) -> Found:
-    """Check that the run came to its end."""
+    """Check that no exception ended the run."""
     if history.crash:
         yield len(history.moments), (), history.crash.strip().splitlines()[-1]
 
 
 def flags_stay(history: History) -> Found:
-    """Check that a reached flag never goes back."""
+    """Check that a stop once reached stays reached."""
     flags: dict[str, tuple[int, list[bool]]] = {}
     for moment in history.moments:
         for name, command in moment.commands.items():
@@ -35,7 +35,7 @@ def flags_stay(history: History) -> Found:
 
 
 def all_arrive(history: History) -> Found:
-    """Check that each robot that has a way past dead bodies has arrived, or that nobody could."""
+    """Check that each robot with a way past dead robots has arrived, or that the robots are jammed for good."""
     report, dead = history.report, dead_of(history)
     if not report or report["complete"]:
         return
@@ -57,12 +57,12 @@ def all_arrive(history: History) -> Found:
         yield (
             last,
             names,
-            "; ".join(f"{name} did not reach stop {stop + 1} though a way leads there" for name, stop in stuck),
+            "; ".join(f"{name} did not reach stop {stop + 1} although a way leads there" for name, stop in stuck),
         )
 
 
 def it_ends(history: History) -> Found:
-    """Check that the mission is over soon after everybody's last stop: who is done comes to rest out of the way."""
+    """Check that the mission ends soon after the last stop is reached: a robot that is done stops out of the way."""
     report = history.report
     if not report or not report["complete"]:
         return
@@ -73,7 +73,7 @@ def it_ends(history: History) -> Found:
 
 
 def truthful(history: History) -> Found:
-    """Check that nothing is called unreachable or unsolvable that can be reached or solved."""
+    """Check that a stop called unreachable cannot be reached, and that a jam called unsolvable cannot be solved."""
     report = history.report
     if not report:
         return
@@ -81,16 +81,16 @@ def truthful(history: History) -> Found:
     for number, name in enumerate(history.robots):
         for stop in report["per_robot"][name]["unreachable"]:
             if ways.always_there(number, stop):
-                yield history.moments[-1].tick, (name,), f"{name} gave up stop {stop + 1} though a way always led there"
+                yield history.moments[-1].tick, (name,), f"{name} gave up stop {stop + 1} that always had a way"
     for moment in history.moments:
         for event in moment.events:
             if event.kind == "unsolvable" and ways.jammed(moment) is False:
-                yield moment.tick, (), f"said: {event.text}; but a search finds a way"
+                yield moment.tick, (), f"event: {event.text}; but a search finds a solution"
                 return
 
 
 def nobody_stands_unnamed(history: History) -> Found:
-    """Check that who got nowhere for long with stops left is counted and named."""
+    """Check that a robot that makes no progress for long with stops left is counted and named."""
     if not history.report:
         return
     named = {
@@ -124,7 +124,7 @@ def nobody_stands_unnamed(history: History) -> Found:
                 continue
             if not any(robot == name and since[name] <= tick <= moment.tick for robot, tick in named):
                 blamed.add(name)
-                yield moment.tick, (name,), f"{name} has got nowhere for {STANDS:g} s and nothing says so"
+                yield moment.tick, (name,), f"{name} has made no progress for {STANDS:g} s and no event says so"
     for name in history.robots:
         counted = history.report["per_robot"][name]["stalled"]
         if counted != sum(robot == name for robot, _ in named):
@@ -132,7 +132,7 @@ def nobody_stands_unnamed(history: History) -> Found:
 
 
 def report_agrees(history: History) -> Found:
-    """Check the report against the poses."""
+    """Check that the report agrees with the poses."""
     report, settings = history.report, history.settings
     if not report:
         return

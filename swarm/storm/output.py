@@ -1,4 +1,4 @@
-"""Where findings go as they come: a JSON line for each seed, a plan for each that failed, progress on a terminal."""
+"""The output of a storm: at once a JSON line for each seed, a plan for each failure, and progress on the terminal."""
 
 import os
 import sys
@@ -20,7 +20,7 @@ Say = Callable[[str], None]
 
 
 class Lines:
-    """A file that gets one JSON line a seed, at once. Where it cannot be written, the lines are said instead."""
+    """A file that gets one JSON line per seed at once. If it cannot be written, the lines are printed instead."""
 
     def __init__(self, path: Path | None, say: Say) -> None:
         self.failed = False  # whether a line could not be written
@@ -28,10 +28,10 @@ class Lines:
         self._file: int | None = None
 
     def __enter__(self) -> Self:
-        """Open the file; lines that it has stay.
+        """Open the file to append to it.
 
         Raises:
-            ConfigError: it cannot be opened.
+            ConfigError: the file cannot be opened.
         """
         if self._path is not None:
             try:
@@ -59,7 +59,7 @@ class Lines:
                 return
             except OSError as fault:
                 self.failed = True
-                self._say(f"--results {self._path}: {fault.strerror}; the lines it lacks follow here")
+                self._say(f"--results {self._path}: {fault.strerror}; the missing lines follow here")
         self._say(line)
 
     def _write(self, file: int, left: bytes) -> None:
@@ -84,7 +84,7 @@ def write_plan(plan: StormPlan, path: Path) -> None:
 
 @contextmanager
 def shown(total: int) -> Iterator[tuple[Say, Say]]:
-    """Show progress on stderr where that is a terminal; give what says a line, and what counts one seed as done."""
+    """Show progress on stderr if it is a terminal; yield a function that prints a line and one that counts a seed."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield (lambda text: print(text, file=sys.stderr, flush=True)), (lambda text: None)

@@ -42,21 +42,21 @@ class StormPlan(Section, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0, le=2**53)]  # the seed that drew it; the run itself uses the scenario's
     scenario: Settings
     faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []  # noqa: RUF012, msgspec copies it
-    kill_leader_at: Tick | None = None  # the first robot that leads a joint plan from then on dies
+    kill_leader_at: Tick | None = None  # the first robot that leads a joint plan at or after this tick dies
     late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
 
     @property
     def robots(self) -> int:
-        """How many robots it has."""
+        """Number of robots."""
         return self.scenario.robots
 
     @property
     def dead(self) -> bool:
-        """Whether a robot dies in it for good."""
+        """True if a robot dies in the run."""
         return self.kill_leader_at is not None or any(fault.kind == "dead" for fault in self.faults)
 
     def features(self) -> frozenset[str]:
-        """Name what it has beside driving, for the summary."""
+        """Return the names of what the plan has besides driving, for the summary."""
         settings = self.scenario
         kinds = {fault.kind for fault in self.faults}
         flags = {
@@ -74,10 +74,10 @@ class StormPlan(Section, frozen=True, kw_only=True):
         return frozenset(name for name, there in flags.items() if there)
 
     def to_scenario(self) -> Scenario:
-        """Return the scenario, its lattice settled.
+        """Return the scenario with its lattice placed.
 
         Raises:
-            ConfigError: the plan's map is not drawn in it, or is none.
+            ConfigError: the plan has no map as text, or the text is not a map.
         """
         settings = self.scenario
         if settings.map.text is None:
@@ -86,7 +86,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
         return settled(Scenario(settings, floor, load_profile(settings.controller)))
 
     def to_faults(self) -> Faults:
-        """Return what goes wrong, in the simulation's own form."""
+        """Return the faults in the simulation's form."""
         dt = 1.0 / self.scenario.rate
         killed = {fault.robot: fault.tick * dt for fault in self.faults if fault.kind == "dead"}
         spells = [
@@ -103,7 +103,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
 
 
 class _Text(str):
-    """A text that YAML shall write line by line."""
+    """A text that is written to YAML line by line."""
 
     __slots__ = ()
 
@@ -145,7 +145,7 @@ def read(path: Path) -> StormPlan:
     """Read a plan file.
 
     Raises:
-        ConfigError: there is none, or it is not a plan; the sentence says where and what to do.
+        ConfigError: the file cannot be read or is not a plan; the text says where and what to do.
     """
     try:
         if path.stat().st_size > LARGEST:
@@ -154,7 +154,7 @@ def read(path: Path) -> StormPlan:
     except (OSError, UnicodeDecodeError) as fault:
         raise ConfigError(f"{path}: expected a readable plan file, got {fault}; check the path") from None
     except (yaml.YAMLError, RecursionError, ValueError) as fault:
-        raise ConfigError(f"{path}: expected YAML, got {str(fault).splitlines()[0]}; mend that line") from None
+        raise ConfigError(f"{path}: expected YAML, got {str(fault).splitlines()[0]}; correct that line") from None
     if not isinstance(raw, dict) or "storm" not in raw:
         raise ConfigError(
             f"{path}: expected a storm plan (`storm: 1`, `scenario:`), got something else; swarm storm writes them"
@@ -162,7 +162,7 @@ def read(path: Path) -> StormPlan:
     try:
         plan = msgspec.convert(raw, StormPlan)
     except msgspec.ValidationError as fault:
-        raise ConfigError(f"{path}: {fault}; swarm storm --show SEED writes a plan that is right") from None
+        raise ConfigError(f"{path}: {fault}; swarm storm --show SEED prints a valid plan") from None
     checked(msgspec.to_builtins(plan.scenario), str(path))
     names = {f"r{number}" for number in range(1, plan.robots + 1)}
     if unknown := {fault.robot for fault in plan.faults} - names:

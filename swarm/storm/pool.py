@@ -1,4 +1,4 @@
-"""Jobs on several cores, each worker a process: one that dies takes only its own job with it."""
+"""A pool of worker processes on several cores. If a worker dies, only its own job is lost."""
 
 import gc
 import multiprocessing
@@ -14,7 +14,7 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar
 J = TypeVar("J")
 A = TypeVar("A")
 
-LOOK: Final = 0.2  # s between two looks whether to stop
+LOOK: Final = 0.2  # s between two checks whether to stop
 PATIENCE: Final = 900.0  # s of wall time for one job; the slowest seed of 2,000 took 150 s on a busy core
 PRELOAD: Final = ("swarm.storm.results",)
 
@@ -40,9 +40,9 @@ def answers(
     stop: Callable[[], bool] = lambda: False,
     patience: float = PATIENCE,
 ) -> Iterator[tuple[J, A | Lost]]:
-    """Do jobs side by side and give each answer as it comes, in no order; ``stop`` ends it between two answers.
+    """Run jobs in parallel and yield each answer as it comes, in any order, until ``stop`` returns True.
 
-    ``work`` is a module's function: the workers import it. Leaving the iteration ends them.
+    ``work`` is a function of a module, because the workers import it. Leaving the iteration ends the workers.
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(PRELOAD))
@@ -68,7 +68,7 @@ def answers(
                 elif monotonic() - worker.since > patience:
                     crew.remove(worker)
                     _end(worker)
-                    yield worker.job, Lost(f"it still ran after {patience:g} s and was ended")
+                    yield worker.job, Lost(f"its run took more than {patience:g} s and was ended")
     finally:
         for worker in crew:
             _end(worker)
@@ -82,7 +82,7 @@ def _started(context: ForkServerContext, work: Callable[[J], A], job: J) -> _Wor
     pipe, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
     process.start()
-    theirs.close()  # so that its death is the end of what can be read
+    theirs.close()  # closed here, so that ``recv`` raises EOFError when the worker dies
     pipe.send(job)
     return _Worker(process, pipe, job, monotonic())
 
@@ -105,10 +105,10 @@ def _end(worker: _Worker[J]) -> None:
 
 
 def _serve(pipe: Connection, work: Callable[[J], A]) -> None:
-    """Be a worker: answer jobs until nobody asks any more. Ctrl-C is for the one who asks.
+    """Answer jobs until the pipe is closed. The parent handles Ctrl-C; the worker ignores it.
 
-    Garbage is collected between jobs only. A run keeps all that it writes down, and leaves about 200 objects that refer
-    to each other in a circle; looking for more of them takes an eighth of its time.
+    Garbage is collected only between jobs: a run leaves only about 200 objects in reference cycles, and looking for
+    them during the run takes an eighth of its time.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

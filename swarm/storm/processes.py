@@ -1,4 +1,4 @@
-"""The same plan over real processes in lockstep: it has to be the same run, bit for bit."""
+"""The same plan over real processes in lockstep: the run must be the same, bit for bit."""
 
 import json
 from collections.abc import Callable
@@ -20,7 +20,7 @@ LOOK: Final = 0.2  # s
 
 
 def only_simulated(plan: StormPlan) -> str:
-    """Return what of a plan exists only in the simulation; nothing where processes can run all of it."""
+    """Return why a plan can run only in the simulation, or "" if processes can run it too."""
     features = {"late", "leader killed", "held up", "suspended", "away", "dead"} & plan.features()
     return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 
@@ -35,7 +35,7 @@ def perform_both(job: Job, stop: Callable[[], bool]) -> Result:
     if history.crash:
         return result
     report = over_processes(plan, history.report["sim_time"], stop)
-    how = "over processes it" if "digest" in report else f"over processes it ended early ({report['reason']}), and"
+    how = "the run over processes" + ("" if "digest" in report else f" ended early ({report['reason']}) and")
     return compared(result, report.get("digest", "none"), how)
 
 
@@ -60,7 +60,7 @@ def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> d
 
 
 def _until_over(fleet: Fleet, stop: Callable[[], bool]) -> list[str]:
-    """Wait until the world has ended, and return what was said of processes that ended before."""
+    """Wait until the world has ended; return one line for each process that failed."""
     told: list[str] = []
     while not stop():
         ended: list[Ended] = fleet.watch(LOOK)

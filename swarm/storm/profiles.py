@@ -9,21 +9,21 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Ranges are inclusive. A chance is the share of plans that have the feature."""
+    """What one profile draws. Ranges are inclusive. A chance is the share of plans that have the feature."""
 
     columns: Span = (4, 9)  # cells of 1.2 m
     rows: Span = (3, 7)
     robots: Span = (2, 8)
     per_cell: float = 0.3  # robots for each free cell, at most
-    walls: Span = (0.0, 0.25)  # share of the floor that is tried to be filled
-    off_lattice: float = 0.4  # chance that walls lie anywhere on the raster, not cell by cell
+    walls: Span = (0.0, 0.25)  # share of the floor that drawn blocks would fill if none overlapped
+    off_lattice: float = 0.4  # chance that walls lie anywhere on the raster, not on the lattice
     raster: int = 3  # characters of the drawn map along a cell
     stops: Span = (1, 2)  # for each robot
-    shared: float = 0.3  # chance that all visit the same targets
-    home: float = 0.5  # chance that they return
+    shared: float = 0.3  # chance that all robots visit the same targets
+    home: float = 0.5  # chance that the robots return home
     radio_range: tuple[float, ...] = (5.0, 6.5, 8.0, 12.0, 50.0)  # m
     loss: tuple[float, ...] = (0.0, 0.0, 0.1, 0.3, 0.5)
-    sight: float = 0.0  # chances from here on
+    sight: float = 0.0  # this and the fields down to noise: chances
     held_up: float = 0.0
     suspended: float = 0.0
     away: float = 0.0

@@ -1,4 +1,4 @@
-"""What became of one plan: run, judged, and told in a few plain fields that a JSON line can carry."""
+"""The result of one plan: the plan is run and judged, and the result is a few plain fields that fit a JSON line."""
 
 from traceback import format_exc
 from typing import Any, Final, NamedTuple
@@ -30,12 +30,12 @@ class Job(NamedTuple):
 
     @property
     def name(self) -> str:
-        """How people call it."""
+        """Name of the job for people."""
         return f"{self.profile} {self.seed}"
 
 
 class Result(Struct, frozen=True, kw_only=True):
-    """What a summary counts of one run."""
+    """The result of one run, as a summary counts it."""
 
     profile: str
     seed: int
@@ -45,12 +45,12 @@ class Result(Struct, frozen=True, kw_only=True):
     complete: bool = False
     sim_time: float = 0.0  # s
     stalled: int = 0
-    silent: bool = False  # a robot that lives did not arrive, and nothing says who is stuck
+    silent: bool = False  # a living robot did not arrive, and nothing says who is stuck
     reason: str = ""
     violations: tuple[Violation, ...] = ()
     digest: str = ""
     wall_time: float = 0.0  # s
-    left_out: str = ""  # why it was not run at all
+    left_out: str = ""  # why the plan was not run
 
     def to_builtins(self) -> dict[str, Any]:
         """Return the fields as JSON takes them, each violation an object."""
@@ -65,14 +65,14 @@ def perform(job: Job) -> Result:
         history = record(plan)
         result = summed(job, plan, history, judge(history))
         if job.twice and not history.crash:
-            result = compared(result, record(plan).report.get("digest", ""), "run again, it")
+            result = compared(result, record(plan).report.get("digest", ""), "the second run")
         return result
     except Exception:
         return lost(job, format_exc().strip().splitlines()[-1])
 
 
 def summed(job: Job, plan: StormPlan, history: History, violations: list[Violation]) -> Result:
-    """Sum a judged run up."""
+    """Return the result of a judged run."""
     report = history.report
     return Result(
         profile=job.profile,
@@ -92,7 +92,7 @@ def summed(job: Job, plan: StormPlan, history: History, violations: list[Violati
 
 
 def is_silent(history: History) -> bool:
-    """Return True if a robot that lives did not arrive, and neither the report nor any event says who is stuck."""
+    """Return True if a living robot did not arrive, and neither the report nor any event says who is stuck."""
     report, dead = history.report, dead_of(history)
     rows = report.get("per_robot", {})
     if all(name in dead or None not in row["reached"] for name, row in rows.items()):
@@ -103,7 +103,7 @@ def is_silent(history: History) -> bool:
 
 
 def compared(result: Result, digest: str, how: str) -> Result:
-    """Return the result with a violation more where another run of the plan has another digest."""
+    """Return the result, with one more violation if another run of the plan has another digest."""
     if digest == result.digest:
         return result
     tick = 0  # a digest says that runs differ, not where
@@ -112,7 +112,7 @@ def compared(result: Result, digest: str, how: str) -> Result:
 
 
 def lost(job: Job, why: str) -> Result:
-    """Return the result of a job that gave none."""
+    """Return the result of a job that gave no answer."""
     return Result(profile=job.profile, seed=job.seed, violations=(Violation(CRASH, 0, (), why),))
 
 

@@ -1,4 +1,4 @@
-"""What every law needs to know of a recorded run: its floor at a tick, who is dead, who was touched."""
+"""What the laws read from a recorded run: the floor at a tick, dead robots, touched robots."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
@@ -11,7 +11,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
 from world.faults import Health
 
-PUSHED: Final = 400  # ticks after a contact in which a body may be where nothing was granted: it creeps back
+PUSHED: Final = 400  # ticks after a contact in which a body may be outside its cells: it creeps back
 EXACT: Final = 1e-6  # m and s
 
 Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happened
@@ -29,19 +29,19 @@ def cells_at(history: History, tick: int) -> CellMap:
 
 
 def claims_of(record: Record) -> dict[int, Claim]:
-    """Return a robot's oldest claim for each cell, by which it takes the cell: its way may come to one twice."""
+    """Return a robot's oldest claim for each cell, by which it takes the cell: its path may enter a cell twice."""
     newest_first = sorted(record.claims, key=lambda claim: (claim.stamp, claim.number), reverse=True)
     return {claim.cell: claim for claim in newest_first}
 
 
 def dead_of(history: History) -> set[str]:
-    """Return who is dead at the end."""
+    """Return the robots that are dead at the end."""
     last = next((moment for moment in reversed(history.moments) if moment.health), None)
     return {name for name, health in last.health.items() if health is Health.DEAD} if last else set()
 
 
 def pushes(history: History) -> Mapping[int, list[int]]:
-    """Return the ticks at which each robot was touched by something, by number, in order."""
+    """Return by robot number the ticks at which something touched the robot, in order."""
     found: dict[int, set[int]] = {}
     for tick, contact, _ in history.contacts:
         found.setdefault(contact.robot, set()).add(tick)

@@ -1,4 +1,4 @@
-"""From a plan that breaks a law to a small one that breaks it too: greedy, one kind of cut after the other."""
+"""The shrinking of a plan that breaks a law: a greedy search, one kind of cut after the other."""
 
 from collections.abc import Callable, Iterable, Iterator
 from time import monotonic
@@ -13,24 +13,24 @@ from swarm.storm.pool import answers
 from swarm.storm.simpler import CUTS, simpler, size
 
 LONGEST: Final = 120.0  # s of wall time for one shrinking
-SLACK: Final = 1.1  # a candidate may take so much longer than the plan took to break its law
-MORE: Final = 10.0  # s, simulated, and so much more
+SLACK: Final = 1.1  # a candidate's time limit is this factor times the time in which the plan broke its law
+MORE: Final = 10.0  # s, simulated, added to a candidate's time limit
 
 
 class Trial(NamedTuple):
-    """A plan, and the law that it shall break."""
+    """A plan and the law that it should break."""
 
     plan: StormPlan
     law: str
 
 
-First = Callable[[Iterable[Trial]], tuple[StormPlan, float] | None]  # that breaks its law, and when [s]
+First = Callable[[Iterable[Trial]], tuple[StormPlan, float] | None]  # the first plan that breaks its law, and when [s]
 
 
 def breaks(trial: Trial) -> float | None:
-    """Return when [simulated s] a plan breaks the law; None where it keeps it.
+    """Return when [simulated s] a plan breaks the law, or None if it does not.
 
-    What a run breaks only because its time is up does not count: it might have arrived.
+    A law that a run breaks only because its time is up does not count: the robots might have arrived later.
     """
     history = record(trial.plan)
     end = history.report.get("sim_time", 0.0)
@@ -47,7 +47,7 @@ def first_broken(violations: Iterable[Violation]) -> str | None:
 
 
 def first_of(trials: Iterable[Trial], workers: int, stop: Callable[[], bool]) -> tuple[StormPlan, float] | None:
-    """Run candidates side by side until one breaks its law. One whose process dies is left alone."""
+    """Run candidates in parallel until one breaks its law. A candidate whose process dies does not count."""
     for trial, time in answers(breaks, trials, workers=workers, stop=stop):
         if isinstance(time, float):
             return trial.plan, time
@@ -63,9 +63,9 @@ def shrink(
     stop: Callable[[], bool] = lambda: False,
     say: Callable[[str], None] = lambda text: None,
 ) -> StormPlan:
-    """Return the smallest plan found that breaks the law which ``plan`` breaks at a time [simulated s].
+    """Return the smallest plan found that breaks ``law``, which ``plan`` breaks at ``time`` [simulated s].
 
-    ``first`` runs candidates. A cut that works is tried again on what it left, until no cut works any more.
+    ``first`` runs candidates. A cut that works is tried again on the smaller plan, until no cut works.
     """
     limit = plan.scenario.limit
     done = False
@@ -84,7 +84,7 @@ def shrink(
 
 
 def deadline(seconds: float = LONGEST) -> Callable[[], bool]:
-    """Return what says whether so much wall time has passed since now."""
+    """Return a function that returns True once ``seconds`` of wall time have passed from now."""
     end = monotonic() + seconds
     return lambda: monotonic() > end
 

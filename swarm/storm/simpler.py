@@ -1,4 +1,4 @@
-"""Plans that are a little simpler than a plan: what shrinking tries, one kind of cut after the other."""
+"""The cuts that shrinking tries: each makes plans that are a little simpler than a plan."""
 
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
@@ -16,12 +16,12 @@ Raw = dict[str, Any]  # a plan as plain data
 Cut = Callable[[Raw], Iterator[Raw]]
 
 FAR_RADIO: Final = 50.0  # m
-CELL: Final = 1.2  # m, where a plan does not say how large its cells are
-SHORTEST: Final = 2  # ticks of a fault
+CELL: Final = 1.2  # m, side of a cell if the plan does not give it
+SHORTEST: Final = 2  # ticks; a fault is not made shorter
 
 
 def simpler(plan: StormPlan, cut: Cut) -> Iterator[StormPlan]:
-    """Return the simpler plans of one kind that are worlds one can drive in, the boldest first."""
+    """Yield the simpler plans of one kind that robots can drive in, those with the largest cuts first."""
     raw = msgspec.to_builtins(plan)
     for candidate in cut(raw):
         try:
@@ -34,7 +34,7 @@ def simpler(plan: StormPlan, cut: Cut) -> Iterator[StormPlan]:
 
 
 def size(plan: StormPlan) -> tuple[int, int, int, int]:
-    """Count robots, what goes wrong, stops, and characters of free floor."""
+    """Count robots, faults, stops, and characters of free floor."""
     scenario = plan.scenario
     wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late)
     wrong += len(scenario.edits) + len(scenario.movers)
@@ -43,7 +43,7 @@ def size(plan: StormPlan) -> tuple[int, int, int, int]:
 
 
 def _fewer(items: Sequence[T]) -> Iterator[list[T]]:
-    """Return the list without all, without each half, each quarter, ... and each single one."""
+    """Yield the list without all items, without each half, each quarter, ... and each single item."""
     part = len(items)
     while part:
         for first in range(0, len(items), part):
@@ -88,7 +88,7 @@ def faults(raw: Raw) -> Iterator[Raw]:
 
 
 def conditions(raw: Raw) -> Iterator[Raw]:
-    """Set what the whole run suffers from back to what is usual."""
+    """Set one condition of the whole run, such as radio loss, back to a harmless value."""
     yield raw | {"late": 0}
     yield raw | {"kill_leader_at": None}
     for path, value in (
@@ -126,7 +126,7 @@ def spells(raw: Raw) -> Iterator[Raw]:
 
 
 def lanes(raw: Raw) -> Iterator[Raw]:
-    """Cut rows and columns of cells out of the floor; what lies beyond moves up."""
+    """Cut one row or column of cells out of the floor and close the gap."""
     drawn = raw["scenario"]["map"]
     lines, side = drawn["text"].splitlines(), _side(raw)
     width, height = len(lines[0]), len(lines)
@@ -167,7 +167,7 @@ def _side(raw: Raw) -> int:
 
 
 def _shifted(raw: Raw, axis: int, low: float, wide: float) -> Raw | None:
-    """Move every place beyond a lane back by its width; None where a robot, a stop or a mover is in it."""
+    """Move every place beyond a lane back by the lane's width; return None if a start, stop or mover is in the lane."""
     new = deepcopy(raw)
     scenario = new["scenario"]
     start, own, movers = scenario["start"], scenario["own_targets"], scenario["movers"]

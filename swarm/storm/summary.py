@@ -1,4 +1,4 @@
-"""From results to numbers: rates with their intervals, by class, profile, feature and law."""
+"""The summary of results: failure rates with their intervals, by class, profile, feature and law."""
 
 from collections.abc import Callable, Iterable, Sequence
 from math import sqrt
@@ -7,11 +7,11 @@ from typing import Any, Final, NamedTuple
 from swarm.storm.laws import LAWS
 from swarm.storm.results import CLASSES, REPLAY, Result
 
-Z: Final = 1.959964  # of the normal distribution, for 95 %
+Z: Final = 1.959964  # quantile of the normal distribution for 95 %
 
 
 class Row(NamedTuple):
-    """Counts of some of the runs."""
+    """The counts of a group of runs."""
 
     name: str
     runs: int
@@ -44,13 +44,13 @@ def wilson(failed: int, runs: int) -> tuple[float, float]:
 
 
 def row(name: str, results: Iterable[Result], broke: Callable[[Result], bool] = lambda r: bool(r.violations)) -> Row:
-    """Count runs, those of them that failed, and those that stood without saying so."""
+    """Count the runs, the failed runs and the silent runs of a group."""
     results = list(results)
     return Row(name, len(results), sum(map(broke, results)), sum(result.silent for result in results))
 
 
 def ran(results: Iterable[Result]) -> list[Result]:
-    """Return the results of those that were not left out."""
+    """Return the results of the plans that were run."""
     return [result for result in results if not result.left_out]
 
 
@@ -76,7 +76,7 @@ def broke(result: Result, law: str) -> bool:
 
 
 def as_json(results: Sequence[Result], wall_time: float, interrupted: bool) -> dict[str, Any]:
-    """Return the summary that other tools read; ``wall_time`` [s] is that of the whole storm."""
+    """Return the summary for other tools; ``wall_time`` [s] is that of the whole storm."""
     total = row("all", ran(results))
     failures = [
         {"profile": result.profile, "seed": result.seed, **violation._asdict()}
@@ -103,12 +103,12 @@ def _plain(one: Row) -> dict[str, Any]:
 
 
 def per_hour(runs: int, wall_time: float) -> float:
-    """Return how many seeds an hour is enough for."""
+    """Return the number of seeds run per hour; ``wall_time`` in s."""
     return 3600.0 * runs / wall_time if wall_time else 0.0
 
 
 def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> str:
-    """Lay the summary out for people."""
+    """Return the summary as a text for people."""
     total = row("all", ran(results))
     lines = [f"{'':30}{'runs':>6}{'failed':>8}{'rate':>9}{'95 %':>16}{'silent':>8}"]
     for kind, rows in tables(results).items():
@@ -118,12 +118,12 @@ def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> s
     if len(results) > total.runs:
         lines.append(f"{len(results) - total.runs} left out: {next(r.left_out for r in results if r.left_out)}")
     if interrupted:
-        lines.append("interrupted: these are the seeds that were done")
+        lines.append("interrupted: only these seeds were run")
     return "\n".join(lines)
 
 
 def line(one: Row) -> str:
-    """Lay one row out."""
+    """Return one row as a line of text."""
     low, high = one.interval
     bounds = f"{100 * low:.1f}-{100 * high:.1f} %"
     return f"  {one.name:28}{one.runs:6}{one.failed:8}{100 * one.rate:8.1f}%{bounds:>16}{one.silent:8}"

@@ -1,4 +1,4 @@
-"""What each robot of a recorded run has been told of each other one, over the radio or by who passed it on."""
+"""What each robot of a recorded run has heard about each other robot, directly or relayed by others."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -9,24 +9,24 @@ from swarm.storm.history import History, Moment
 
 
 class Told:
-    """The newest record of each robot that reached each other one. Feed it every moment, in order."""
+    """The newest record of each robot that each other robot has heard. Feed it every moment, in order."""
 
     def __init__(self, history: History) -> None:
         self._newest: dict[tuple[str, str], Record] = {}
         self._plans: dict[tuple[str, Epoch], JointPlan] = {}  # by who was told
-        self._air: deque[dict[str, Broadcast]] = deque([{}] * (history.late + 1))  # words under way, oldest first
+        self._air: deque[dict[str, Broadcast]] = deque([{}] * (history.late + 1))  # broadcasts under way, oldest first
         self._coming = iter(history.moments)
-        self._tick = -1  # up to which all was heard
+        self._tick = -1  # all broadcasts up to this tick are heard
 
     def hear_until(self, tick: int) -> None:
-        """Take in all that arrives up to a tick, for who asks only now and then."""
+        """Take in everything that arrives up to a tick, for a caller that does not call ``hear`` at every tick."""
         while self._tick < tick:
             moment = next(self._coming)
             self._tick = moment.tick
             self.hear(moment)
 
     def hear(self, moment: Moment) -> None:
-        """Take in what arrives at a tick; who is silent hears nothing."""
+        """Take in what arrives at a tick; a silent robot hears nothing."""
         arriving = self._air.popleft()
         self._air.append(dict(moment.spoken))
         for name in moment.commands:
@@ -39,22 +39,22 @@ class Told:
                         self._newest[name, record.robot] = record
 
     def forget(self, listener: str) -> None:
-        """Drop what a robot was told: a new process takes its place."""
+        """Drop everything that a robot has heard, because a new process takes its place."""
         self._newest = {pair: record for pair, record in self._newest.items() if pair[0] != listener}
 
     def of(self, listener: str) -> dict[str, Record]:
-        """Return the newest records of the others that a robot was told."""
+        """Return the newest record of each other robot that a robot has heard."""
         return {robot: record for (name, robot), record in self._newest.items() if name == listener != robot}
 
     def cells(self, listener: str, robot: str) -> frozenset[int]:
-        """Return the cells that a robot holds or claims, as far as ``listener`` was told."""
+        """Return the cells that a robot holds or claims, as far as ``listener`` has heard."""
         record = self._newest.get((listener, robot))
         return frozenset((*record.held, *(claim.cell for claim in record.claims)) if record is not None else ())
 
     def way(self, listener: str, robot: str) -> frozenset[int]:
-        """Return the cells that a robot holds, claims or will claim, as far as ``listener`` was told.
+        """Return the cells that a robot holds, claims or will claim, as far as ``listener`` has heard.
 
-        Those of its whole way in the joint plan that it follows, too: a member that falls silent keeps its turns.
+        This includes its whole way in the joint plan that it follows: a member that falls silent keeps its turns.
         """
         record = self._newest.get((listener, robot))
         if record is None:

@@ -1,4 +1,4 @@
-"""Where the robots of a recorded run could still go: past the dead, past each other, on every floor of the run."""
+"""The search for stops that the robots of a recorded run could still reach, past dead robots and past each other."""
 
 from itertools import combinations
 
@@ -12,7 +12,7 @@ from swarm.traffic.cells_of import cells_of, comes_near
 
 
 class Ways:
-    """Which stops can be reached past the dead bodies of a run, and whether the rest is jammed for good."""
+    """The stops that can be reached past the dead robots of a run, and whether the living are jammed for good."""
 
     def __init__(self, history: History) -> None:
         self._history = history
@@ -21,13 +21,13 @@ class Ways:
         self._jams: dict[int, bool | None] = {}
 
     def leads(self, number: int, stop: int) -> bool:
-        """Return True if cells without a dead body lead a robot from where it ended to a stop."""
+        """Return True if cells without a dead robot lead from a robot's last pose to a stop."""
         cells = cells_at(self._history, self._last.tick)
         goals = self._goals(cells, number, stop)
         return bool(goals & self._reach(cells, self._last.poses[number], self._bodies(cells, number)))
 
     def always_there(self, number: int, stop: int) -> bool:
-        """Return True if cells led from the robot's place to a stop on each floor of the run, bodies left out."""
+        """Return True if cells lead from a robot's last pose to a stop on each floor of the run, without bodies."""
         history = self._history
         here = self._last.poses[number]
         point = history.stops[number][stop]
@@ -38,7 +38,7 @@ class Ways:
         return True
 
     def jammed(self, moment: Moment | None = None) -> bool | None:
-        """Return True if the robots that live cannot all reach what is left to them; None where that is not known."""
+        """Return True if the living robots cannot all reach their stops that are left, None if that is not known."""
         moment = moment or self._last
         if moment.tick not in self._jams:
             self._jams[moment.tick] = self._search(moment)
@@ -75,7 +75,7 @@ class Ways:
         return None if found is None else not found
 
     def _bodies(self, cells: CellMap, but: int) -> frozenset[int]:
-        """List the cells that dead bodies are in."""
+        """Return the cells that dead robots are in, without those of robot number ``but``."""
         radius = self._history.settings.robot.radius
         return frozenset(
             cell

@@ -63,7 +63,7 @@ def test_a_full_disk_is_said_and_the_lines_are_printed(capsys: Capture) -> None:
     assert run(options(results=Path("/dev/full")), works.passes) == 2
     said = capsys.readouterr()
     first, *lines = said.err.splitlines()
-    assert first == "--results /dev/full: No space left on device; the lines it lacks follow here"
+    assert first == "--results /dev/full: No space left on device; the missing lines follow here"
     assert sorted(json.loads(line)["seed"] for line in lines) == list(range(10))
     assert json.loads(said.out)["runs"] == 10
 
@@ -128,7 +128,7 @@ REFUSED = [
     (["--shrink", "many"],                  "--shrink: expected a seed, 0 to 2**53, got 'many'"),
     (["--shrink", "none.yaml"],             "none.yaml: expected a readable plan file, got"),
     (["--show", "many"],                    "--show: expected a seed, 0 to 2**53, got 'many'"),
-    (["--show", "1", "--profile", "all,calm"], "--profile: expected one here, got all, calm"),
+    (["--show", "1", "--profile", "all,calm"], "--profile: expected one name, got all, calm"),
     (["none.yaml"],                         "none.yaml: expected a readable plan file, got"),
     (["none.yaml", "--seeds", "3"],         "expected either plan files or --seeds and --profile, got both"),
     (["--results", "/none/lines.jsonl"],    "--results /none/lines.jsonl: expected a file that can be written"),

@@ -31,7 +31,7 @@ def test_a_job_that_dies_is_said_and_the_others_are_done(name: str) -> None:
 
 def test_a_job_without_an_end_is_ended() -> None:
     found = dict(answers(works.hangs_on_odd, [0, 1, 2], workers=1, patience=0.5))
-    assert found == {0: 0, 1: Lost("it still ran after 0.5 s and was ended"), 2: 4}
+    assert found == {0: 0, 1: Lost("its run took more than 0.5 s and was ended"), 2: 4}
 
 
 def test_it_stops_when_told_to() -> None:

@@ -44,8 +44,8 @@ def test_the_command_runs_a_plan_file_over_processes(tmp_runtime: Path, capsys: 
 
 # fmt: off
 REPORTS = {
-    "another run": ({"digest": "f" * 32, "reason": ""}, "over processes it has the digest ffffffffffff, not"),
-    "no report":   ({"reason": "r1 ended"}, "over processes it ended early (r1 ended), and has the digest none, not"),
+    "another run": ({"digest": "f" * 32, "reason": ""}, "the run over processes has the digest ffffffffffff, not"),
+    "no report":   ({"reason": "r1 ended"}, "the run over processes ended early (r1 ended) and has the digest none, not"),
 }
 # fmt: on
 

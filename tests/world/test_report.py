@@ -180,7 +180,7 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
 
 def test_what_is_missing_is_one_sentence() -> None:
     assert missing(run(30)) == "not reached: r2 target 1, target 2; r3 target 1 (no path); r4 target 1"
-    assert missing(run()).endswith("; r4 target 1; r2 got nowhere for 61 s, r4 got nowhere for 61 s")
+    assert missing(run()).endswith("; r4 target 1; r2 made no progress for 61 s, r4 made no progress for 61 s")
     world = run(30)
     world.verdict = "no way exists for r1, r2 to reach their targets together"
     assert missing(world).startswith(f"{world.verdict}; not reached: r2 target 1, ")
