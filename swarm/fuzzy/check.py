@@ -1,4 +1,7 @@
-"""Checks a profile's builtins and returns the types of `vocabulary`; each error says where, and what was expected."""
+"""Checks a profile's builtins and returns the types of `vocabulary`.
+
+Every function raises `ConfigError` at the first wrong value; its text says where, what was expected and what came.
+"""
 
 import re
 from collections.abc import Collection, Iterable
