@@ -1,7 +1,6 @@
 """What each robot of a recorded run has been told of each other one, over the radio or by who passed it on."""
 
 from collections import deque
-from collections.abc import Iterator
 
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Record
@@ -26,11 +25,11 @@ class Told:
 
     def hear(self, moment: Moment) -> None:
         """Take in what arrives at a tick; who is silent hears nothing."""
-        arriving = self._air.popleft()
+        arriving = {sender: _records(words) for sender, words in self._air.popleft().items()}
         self._air.append(dict(moment.spoken))
         for name in moment.commands:
             for sender, _ in moment.senses[name].hears:
-                for record in _records(arriving.get(sender)):
+                for record in arriving.get(sender, ()):
                     known = self._newest.get((name, record.robot))
                     if known is None or record.stamp > known.stamp:
                         self._newest[name, record.robot] = record
@@ -54,7 +53,6 @@ class Told:
         return self.cells(listener, robot).union(record.ahead if record is not None else ())
 
 
-def _records(words: Broadcast | None) -> Iterator[Record]:
-    if words is not None and words.traffic is not None:
-        yield words.traffic.own
-        yield from (relayed.record for relayed in words.traffic.others)
+def _records(words: Broadcast) -> tuple[Record, ...]:
+    traffic = words.traffic
+    return (traffic.own, *[relayed.record for relayed in traffic.others]) if traffic is not None else ()
