@@ -63,19 +63,13 @@ def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float
     return least
 
 
-@njit("b1[::1](f8[:, ::1], f8, f8, f8[:, ::1], f8, f8)", cache=True)
-def lines_are_clear(
-    boxes: Boxes, x: float, y: float, points: NDArray[np.float64], least: float, enough: float
-) -> NDArray[np.bool_]:
-    """Return for each of ``points`` (n, 2) whether the straight line from (x, y) to it keeps clear of the boxes.
+@njit("b1(f8[:, ::1], f8, f8, f8, f8, f8, f8)", cache=True)
+def line_is_clear(boxes: Boxes, x0: float, y0: float, x1: float, y1: float, least: float, enough: float) -> bool:
+    """Return True if the straight line from one point to another keeps clear of the boxes.
 
     The required clearance is ``enough`` [m], or the clearance at the start if that is less, but at least ``least`` [m].
     """
-    need = min(enough, max(least, gap(boxes, x, y)))
-    clear = np.empty(points.shape[0], np.bool_)
-    for k in range(points.shape[0]):
-        clear[k] = line_room(boxes, x, y, points[k, 0], points[k, 1]) >= need
-    return clear
+    return line_room(boxes, x0, y0, x1, y1) >= min(enough, max(least, gap(boxes, x0, y0)))
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)

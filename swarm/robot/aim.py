@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.motion.sweep import lines_are_clear
+from swarm.motion.sweep import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.traffic.cells import OUTSIDE, CellMap
@@ -60,11 +60,10 @@ class Aiming:
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
         points = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > NO_AIM] or [waypoints[0]]
-        places = np.array([self._flat(point) for point in points], np.float64)
         for spare in (SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
-            clear = lines_are_clear(shut, x, y, places, self._radius + TIGHT, self._radius + spare)
-            for point, is_clear in zip(points, clear, strict=True):
-                if is_clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
+            for point in points:
+                clear = line_is_clear(shut, x, y, *self._flat(point), self._radius + TIGHT, self._radius + spare)
+                if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
         return waypoints[0]
 

@@ -18,11 +18,15 @@ def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]
     """
     pushed = pushes(history)
     before: dict[str, tuple[int, frozenset[int], bool]] = {}  # tick, held, unconstrained
+    said: dict[str, list[int]] = {}  # what each said last that it holds
     for moment in history.moments:
         grown: dict[str, frozenset[int]] = {}
         for name, command in moment.commands.items():
-            held = frozenset(command.held) - {OUTSIDE}
             was = before.get(name)
+            if was is not None and command.held == said[name]:
+                before[name] = moment.tick, was[1], command.unconstrained
+                continue
+            said[name], held = command.held, frozenset(command.held) - {OUTSIDE}
             before[name] = moment.tick, held, command.unconstrained
             if was is None or begins(history, moment, name, was[0]) or command.unconstrained or was[2]:
                 continue

@@ -1,7 +1,6 @@
 """What each robot of a recorded run has heard about each other robot, directly or relayed by others."""
 
 from collections import deque
-from collections.abc import Iterator
 
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Epoch, JointPlan, Record
@@ -27,11 +26,11 @@ class Told:
 
     def hear(self, moment: Moment) -> None:
         """Take in what arrives at a tick; a silent robot hears nothing."""
-        arriving = self._air.popleft()
+        arriving = {sender: _records(words) for sender, words in self._air.popleft().items()}
         self._air.append(dict(moment.spoken))
         for name in moment.commands:
             for sender, _ in moment.senses[name].hears:
-                for record in _records(arriving.get(sender)):
+                for record in arriving.get(sender, ()):
                     known = self._newest.get((name, record.robot))
                     if record.plan is not None:
                         self._plans[name, record.plan.epoch] = record.plan
@@ -63,7 +62,6 @@ class Told:
         return self.cells(listener, robot).union(record.ahead, plan.ways.get(robot, ()) if plan is not None else ())
 
 
-def _records(words: Broadcast | None) -> Iterator[Record]:
-    if words is not None and words.traffic is not None:
-        yield words.traffic.own
-        yield from (relayed.record for relayed in words.traffic.others)
+def _records(words: Broadcast) -> tuple[Record, ...]:
+    traffic = words.traffic
+    return (traffic.own, *[relayed.record for relayed in traffic.others]) if traffic is not None else ()

@@ -18,6 +18,7 @@ from swarm.traffic.walk import Walk
 LEANS: Final = 0.1  # m, off the place where a robot leans, or off its cell's middle: see CellMap.is_blind
 BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
+NOBODY: Final[frozenset[str]] = frozenset()
 
 
 class Claimed(NamedTuple):
@@ -40,16 +41,19 @@ class Claiming:
         self, walk: Walk, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
     ) -> Claimed:
         """Claim the next cells of the way, and cells to drive in beside it (``room``); take those that are granted."""
-        claimed = self._advance(walk, plan, situation, body)
+        walk, waits = self._ask(walk, plan, situation, body)
+        near = self._near(situation, body.pose) if walk.ledger.claims or walk.ledger.beside else NOBODY
+        claimed = self._advance(Claimed(walk, waits, took=False), plan, situation, body.pose, near)
         if self.settings.in_sight:
             return claimed
-        walk = self._make_room(claimed.walk, situation, body.pose, room)
+        walk = self._make_room(claimed.walk, situation, body.pose, room, near)
         return claimed if walk is claimed.walk else claimed._replace(walk=walk)
 
-    def _advance(self, walk: Walk, plan: Following | None, situation: Situation, body: Body) -> Claimed:
-        """Claim the next cells in the order of the plan, take those that all have acknowledged."""
-        pose, took = body.pose, False
-        walk, waits = self._ask(walk, plan, situation, body)
+    def _advance(
+        self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
+    ) -> Claimed:
+        """Take the cells claimed, in the order of the plan, that all ``near`` have acknowledged."""
+        walk, waits, took = claimed
         while walk.route:
             cell = walk.route[0]
             step_free = plan is None or plan.waits_for(walk.next_step, situation) is None
@@ -60,7 +64,7 @@ class Claiming:
             if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
                 break
             claim = walk.ledger.claims[0]
-            case = self._case(claim, walk, situation, self._near(situation, pose))
+            case = self._case(claim, walk, situation, near)
             heard = not self.settings.in_sight or self._would_be_heard(walk.head, cell, pose)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
@@ -70,12 +74,13 @@ class Claiming:
             took, waits = True, ()
         return Claimed(walk, waits, took)
 
-    def _make_room(self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int]) -> Walk:
+    def _make_room(
+        self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int], near: frozenset[str]
+    ) -> Walk:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
         if walk.ledger.beside:
             given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
             walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
-            near = self._near(situation, pose)
             for claim in walk.ledger.beside:
                 if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
                     walk = walk.with_room(claim)
@@ -88,7 +93,7 @@ class Claiming:
                 continue
             if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue
-            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
+            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, NOBODY)
             if obstacle(ASK, case) is None:
                 walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
         return walk
@@ -112,7 +117,7 @@ class Claiming:
                 return walk, ()
             if self.settings.in_sight and not self._would_be_heard(walk.head, cell, pose):
                 return walk, ()
-            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, frozenset())
+            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, NOBODY)
             against = obstacle(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
                 return walk, self._hinderers(case) if ahead == 0 else ()

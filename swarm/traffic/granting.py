@@ -47,8 +47,11 @@ def waypoints(
 
 def looks(doing: Doing, settings: TrafficSettings) -> bool:
     """Return True if the robot has to come to a certain place in its cell, where it claims or looks from."""
-    silent = any(robot not in doing.situation.fresh for robot in doing.waits)
-    return bool(doing.walk.route) and (settings.in_sight or doing.leans_to is not None or silent)
+    if not doing.walk.route:
+        return False
+    if settings.in_sight or doing.leans_to is not None:
+        return True
+    return not doing.situation.fresh.keys() >= set(doing.waits)
 
 
 def activity(doing: Doing) -> TrafficActivity:

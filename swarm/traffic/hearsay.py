@@ -63,6 +63,7 @@ class Hearsay:
         self._woke = -1
         self.cells = cells
         self._settings = settings
+        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m, of a cell kept from its robot
 
     def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
         """Merge what came in; what cannot be true is left out, and named."""
@@ -88,12 +89,14 @@ class Hearsay:
     def _live_at(self, tick: int) -> Live:
         if self._live.tick <= tick <= self._live.until:
             return self._live
-        fresh = self._settings.fresh
-        records = {robot: record for robot, record in self.others.items() if record.stamp >= tick - fresh}
-        theirs = records.values()
-        until = min([record.stamp for record in theirs], default=FOREVER) + fresh
+        fresh, records, silent = self._settings.fresh, self.others, {}
+        oldest = min([record.stamp for record in records.values()], default=FOREVER)
+        if oldest < tick - fresh:
+            records = {robot: record for robot, record in self.others.items() if record.stamp >= tick - fresh}
+            silent = {robot: record for robot, record in self.others.items() if robot not in records}
+            oldest = min([record.stamp for record in records.values()], default=FOREVER)
+        theirs, until = records.values(), oldest + fresh
         held = frozenset(chain.from_iterable([record.held for record in theirs]))
-        silent = {robot: record for robot, record in self.others.items() if robot not in records}
         return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
 
     def wake(self, tick: int) -> None:
@@ -208,9 +211,8 @@ class Hearsay:
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
-        reach = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side
         for at_x, at_y in map(cells.centre, mentioned):
-            if hypot(at_x - x, at_y - y) > reach:
+            if hypot(at_x - x, at_y - y) > self._farthest:
                 return "holds or claims a cell far from where it is"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK

@@ -272,6 +272,7 @@ class Traffic:
         tick, held, place = body.tick, doing.walk.ledger.held, doing.walk.place(body.cell)
         alone, ahead = self._hearsay.alone_in(held, tick), way_ahead(doing, place)
         stops, silent = stops_in(doing, ahead), self._hearsay.fallen_silent(tick)
+        to_look = looks(doing, self.settings)
         still = self._lookout.still_bodies(silent, self._halting.places(tick), body.pose)
         return TrafficOutputs(
             broadcast=broadcast,
@@ -283,8 +284,8 @@ class Traffic:
             may_drive=not doing.stopped,
             threat=doing.threat,
             room=doing.room,
-            exactly=stops or looks(doing, self.settings),
-            looks=not stops and looks(doing, self.settings),
+            exactly=stops or to_look,
+            looks=not stops and to_look,
             face=doing.face,
             waits=doing.waits,
             activity=activity(doing),
