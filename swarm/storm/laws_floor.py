@@ -22,16 +22,26 @@ BACK: Final = 200  # ticks after a silence in which a robot and those that could
 def no_contact(history: History) -> Found:
     """Check that no robot touched anything that it could have avoided by stopping.
 
-    A robot that stood still is not blamed, and neither is one that a moving obstacle ran into.
+    A robot that stood still is not blamed, and neither is one that a moving obstacle ran into, or pushes just then.
     """
     for tick, contact, struck in history.contacts:
-        if struck:
+        if struck or _is_being_pushed(history, tick, contact.robot):
             continue
         name = history.robots[contact.robot]
         if contact.kind == "obstacle" and _mover_came(history, tick, contact.robot):
             continue
         other = f" {history.robots[contact.other]}" if contact.other is not None else ""
         yield tick, (name,), f"{name} touched {contact.kind}{other}"
+
+
+def _is_being_pushed(history: History, tick: int, number: int) -> bool:
+    """Return True if a moving obstacle has touched the robot in an earlier tick and has not left it since."""
+    met = {when for when, contact, _ in history.contacts if (contact.robot, contact.kind) == (number, "obstacle")}
+    while tick > 0 and number in history.moments[tick - 1].touching:
+        tick -= 1
+        if tick in met:
+            return True
+    return False
 
 
 def _mover_came(history: History, tick: int, number: int) -> bool:

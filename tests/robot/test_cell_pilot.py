@@ -120,7 +120,7 @@ def test_a_robot_that_comes_no_nearer_for_long_is_told_that_all_is_far() -> None
 def test_standing_before_something_unexplained_is_no_circling() -> None:
     """What comes and goes stops it again and again: that time does not count."""
     waits = helped_at(blocked=HALTED // 2) - helped_at()
-    assert 0.3 * LONG < waits < 2 * LONG
+    assert 0.2 * LONG < waits < 2 * LONG
 
 
 # --- the room that it asks for ---

@@ -243,10 +243,21 @@ def backwards(name: str, words: Broadcast) -> Broadcast:
     return changed(words, distance=-1.0) if name == "r1" else words
 
 
+def pushed_into_a_wall(history: History, *, left: bool) -> History:
+    """A moving obstacle strikes r1 and touches it until it touches a wall; or has ``left`` it before."""
+    pushed = range(TICK - 6, TICK - 3 if left else TICK)
+    touched = with_moments(
+        history, lambda moment: moment._replace(touching=frozenset({0})) if moment.tick in pushed else moment
+    )
+    contacts = [(TICK - 6, Contact(0, "obstacle", None), True), (TICK, Contact(0, "wall", None), False)]
+    return replace(touched, contacts=contacts)
+
+
 # fmt: off
 PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the law that speaks, how to plant it
     ("an exception", "no exception", lambda h: replace(h, crash="Traceback\nValueError: no such cell")),
     ("a wall touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "wall", None), False)])),
+    ("a wall touched after a push", "no contact", lambda h: pushed_into_a_wall(h, left=True)),
     ("a robot touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)])),
     ("a cell held twice", "no overlap", overlap),
     ("a cell out of nowhere", "no hold without a claim", unclaimed),
@@ -300,6 +311,7 @@ def test_every_law_has_a_planted_violation() -> None:
 
 # fmt: off
 EXCUSED: list[tuple[str, Callable[[History], History]]] = [
+    ("who is pushed into a wall is not to blame", lambda h: pushed_into_a_wall(h, left=False)),
     ("who was struck is not to blame", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)])),
     ("who drives unconstrained claims nothing", lambda h: holding(h, "r1", far_cell(h), unconstrained=True)),
     ("a cell may be claimed for two steps of a way", claimed_twice),
