@@ -6,7 +6,7 @@ crashes, or if the tests take far too long; each line says which. If pytest itse
 says nothing about the fault. A fault that survives needs a test, or it is harmless: then ``benchmarks.harmless`` lists
 it with the reason. This measures no speed and does not run with the benchmarks.
 
-    python -m benchmarks.mutation --room swarm/traffic --count 40 --seed 1 [--jobs 2] [--only holds.py]
+    python -m benchmarks.mutation --room swarm/traffic --count 40 --seed 1 [--jobs 2] [--only reservations.py]
 """
 
 import argparse

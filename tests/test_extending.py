@@ -1,4 +1,4 @@
-"""Each walk of docs/extending.md, followed: its files are written, its changes made in a copy of the code, and tried."""
+"""Each progress of docs/extending.md, followed: its files are written, its changes made in a copy of the code, and tried."""
 
 import re
 import shutil
@@ -22,7 +22,7 @@ from world.simulate import Simulation
 PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WALKS: Final = {  # title: language: the block in it
-    walk.split("\n", 1)[0]: dict(BLOCK.findall(walk)) for walk in PAGE.split("\n## ")[1:]
+    progress.split("\n", 1)[0]: dict(BLOCK.findall(progress)) for progress in PAGE.split("\n## ")[1:]
 }
 ROOMS: Final = ("swarm", "world", "dashboard", "docs")
 
@@ -35,9 +35,9 @@ class Change(NamedTuple):
     after: str
 
 
-def changes(walk: str) -> Iterator[Change]:
-    """Take the diff of a walk apart, place by place."""
-    for part in WALKS[walk]["diff"].split("--- ")[1:]:
+def changes(progress: str) -> Iterator[Change]:
+    """Take the diff of a progress apart, place by place."""
+    for part in WALKS[progress]["diff"].split("--- ")[1:]:
         file, _, rest = part.partition("\n")
         for place in rest.split("@@\n"):
             lines = place.splitlines(keepends=True)
@@ -45,20 +45,20 @@ def changes(walk: str) -> Iterator[Change]:
             yield Change(file, *kept)
 
 
-CHANGES: Final = [(walk, change) for walk in WALKS if "diff" in WALKS[walk] for change in changes(walk)]
+CHANGES: Final = [(progress, change) for progress in WALKS if "diff" in WALKS[progress] for change in changes(progress)]
 
 
-@pytest.mark.parametrize(("walk", "change"), CHANGES, ids=lambda value: str(value)[:40])
-def test_each_change_has_its_place_in_the_code_of_today(walk: str, change: Change) -> None:
+@pytest.mark.parametrize(("progress", "change"), CHANGES, ids=lambda value: str(value)[:40])
+def test_each_change_has_its_place_in_the_code_of_today(progress: str, change: Change) -> None:
     text = (ROOT / change.file).read_text(encoding="utf-8")
-    assert text.count(change.before) == 1, f"the walk '{walk}' has to follow {change.file}"
+    assert text.count(change.before) == 1, f"the progress '{progress}' has to follow {change.file}"
 
 
-def followed(walk: str, tmp_path: Path, code: str) -> str:
-    """Make a walk's changes in a copy of the code, run some Python there, and return what it prints."""
+def followed(progress: str, tmp_path: Path, code: str) -> str:
+    """Make a progress's changes in a copy of the code, run some Python there, and return what it prints."""
     for room in ROOMS:  # with what numba has compiled
         shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("pictures"))
-    for file, before, after in changes(walk):
+    for file, before, after in changes(progress):
         path = tmp_path / file
         path.write_text(path.read_text(encoding="utf-8").replace(before, after), encoding="utf-8")
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
@@ -132,7 +132,7 @@ place, over = Endpoint("127.0.0.1", 0).claim(), threading.Event()
 router = threading.Thread(target=run, args=(place, over.wait))
 router.start()
 try:
-    with Bus(place, "walk", log=str) as listener, Bus(place, "walk") as robot:
+    with Bus(place, "progress", log=str) as listener, Bus(place, "progress") as robot:
         listener.listen(BATTERY)
         heard, deadline = None, monotonic() + 60.0
         while (heard is None or not listener.refused) and monotonic() < deadline:  # a busy machine may drop one

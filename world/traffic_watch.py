@@ -7,7 +7,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Activity, Command
 from swarm.settings import Settings
 from swarm.traffic.cells_of import cells_of
-from swarm.traffic.hearsay import Event
+from swarm.traffic.peer_records import Event
 from swarm.traffic.watch import Fault, Seen, Watch
 
 

@@ -99,14 +99,14 @@ class CellPilot:
         )
         speeds, heading = self._wheels(situation, granted, body)
         self._lateness.command((speeds.left, speeds.right))
-        self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.at_large else 0
+        self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.unconstrained else 0
         self._last = speeds.left, speeds.right
         return Move(
             speeds,
             heading,
             self._activity(situation, granted, idle=idle),
             held=granted.held,
-            unconstrained=granted.at_large,
+            unconstrained=granted.unconstrained,
             scale=self._scale,
             waits=granted.waits,
             members=granted.members,
@@ -209,13 +209,13 @@ class CellPilot:
         self._circles = self._gets_nowhere(situation, granted)
         if self._circles or (granted.exactly and len(granted.held) == 1):
             return LEAST_SCALE
-        if granted.at_large:
+        if granted.unconstrained:
             return 1.0
         return min(1.0, max(TIGHT_SCALE, room / ROOMY)) * (1.0 - TURNED * abs(heading) / pi)
 
     def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
         """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place."""
-        if len(granted.held) > 1 or granted.at_large or granted.exactly:
+        if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
             return False
         away = distance(situation.pose, situation.goal)
         if situation.done and not granted.waits and away > WELL_WITHIN * self._settings.reach:

@@ -11,7 +11,7 @@ from heapq import heappop, heappush
 from typing import Final
 
 from swarm.traffic.lacam import State, Steps
-from swarm.traffic.pibt import Joined, Spots, Tables
+from swarm.traffic.pibt import Configuration, Joined, Tables
 
 MOST: Final = 60_000  # joint positions kept
 
@@ -22,7 +22,7 @@ class BestFirst:
     It ends when each robot of ``eager`` is at its goal, where its table is 0.
     """
 
-    def __init__(self, neighbours: Joined, tables: Tables, starts: Spots, eager: Sequence[int]) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, eager: Sequence[int]) -> None:
         self.state = State.RUNNING
         self.expansions = 0
         self.steps: Steps = []
@@ -30,7 +30,7 @@ class BestFirst:
         self._eager = tuple(eager)
         nowhere = [0] * len(neighbours)
         self._tables = [table if robot in eager else nowhere for robot, table in enumerate(tables)]
-        self._parents: dict[Spots, Spots | None] = {starts: None}
+        self._parents: dict[Configuration, Configuration | None] = {starts: None}
         self._seen = {self._alike(starts)}
         self._open = [(self._left(starts), 0, starts)]
 
@@ -61,14 +61,14 @@ class BestFirst:
                         heappush(self._open, (left + table[other] - table[cell], len(self._parents), following))
         return self.state
 
-    def _alike(self, at: Spots) -> object:
+    def _alike(self, at: Configuration) -> object:
         """Return what a position has in common with those in which others that do not care have changed places."""
         return frozenset(at), tuple(at[robot] for robot in self._eager)
 
-    def _left(self, at: Spots) -> int:
+    def _left(self, at: Configuration) -> int:
         return sum(table[cell] for table, cell in zip(self._tables, at, strict=True))
 
-    def _run_to(self, at: Spots) -> Steps:
+    def _run_to(self, at: Configuration) -> Steps:
         steps = [at]
         while (before := self._parents[steps[-1]]) is not None:
             steps.append(before)

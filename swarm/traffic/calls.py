@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.cells import CellMap
-from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import JointSearch, Result
+from swarm.traffic.peer_records import Event
 from swarm.traffic.question import Question
+from swarm.traffic.route_progress import Join
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.walk import Join
 
 NEVER: Final = -(10**9)  # tick
 NOBODY: Final[Mapping[str, int]] = MappingProxyType({})

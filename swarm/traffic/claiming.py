@@ -8,12 +8,12 @@ from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
-from swarm.traffic.holds import ASK, TAKE, Case, obstacle
 from swarm.traffic.presence import Body
+from swarm.traffic.reservations import ASK, TAKE, Case, obstacle
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import Walk
 
 LEANS: Final = 0.1  # m, off the place where a robot leans, or off its cell's middle: see CellMap.is_blind
 BESIDE: Final = 4  # cells beside the way claimed at a time
@@ -24,7 +24,7 @@ NOBODY: Final[frozenset[str]] = frozenset()
 class Claimed(NamedTuple):
     """What a robot has got, and whom it waits for."""
 
-    walk: Walk
+    progress: RouteProgress
     waits: tuple[str, ...]
     took: bool  # it got a cell of its way
 
@@ -38,91 +38,100 @@ class Claiming:
         self.settings = settings
 
     def step(
-        self, walk: Walk, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
+        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
     ) -> Claimed:
         """Claim the next cells of the way, and cells to drive in beside it (``room``); take those that are granted."""
-        walk, waits = self._ask(walk, plan, situation, body)
-        near = self._near(situation, body.pose) if walk.ledger.claims or walk.ledger.beside else NOBODY
-        claimed = self._advance(Claimed(walk, waits, took=False), plan, situation, body.pose, near)
+        progress, waits = self._ask(progress, plan, situation, body)
+        near = (
+            self._near(situation, body.pose) if progress.reservations.claims or progress.reservations.beside else NOBODY
+        )
+        claimed = self._advance(Claimed(progress, waits, took=False), plan, situation, body.pose, near)
         if self.settings.in_sight:
             return claimed
-        walk = self._make_room(claimed.walk, situation, body.pose, room, near)
-        return claimed if walk is claimed.walk else claimed._replace(walk=walk)
+        progress = self._make_room(claimed.progress, situation, body.pose, room, near)
+        return claimed if progress is claimed.progress else claimed._replace(progress=progress)
 
     def _advance(
         self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
     ) -> Claimed:
         """Take the cells claimed, in the order of the plan, that all ``near`` have acknowledged."""
-        walk, waits, took = claimed
-        while walk.route:
-            cell = walk.route[0]
-            step_free = plan is None or plan.waits_for(walk.next_step, situation) is None
-            mine = cell in walk.ledger.held and not any(cell in record.held for record in situation.fresh.values())
-            if mine and not walk.ledger.claims and step_free:
-                walk = walk.grown(walk.ledger.keep((*walk.ledger.held, cell)))
+        progress, waits, took = claimed
+        while progress.route:
+            cell = progress.route[0]
+            step_free = plan is None or plan.waits_for(progress.next_step, situation) is None
+            mine = cell in progress.reservations.held and not any(
+                cell in record.held for record in situation.fresh.values()
+            )
+            if mine and not progress.reservations.claims and step_free:
+                progress = progress.grown(progress.reservations.keep((*progress.reservations.held, cell)))
                 continue
-            if not walk.ledger.claims or walk.ledger.claims[0].cell != cell:
+            if not progress.reservations.claims or progress.reservations.claims[0].cell != cell:
                 break
-            claim = walk.ledger.claims[0]
-            case = self._case(claim, walk, situation, near)
-            heard = not self.settings.in_sight or self._would_be_heard(walk.head, cell, pose)
+            claim = progress.reservations.claims[0]
+            case = self._case(claim, progress, situation, near)
+            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)
                 break
-            walk = walk.grown(walk.ledger.take(claim))
+            progress = progress.grown(progress.reservations.take(claim))
             took, waits = True, ()
-        return Claimed(walk, waits, took)
+        return Claimed(progress, waits, took)
 
     def _make_room(
-        self, walk: Walk, situation: Situation, pose: Pose, room: Collection[int], near: frozenset[str]
-    ) -> Walk:
+        self, progress: RouteProgress, situation: Situation, pose: Pose, room: Collection[int], near: frozenset[str]
+    ) -> RouteProgress:
         """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
-        if walk.ledger.beside:
-            given_up = [claim for claim in walk.ledger.beside if claim.cell not in room]
-            walk = walk._replace(ledger=walk.ledger.withdraw(given_up))
-            for claim in walk.ledger.beside:
-                if obstacle(TAKE, self._case(claim, walk, situation, near)) is None:
-                    walk = walk.with_room(claim)
+        if progress.reservations.beside:
+            given_up = [claim for claim in progress.reservations.beside if claim.cell not in room]
+            progress = progress._replace(reservations=progress.reservations.withdraw(given_up))
+            for claim in progress.reservations.beside:
+                if obstacle(TAKE, self._case(claim, progress, situation, near)) is None:
+                    progress = progress.with_room(claim)
         if not room:
-            return walk
-        ahead = walk.route[: self.settings.horizon]
-        taken = {*walk.ledger.held, *[claim.cell for claim in walk.ledger.all_claims], *ahead, *situation.blocked}
+            return progress
+        ahead = progress.route[: self.settings.horizon]
+        taken = {
+            *progress.reservations.held,
+            *[claim.cell for claim in progress.reservations.all_claims],
+            *ahead,
+            *situation.blocked,
+        }
         for cell in room:
-            if cell in taken or len(walk.ledger.beside) >= BESIDE:
+            if cell in taken or len(progress.reservations.beside) >= BESIDE:
                 continue
             if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue
-            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, NOBODY)
+            case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             if obstacle(ASK, case) is None:
-                walk = walk._replace(ledger=walk.ledger.claim_beside(cell, situation.tick))
-        return walk
+                progress = progress._replace(reservations=progress.reservations.claim_beside(cell, situation.tick))
+        return progress
 
     def _ask(
-        self, walk: Walk, plan: Following | None, situation: Situation, body: Body
-    ) -> tuple[Walk, tuple[str, ...]]:
+        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body
+    ) -> tuple[RouteProgress, tuple[str, ...]]:
         """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
-        pose, place = body.pose, walk.place(body.cell)
-        room = self.settings.horizon - (len(walk.ledger.held) - 1 - place)
-        for ahead, cell in enumerate(walk.route[: max(0, room)]):
-            step = walk.next_step + ahead
+        pose, place = body.pose, progress.place(body.cell)
+        room = self.settings.horizon - (len(progress.reservations.held) - 1 - place)
+        for ahead, cell in enumerate(progress.route[: max(0, room)]):
+            step = progress.next_step + ahead
             first = plan.waits_for(step, situation) if plan is not None else None
             if plan is not None and first is not None and not (ahead == 0 and plan.next_after(step, situation)):
-                return walk, (first,) if ahead == 0 else ()
-            if ahead < len(walk.ledger.claims):
+                return progress, (first,) if ahead == 0 else ()
+            if ahead < len(progress.reservations.claims):
                 continue
-            if cell in walk.ledger.held or cell in situation.blocked:
-                return walk, ()
+            if cell in progress.reservations.held or cell in situation.blocked:
+                return progress, ()
             if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
-                return walk, ()
-            if self.settings.in_sight and not self._would_be_heard(walk.head, cell, pose):
-                return walk, ()
-            case = self._case(Claim(cell, walk.ledger.number, situation.tick), walk, situation, NOBODY)
+                return progress, ()
+            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose):
+                return progress, ()
+            case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             against = obstacle(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
-                return walk, self._hinderers(case) if ahead == 0 else ()
-            walk = walk._replace(ledger=walk.ledger.claim(cell, situation.tick))
-        return walk, ()
+                return progress, self._hinderers(case) if ahead == 0 else ()
+            progress = progress._replace(reservations=progress.reservations.claim(cell, situation.tick))
+        return progress, ()
 
     def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
         """Return True if all who may claim or hold that cell hear me: round a corner they lean towards it, as I do."""
@@ -135,10 +144,12 @@ class Claiming:
         held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
         return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
 
-    def _case(self, claim: Claim, walk: Walk, situation: Situation, near: frozenset[str]) -> Case:
+    def _case(self, claim: Claim, progress: RouteProgress, situation: Situation, near: frozenset[str]) -> Case:
         age = situation.tick - claim.stamp
         others = situation.others
-        return Case(claim, self.me, self.me, walk.ledger, others, near, situation.cleared, age, self.settings.ripe)
+        return Case(
+            claim, self.me, self.me, progress.reservations, others, near, situation.cleared, age, self.settings.ripe
+        )
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Name those heard of late who could claim a cell that I can claim."""

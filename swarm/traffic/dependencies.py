@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import Final, NamedTuple
 
-from swarm.traffic.pibt import Spots
+from swarm.traffic.pibt import Configuration
 
 CORNER: Final = sqrt(0.5)  # steps for a cell in which the way turns: from the middle of one edge to that of the next
 BACK: Final = 2.5  # steps where it leads back: a turn on the spot takes 1.5 (measured with the fuzzy drive)
@@ -29,7 +29,7 @@ class Order(NamedTuple):
     after: tuple[dict[int, After], ...]  # [robot][index of the cell entered] -> what it waits for
 
 
-def order_of(steps: Sequence[Spots]) -> Order:
+def order_of(steps: Sequence[Configuration]) -> Order:
     """Read off every robot's way, and for each cell who comes after whom.
 
     >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0 has left its cell no. 1

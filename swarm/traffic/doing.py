@@ -6,9 +6,9 @@ from swarm.maps.occupancy import Point
 from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.joint import JointPlanning
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.situation import Situation
 from swarm.traffic.threat import Threat
-from swarm.traffic.walk import Walk
 
 
 class Doing(NamedTuple):
@@ -16,7 +16,7 @@ class Doing(NamedTuple):
 
     inputs: TrafficInputs
     situation: Situation
-    walk: Walk
+    progress: RouteProgress
     goal: Goal
     joint: JointPlanning
     waits: tuple[str, ...]  # for these robots

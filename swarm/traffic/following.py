@@ -4,8 +4,8 @@ from collections.abc import Collection, Mapping
 from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import Walk
 
 SETTLE: Final = 20  # ticks after which a member that shows no sign of the plan is taken to go without it
 
@@ -25,16 +25,16 @@ class Following(NamedTuple):
         """The plan's name."""
         return self.plan.epoch
 
-    def keeps(self, walk: Walk, situation: Situation) -> bool:
-        """Return True if a walk still has to follow the plan, or to stay where the plan has led."""
-        if walk.route or walk.head == situation.goal:
+    def keeps(self, progress: RouteProgress, situation: Situation) -> bool:
+        """Return True if a progress still has to follow the plan, or to stay where the plan has led."""
+        if progress.route or progress.head == situation.goal:
             return True
-        if self.makes_room(situation, under_way=len(walk.ledger.held) > 1):
+        if self.makes_room(situation, under_way=len(progress.reservations.held) > 1):
             return True
         if self.first_at(situation.goal, situation.fresh) is not None:
             return True
         # it was sent aside: to turn back before it has left would make room for nobody
-        return self.is_waited_for(walk.ledger.held[:-1], situation)
+        return self.is_waited_for(progress.reservations.held[:-1], situation)
 
     def waits_for(self, step: int, situation: Situation) -> str | None:
         """Name the robot that must first leave the ``step``-th cell of the way, if it has not."""

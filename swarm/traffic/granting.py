@@ -15,9 +15,9 @@ def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
 
     With nobody near, those of the route that are in view follow.
     """
-    ahead = doing.walk.ledger.held[place:]
+    ahead = doing.progress.reservations.held[place:]
     if doing.floor:
-        ahead = (*ahead, *doing.walk.route)[: 2 * VIEW + 1]
+        ahead = (*ahead, *doing.progress.route)[: 2 * VIEW + 1]
     return ahead[: ahead.index(doing.goal.cell) + 1] if stops_in(doing, ahead) else ahead
 
 
@@ -30,24 +30,24 @@ def waypoints(
     doing: Doing, ahead: Sequence[int], alone: Collection[int], cells: CellMap, settings: TrafficSettings
 ) -> tuple[Point, ...]:
     """Return where to drive, in order [m]. ``alone`` are the held cells that no other robot holds too."""
-    walk, goal = doing.walk, doing.goal
+    progress, goal = doing.progress, doing.goal
     points = [cells.centre(cell) for cell in ahead]
     if ahead[0] not in alone:  # not to the middle of a cell in which somebody else is too
         points = points[1:] or [(doing.inputs.pose.x, doing.inputs.pose.y)]
     if stops_in(doing, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
-    elif walk.route and (
-        walk.route[0] == doing.leans_to or (settings.in_sight and cells.is_blind(walk.head, walk.route[0]))
+    elif progress.route and (
+        progress.route[0] == doing.leans_to or (settings.in_sight and cells.is_blind(progress.head, progress.route[0]))
     ):
-        points.append(cells.leaning(walk.head, walk.route[0], settings.leaning_room))
-    elif not walk.route and walk.head == goal.cell and goal.wish is not None:
+        points.append(cells.leaning(progress.head, progress.route[0], settings.leaning_room))
+    elif not progress.route and progress.head == goal.cell and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
     return tuple(points)
 
 
 def looks(doing: Doing, settings: TrafficSettings) -> bool:
     """Return True if the robot has to come to a certain place in its cell, where it claims or looks from."""
-    if not doing.walk.route:
+    if not doing.progress.route:
         return False
     if settings.in_sight or doing.leans_to is not None:
         return True
@@ -56,7 +56,7 @@ def looks(doing: Doing, settings: TrafficSettings) -> bool:
 
 def activity(doing: Doing) -> TrafficActivity:
     """Return what the robot is doing: the first of these that holds."""
-    walk, joint = doing.walk, doing.joint
+    progress, joint = doing.progress, doing.joint
     if doing.stopped:
         return TrafficActivity.HALTED
     if joint.frozen is not None:
@@ -65,10 +65,10 @@ def activity(doing: Doing) -> TrafficActivity:
         return TrafficActivity.LISTENING
     if doing.face is not None:
         return TrafficActivity.LOOKING
-    if not walk.route and walk.head == doing.goal.cell:
+    if not progress.route and progress.head == doing.goal.cell:
         return TrafficActivity.ARRIVED
-    if doing.waits and len(walk.ledger.held) == 1:
+    if doing.waits and len(progress.reservations.held) == 1:
         return TrafficActivity.WAITING
-    if not walk.route:
+    if not progress.route:
         return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
     return TrafficActivity.DRIVING

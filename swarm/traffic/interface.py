@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
-from swarm.traffic.hearsay import Event
 from swarm.traffic.look import Scan
+from swarm.traffic.peer_records import Event
 from swarm.traffic.threat import Threat
 
 NO_RAYS: Final = Scan()
@@ -52,7 +52,7 @@ class TrafficOutputs(NamedTuple):
     broadcast: TrafficBroadcast | None  # when it is this robot's turn
     held: tuple[int, ...]  # cells the body is in or may enter; the last is the head
     drivable: tuple[int, ...]  # those of them to drive into: none in which somebody else stands with a part of it too
-    at_large: bool  # nobody is near: the cells about the body are drivable too
+    unconstrained: bool  # nobody is near: the cells about the body are drivable too
     waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
     beside: tuple[Point, ...]  # m, robots that reach into the cell it is in, and bodies that nobody speaks for
     may_drive: bool  # False: no forward speed; turning on the spot is safe

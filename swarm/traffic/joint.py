@@ -24,11 +24,11 @@ from swarm.traffic import leading, standing
 from swarm.traffic.calls import Call, Collecting, Free, Frozen, Move, Part, Refused, Searching
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
-from swarm.traffic.hearsay import Event
 from swarm.traffic.need import named_leader, reason
+from swarm.traffic.peer_records import Event
+from swarm.traffic.route_progress import shut_joins
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import shut_joins
 
 
 class Transition(NamedTuple):
@@ -178,5 +178,5 @@ class JointPlanning:
         part = self.part
         shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, part.cells)))
         part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), tick)
-        text = f"{part.me} refuses the plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
+        text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
         return Event("plan_refused", (part.me,), text)

@@ -18,7 +18,7 @@ from swarm.traffic.best_first import BestFirst
 from swarm.traffic.dependencies import Order, duration, order_of
 from swarm.traffic.improving import Improving
 from swarm.traffic.lacam import Search, State, Steps, without_detours
-from swarm.traffic.pibt import Joined, Spots, Tables, Ties
+from swarm.traffic.pibt import Configuration, Joined, Tables, Ties
 
 PATIENCE = 4  # once there is a plan, a restart may cost so many times its openings: what takes longer is rarely better
 TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of one start after the other
@@ -73,8 +73,8 @@ class JointSearch:
         self,
         neighbours: Joined,
         tables: Tables,
-        starts: Spots,
-        goals: Spots,
+        starts: Configuration,
+        goals: Configuration,
         *,
         budget: Budget,
         random: Random,

@@ -13,10 +13,10 @@ from enum import Enum
 from random import Random
 from typing import Final
 
-from swarm.traffic.pibt import Joined, Spots, StepGenerator, Tables, Ties
+from swarm.traffic.pibt import Configuration, Joined, StepGenerator, Tables, Ties
 
 Orders = tuple[tuple[int, int], ...]
-Steps = list[Spots]  # joint positions, one a time step
+Steps = list[Configuration]  # joint positions, one a time step
 
 
 class State(Enum):
@@ -32,7 +32,7 @@ class _Node:
 
     __slots__ = ("at", "orders", "parent", "priority", "urgency")
 
-    def __init__(self, at: Spots, parent: "_Node | None", urgency: list[float]) -> None:
+    def __init__(self, at: Configuration, parent: "_Node | None", urgency: list[float]) -> None:
         self.at = at
         self.parent = parent
         self.urgency = urgency
@@ -44,7 +44,14 @@ class Search:
     """One search from ``starts`` to ``goals``; ``tables[i]`` holds robot i's steps to its goal from every cell."""
 
     def __init__(
-        self, neighbours: Joined, tables: Tables, starts: Spots, goals: Spots, *, ties: Ties, random: Random
+        self,
+        neighbours: Joined,
+        tables: Tables,
+        starts: Configuration,
+        goals: Configuration,
+        *,
+        ties: Ties,
+        random: Random,
     ) -> None:
         self.state = State.RUNNING
         self.expansions = 0
@@ -56,7 +63,7 @@ class Search:
         farthest = 1 + max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
         root = _Node(starts, None, [table[start] / farthest for table, start in zip(tables, starts, strict=True)])
         self._open: list[_Node] = [root]
-        self._known: dict[Spots, _Node] = {starts: root}
+        self._known: dict[Configuration, _Node] = {starts: root}
         if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
             self.state = State.UNSOLVABLE  # a goal that no way leads to
 
@@ -102,7 +109,7 @@ class Search:
         self._random.shuffle(cells)
         node.orders.extend([(*orders, (robot, cell)) for cell in cells])
 
-    def _urgency(self, node: _Node, at: Spots) -> list[float]:
+    def _urgency(self, node: _Node, at: Configuration) -> list[float]:
         """Raise the urgency of all that are not home; whoever arrives falls back below one."""
         return [
             urgency % 1.0 if cell == goal else urgency + 1.0
@@ -119,7 +126,7 @@ def _way_to(node: _Node) -> Steps:
     return steps
 
 
-def without_detours(steps: Sequence[Spots]) -> Steps:
+def without_detours(steps: Sequence[Configuration]) -> Steps:
     """Let a robot that left a cell and came back to it, with nobody there in between, stay instead.
 
     Nobody is touched by it: the cell was free, and what the robot no longer enters stays free.

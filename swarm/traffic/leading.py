@@ -7,8 +7,8 @@ from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
 from swarm.traffic.dependencies import Order
 from swarm.traffic.following import SETTLE
-from swarm.traffic.hearsay import Event
 from swarm.traffic.joint_search import Outcome, Result
+from swarm.traffic.peer_records import Event
 from swarm.traffic.question import ATTEMPTS, members_of, question_of
 from swarm.traffic.situation import Situation
 
@@ -54,7 +54,7 @@ def found(part: Part, call: Searching, situation: Situation) -> Move | None:
     part.published = part.unconfirmed = Published(plan, situation.tick)
     part.leads_from = situation.tick + part.settings.again
     names, ticks = call.question.members, situation.tick - call.epoch.tick
-    said = Event("joint_plan", names, f"{part.me} leads {len(names)} robots, {ticks} ticks to plan")
+    said = Event("joint_plan", names, f"leads {len(names)} robots by a joint plan, made in {ticks} ticks")
     return Move(Free(), plan, (said,))
 
 
@@ -98,7 +98,7 @@ def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
         and record.frozen is None
     ]
     return tuple(
-        Event("plan_ignored", (robot,), f"{robot} does not follow the plan of {part.me}") for robot in ignoring
+        Event("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan") for robot in ignoring
     )
 
 

@@ -10,10 +10,10 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import LEANS
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import View, has_gone, is_out_of_range, view
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import Walk
 
 FACING: Final = 0.1  # rad, off the cell looked at
 CENTRED: Final = 0.25  # m, off the middle of the cell looked from
@@ -35,14 +35,19 @@ class Lookout:
         self._settings = settings
         self._gone: dict[str, int] = {}  # silent robots that are not where they said last, and when they said it
 
-    def look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Look:
+    def look(
+        self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
+    ) -> Look:
         """Turn to the next cell when only robots long silent keep it, and judge it by what the rays see."""
-        cell, pose = walk.route[0] if walk.route else OUTSIDE, inputs.pose
+        cell, pose = progress.route[0] if progress.route else OUTSIDE, inputs.pose
         wants = bool(waits) or self.leans_to == cell  # where it leans to look it may not be heard: it asks for nothing
-        if not wants or len(walk.ledger.held) > 1 or not self._is_long_silent(cell, waits, situation):
+        if not wants or len(progress.reservations.held) > 1 or not self._is_long_silent(cell, waits, situation):
             self.leans_to = None
             return Look()
-        middle, leaning = self.cells.centre(walk.head), self.cells.leaning(walk.head, cell, self._settings.leaning_room)
+        middle, leaning = (
+            self.cells.centre(progress.head),
+            self.cells.leaning(progress.head, cell, self._settings.leaning_room),
+        )
         leans = distance(leaning, pose) <= LEANS
         if not (leans or distance(middle, pose) <= CENTRED):
             return Look()

@@ -14,7 +14,7 @@ from typing import Final
 
 Joined = Sequence[Sequence[int]]  # [cell] -> joined cells
 Tables = Sequence[Sequence[int]]  # [robot][cell] -> steps to the robot's goal
-Spots = tuple[int, ...]  # [robot] -> cell
+Configuration = tuple[int, ...]  # [robot] -> cell
 
 NOBODY: Final = -1
 UNDECIDED: Final = -1
@@ -32,7 +32,7 @@ class Ties(Enum):
 class StepGenerator:
     """Makes the next positions of all robots from the present ones, under priorities and some orders given."""
 
-    def __init__(self, neighbours: Joined, tables: Tables, goals: Spots, *, ties: Ties, random: Random) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: Ties, random: Random) -> None:
         self.neighbours = neighbours
         self.tables = tables
         self.goals = goals
@@ -42,12 +42,12 @@ class StepGenerator:
         self._now: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who stands there
         self._next: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who will
         self._to: list[int] = [UNDECIDED] * len(goals)  # [robot] -> where it goes
-        self._at: Spots = ()
-        self._before: Spots = ()
+        self._at: Configuration = ()
+        self._before: Configuration = ()
 
     def step(
-        self, at: Spots, before: Spots, priority: Sequence[int], orders: Sequence[tuple[int, int]]
-    ) -> Spots | None:
+        self, at: Configuration, before: Configuration, priority: Sequence[int], orders: Sequence[tuple[int, int]]
+    ) -> Configuration | None:
         """Move everybody one step, or None where this priority and these orders (robot, cell) do not allow it."""
         self._at, self._before = at, before
         now, then, to = self._now, self._next, self._to
@@ -62,7 +62,7 @@ class StepGenerator:
                     then[to[robot]] = NOBODY
                     to[robot] = UNDECIDED
 
-    def _fill(self, priority: Sequence[int], orders: Sequence[tuple[int, int]]) -> Spots | None:
+    def _fill(self, priority: Sequence[int], orders: Sequence[tuple[int, int]]) -> Configuration | None:
         to = self._to
         for robot, cell in orders:
             if self._next[cell] != NOBODY or self._clashes(robot, cell):

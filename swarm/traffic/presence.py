@@ -7,10 +7,10 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose
 from swarm.messages.traffic import Record
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.holds import Ledger
 from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.walk import ALONE, BESIDE, Walk
 
 VIEW: Final = 2  # cells about the body that are thought of when nobody is near
 OFF_WAY: Final = 30  # ticks off its way after which a robot begins it again where it is
@@ -34,53 +34,57 @@ def body_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Body:
     return Body(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
 
 
-def begun(number: int, body: Body, touched: frozenset[int], cells: CellMap) -> Walk:
+def begun(number: int, body: Body, touched: frozenset[int], cells: CellMap) -> RouteProgress:
     """Begin a way where the robot is, and hold no more than it touches. ``number`` is that of its next claim."""
     head = cells.nearest_standable(body.pose.x, body.pose.y, touched)
     held = (*sorted(touched - {head}), head)
-    return Walk(Ledger(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
+    return RouteProgress(Reservations(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
 
 
-def begun_again(walk: Walk, body: Body, cells: CellMap) -> Walk:
+def begun_again(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
     """Begin the way again where the robot is, with no cell that it did not hold unless it holds none of those."""
-    return begun(walk.ledger.number, body, body.touched & set(walk.ledger.held) or body.touched, cells)
+    return begun(
+        progress.reservations.number, body, body.touched & set(progress.reservations.held) or body.touched, cells
+    )
 
 
-def awoken(walk: Walk | None, body: Body, cells: CellMap) -> Walk:
-    """Return the walk of a robot that has just started, or was away."""
-    if walk is None:
+def awoken(progress: RouteProgress | None, body: Body, cells: CellMap) -> RouteProgress:
+    """Return the progress of a robot that has just started, or was away."""
+    if progress is None:
         return begun(body.tick * 64 + 1, body, body.touched, cells)
-    if body.touched <= set(walk.ledger.held) and not walk.strayed(body.cell):
-        return walk.awoken(body.touched)
-    return begun_again(walk, body, cells)
+    if body.touched <= set(progress.reservations.held) and not progress.strayed(body.cell):
+        return progress.awoken(body.touched)
+    return begun_again(progress, body, cells)
 
 
-def owned_up(walk: Walk, body: Body, cells: CellMap, radius: float) -> Walk:
+def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> RouteProgress:
     """Hold what the body is in though it was not held: the robot was pushed, or drove badly."""
-    if body.touched.issubset(walk.ledger.held):
-        return walk
+    if body.touched.issubset(progress.reservations.held):
+        return progress
     under = frozenset(cells.touched(body.pose.x, body.pose.y, radius)) - {OUTSIDE}
-    return walk.widened(under)
+    return progress.widened(under)
 
 
-def given_back(walk: Walk, body: Body, cells: CellMap) -> Walk:
+def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
     """Give up the way, the claims, and what is held ahead of the braking path."""
-    if BESIDE in walk.steps:  # the one further back need not be one to stand in
-        return begun_again(walk, body, cells)
-    return walk.given_back(body.touched)
+    if BESIDE in progress.steps:  # the one further back need not be one to stand in
+        return begun_again(progress, body, cells)
+    return progress.given_back(body.touched)
 
 
-def spread(walk: Walk, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings) -> tuple[Walk, Body]:
+def spread(
+    progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings
+) -> tuple[RouteProgress, Body]:
     """Hold all that the body could reach within two ticks: it is not kept inside the cells that it holds."""
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
     body = body_of(inputs, radius, cells)
-    walk = walk.widened(body.touched)
-    if walk.strayed(body.cell) and cells.stands[body.cell]:
-        walk = begun(walk.ledger.number, body, body.touched, cells)
-    return walk, body
+    progress = progress.widened(body.touched)
+    if progress.strayed(body.cell) and cells.stands[body.cell]:
+        progress = begun(progress.reservations.number, body, body.touched, cells)
+    return progress, body
 
 
-def cells_for_me_alone(
+def free_drive_cells(
     body: Body, others: Mapping[str, Record], fresh: Mapping[str, Record], cells: CellMap, settings: TrafficSettings
 ) -> tuple[int, ...]:
     """List the cells about the body, if nobody is so near that any of them could be asked for, else ().
@@ -109,16 +113,16 @@ class Presence:
         away, self._last_tick = tick - self._last_tick > gap, tick
         return away
 
-    def kept_on_way(self, walk: Walk, body: Body, cells: CellMap, *, threatened: bool) -> Walk:
+    def kept_on_way(self, progress: RouteProgress, body: Body, cells: CellMap, *, threatened: bool) -> RouteProgress:
         """Begin the way again where the robot is if it has been off it for long.
 
         Off the way of a plan only if it fled, or is not next to it: who makes use of room comes back.
         """
-        strayed = walk.strayed(body.cell)
+        strayed = progress.strayed(body.cell)
         self._fled = strayed and (self._fled or threatened)
-        if not strayed or (walk.following and not self._fled and walk.is_beside(body.cell, cells)):
+        if not strayed or (progress.following and not self._fled and progress.is_beside(body.cell, cells)):
             self._on_way = body.tick
         elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
             self._on_way = body.tick
-            return begun_again(walk, body, cells)
-        return walk
+            return begun_again(progress, body, cells)
+        return progress

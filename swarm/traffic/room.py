@@ -6,12 +6,12 @@ from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.route_progress import BESIDE, RouteProgress
 from swarm.traffic.threat import Threat
-from swarm.traffic.walk import BESIDE, Walk
 
 
 def room_beside(
-    walk: Walk, inputs: TrafficInputs, fresh: Mapping[str, Record], threat: Threat | None, cells: CellMap
+    progress: RouteProgress, inputs: TrafficInputs, fresh: Mapping[str, Record], threat: Threat | None, cells: CellMap
 ) -> tuple[int, ...]:
     """List the cells to ask for, as far as nobody else needs them: where the tables would drive, or away from a threat.
 
@@ -19,8 +19,8 @@ def room_beside(
     """
     if threat is not None:
         wished = _away(threat, inputs.pose, cells)
-    elif inputs.sweeps and walk.place(cells.cell_of(*inputs.pose[:2])) < len(walk.ledger.held) - 1:
-        way = [cell for cell, step in zip(walk.ledger.held, walk.steps, strict=True) if step != BESIDE]
+    elif inputs.sweeps and progress.place(cells.cell_of(*inputs.pose[:2])) < len(progress.reservations.held) - 1:
+        way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
         across = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}
         wished = [cell for cell in inputs.sweeps if cell in across]
     else:

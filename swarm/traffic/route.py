@@ -9,8 +9,8 @@ from typing import Final
 from swarm.maps.occupancy import Point
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.situation import Situation
-from swarm.traffic.walk import Walk
 
 STRAY = 0.7  # steps it is worth to come a cell's side nearer to the path
 RETRY: Final = 20  # ticks between two tries to find a way where there was none
@@ -24,19 +24,24 @@ class OwnWay:
         self._retry_at = 0  # tick
 
     def find(
-        self, walk: Walk, situation: Situation, path: Sequence[Point], cells: CellMap, way_out: tuple[int, ...] = ()
-    ) -> Walk:
-        """Return the walk with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
+        self,
+        progress: RouteProgress,
+        situation: Situation,
+        path: Sequence[Point],
+        cells: CellMap,
+        way_out: tuple[int, ...] = (),
+    ) -> RouteProgress:
+        """Return the progress with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
 
         ``way_out`` is taken instead where there is one: of a cell from which no way of the map leads.
         """
         goal, blocked, tick = situation.goal, situation.blocked, situation.tick
-        complete = walk.route[-1] == goal if walk.route else walk.head == goal
-        if walk.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):
-            return walk
+        complete = progress.route[-1] == goal if progress.route else progress.head == goal
+        if progress.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):
+            return progress
         self._found_for, self._retry_at = (goal, blocked), tick + RETRY
-        way = way_out or own_way(cells, walk.head, goal, blocked - {walk.head}, path)
-        return walk.alone(way).without_stale_claims()
+        way = way_out or own_way(cells, progress.head, goal, blocked - {progress.head}, path)
+        return progress.alone(way).without_stale_claims()
 
 
 def own_way(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.doing import Doing
-from swarm.traffic.holds import Acks, Ledger, acknowledged
+from swarm.traffic.reservations import Acks, Reservations, acknowledged
 from swarm.traffic.settings import TrafficSettings
 
 
@@ -15,7 +15,9 @@ class Telling:
         self.me = me
         self._settings = settings
         self._slot = slot
-        self._agreed_for: tuple[Ledger, Mapping[str, Record]] | None = None  # what it holds and what others claim,
+        self._agreed_for: tuple[Reservations, Mapping[str, Record]] | None = (
+            None  # what it holds and what others claim,
+        )
         self._agreed: Acks = ()  # and to which of their claims it agrees
 
     def is_due(self, tick: int, *, often: bool) -> bool:
@@ -24,7 +26,7 @@ class Telling:
 
     def record(self, doing: Doing, seen: tuple[Sighting, ...]) -> Record:
         """Return the record, but for whom the robot asks to lead: that depends on the record itself."""
-        inputs, walk, joint = doing.inputs, doing.walk, doing.joint
+        inputs, progress, joint = doing.inputs, doing.progress, doing.joint
         return Record(
             robot=self.me,
             stamp=inputs.tick,
@@ -34,15 +36,15 @@ class Telling:
             idle=inputs.goal is None,
             done=inputs.done,
             wants=doing.goal.since,
-            held=walk.ledger.held,
-            claims=walk.ledger.all_claims,
-            acks=self._acks(walk.ledger, doing.situation.others),
-            ahead=walk.route[: self._settings.ahead],
+            held=progress.reservations.held,
+            claims=progress.reservations.all_claims,
+            acks=self._acks(progress.reservations, doing.situation.others),
+            ahead=progress.route[: self._settings.ahead],
             waits=doing.waits,
             moved=doing.moved,
             epoch=joint.epoch,
-            left=walk.left if joint.epoch is not None else 0,
-            entered=max(0, walk.steps[-1]) if joint.epoch is not None else 0,
+            left=progress.left if joint.epoch is not None else 0,
+            entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
             collect=joint.collect,
             plan=joint.carried(inputs.tick),
@@ -51,9 +53,9 @@ class Telling:
             seen=seen,
         )
 
-    def _acks(self, ledger: Ledger, others: Mapping[str, Record]) -> Acks:
-        """Return the claims of others that this robot acknowledges. Kept until its ledger or a record changes."""
-        if self._agreed_for is None or self._agreed_for[0] is not ledger or self._agreed_for[1] is not others:
-            self._agreed_for = (ledger, others)
-            self._agreed = acknowledged(self.me, ledger, others)
+    def _acks(self, reservations: Reservations, others: Mapping[str, Record]) -> Acks:
+        """Return the claims of others that this robot acknowledges. Kept until its reservations or a record changes."""
+        if self._agreed_for is None or self._agreed_for[0] is not reservations or self._agreed_for[1] is not others:
+            self._agreed_for = (reservations, others)
+            self._agreed = acknowledged(self.me, reservations, others)
         return self._agreed

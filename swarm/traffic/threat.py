@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.walk import BESIDE, Walk
+from swarm.traffic.route_progress import BESIDE, RouteProgress
 
 WATCH: Final = 1.4  # m, from the edge: what is seen nearer may be a threat
 HALF_WIDTH: Final = 0.25  # m; what comes is taken for a disc so large
@@ -101,11 +101,11 @@ class Kept:
         self._fewest = 0  # cells left of its way
         self._ticks = 0  # threatened since then
 
-    def look(self, walk: Walk, body: int, *, threatened: bool) -> int | None:
+    def look(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
         """Return that cell, if so; ask once a tick."""
-        held = list(zip(walk.ledger.held, walk.steps, strict=True))[walk.place(body) + 1 :]
+        held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
-        left = len(ahead) + len(walk.route)
+        left = len(ahead) + len(progress.route)
         if not ahead or left < self._fewest or left > self._fewest + OTHER:
             self._fewest, self._ticks = left, 0
         self._ticks += threatened

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from msgspec.structs import replace
 
 from swarm.errors import ConfigError
+from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
@@ -19,21 +20,23 @@ from swarm.traffic.doing import Doing
 from swarm.traffic.goal import Goal
 from swarm.traffic.granting import activity, looks, stops_in, way_ahead, waypoints
 from swarm.traffic.halting import Halt, Halting, robot_at
-from swarm.traffic.hearsay import Event, Hearsay
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.lookout import Lookout
-from swarm.traffic.presence import Body, Presence, awoken, body_of, cells_for_me_alone, given_back, owned_up, spread
+from swarm.traffic.peer_records import Event, PeerRecords
+from swarm.traffic.presence import Body, Presence, awoken, body_of, free_drive_cells, given_back, owned_up, spread
 from swarm.traffic.room import room_beside
 from swarm.traffic.route import OwnWay
+from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
 from swarm.traffic.telling import Telling
 from swarm.traffic.threat import Kept, Threat
-from swarm.traffic.walk import Walk
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
+
+Halted = tuple[RouteProgress, Halt, tuple[Event, ...]]
 
 
 class Traffic:
@@ -49,7 +52,7 @@ class Traffic:
         self.me = me
         self.cells = cells
         self.settings = settings
-        self._hearsay = Hearsay(me, cells, settings)
+        self._peers = PeerRecords(me, cells, settings)
         self._sightings = Sightings(settings)
         self._presence = Presence()
         self._halting = Halting(cells, settings)
@@ -59,7 +62,7 @@ class Traffic:
         self._lookout = Lookout(cells, settings)
         self._telling = Telling(me, settings, slot)
         self._goal = Goal()
-        self._walk: Walk | None = None
+        self._progress: RouteProgress | None = None
         self._listen_until = 0  # tick
         self._moved = 0  # tick at which it last got on
         self._threat: Threat | None = None  # what comes towards it
@@ -79,49 +82,49 @@ class Traffic:
         # where it is, and what the others say
         tick, cells_changed = inputs.tick, self._swap_cells()
         body = body_of(inputs, self.settings.radius + self.settings.margin, self.cells)
-        walk = self._present(body)
+        progress = self._present(body)
         if cells_changed:
-            walk = self._over_new_cells(walk, body)
+            progress = self._over_new_cells(progress, body)
         listens = tick < self._listen_until
-        events = self._hearsay.hear(tick, inputs.heard)
-        fresh = self._hearsay.fresh(tick)
+        events = self._peers.hear(tick, inputs.heard)
+        fresh = self._peers.fresh(tick)
         self._sightings.hear(tick, fresh.values())
 
         # layer 0: the cells that the body needs, and unexpected obstacles
-        floor = self._floor_for_me_alone(walk, body, fresh)
+        floor = self._free_drive_cells(progress, body, fresh)
         if floor:
-            walk, body = spread(walk, inputs, self.cells, self.settings)
+            progress, body = spread(progress, inputs, self.cells, self.settings)
         threat = self._threat
-        walk = self._presence.kept_on_way(walk, body, self.cells, threatened=threat is not None)
+        progress = self._presence.kept_on_way(progress, body, self.cells, threatened=threat is not None)
         asks = not floor and self._joint.frozen is None and not listens
-        room = room_beside(walk, inputs, fresh, threat, self.cells) if asks else ()
-        walk = self._release(walk, body, room)
-        other_goal = self._goal.set(inputs.goal, walk, body, self.cells, self.settings.radius)
-        walk, halt, halted = self._halt(walk, inputs, body)
+        room = room_beside(progress, inputs, fresh, threat, self.cells) if asks else ()
+        progress = self._release(progress, body, room)
+        other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
+        progress, halt, halted = self._halt(progress, inputs, body)
         self._threat = halt.threat
 
         # layer 2: which way
-        if other_goal or not walk.following:
+        if other_goal or not progress.following:
             self._joint.leave()
-        situation = self._situation(inputs, walk, fresh)
+        situation = self._situation(inputs, progress, fresh)
         decision = self._joint.step(situation)
         events += (*halted, *decision.events)
-        walk = self._find_way(walk, situation, decision.way, inputs)
+        progress = self._find_way(progress, situation, decision.way, inputs)
 
         # layer 1: which of its cells
         waits: tuple[str, ...] = ()
         face = None
         if self._joint.frozen is not None:
-            walk = walk.without_claims()
+            progress = progress.without_claims()
         elif not listens:
-            walk, waits, took = self._claiming.step(walk, self._joint.following, situation, body, room)
+            progress, waits, took = self._claiming.step(progress, self._joint.following, situation, body, room)
             self._moved = tick if took else self._moved
-            face = self._look(walk, situation, waits, inputs)
-        self._walk = walk
+            face = self._look(progress, situation, waits, inputs)
+        self._progress = progress
 
         # what it tells, and where it may drive
         doing = Doing(
-            inputs, situation, walk, self._goal, self._joint, waits, listens, halt.stopped, face,
+            inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
             self._lookout.leans_to, floor, self._moved, room, threat,
         )  # fmt: skip
         return self._outputs(doing, body, self._broadcast(doing), events)
@@ -135,46 +138,46 @@ class Traffic:
             return False
         changed = cells.neighbours is not self.cells.neighbours
         self.cells = cells
-        self._hearsay.cells = self._halting.cells = self._claiming.cells = self._lookout.cells = cells
+        self._peers.cells = self._halting.cells = self._claiming.cells = self._lookout.cells = cells
         self._joint.take_cells(cells)
         return changed
 
-    def _over_new_cells(self, walk: Walk, body: Body) -> Walk:
-        """Return the walk on new cells: what is ahead is void, where robots learn the floor only if it is broken."""
+    def _over_new_cells(self, progress: RouteProgress, body: Body) -> RouteProgress:
+        """Return the progress on new cells: what is ahead is void; on a floor that is learned, only if it is broken."""
         self._goal.wish = None  # the goal's cell is chosen again
         if self.settings.learns:
-            if not walk.shut(self.cells, body.cell):
-                return walk._replace(sought=False)
-            if not walk.shut(self.cells, body.cell, route=False):
-                return walk.nowhere()
+            if not progress.shut(self.cells, body.cell):
+                return progress._replace(sought=False)
+            if not progress.shut(self.cells, body.cell, route=False):
+                return progress.nowhere()
         self._joint.void()
         self._goal.cell = OUTSIDE
-        return walk.over(self.cells, body.touched, body.cell)
+        return progress.over(self.cells, body.touched, body.cell)
 
-    def _present(self, body: Body) -> Walk:
-        """Bring the walk up to now: begin, wake up, or own up to having left the held cells."""
-        walk, away = self._walk, self._presence.was_away(body.tick, self.settings.gap)
-        if walk is not None and not away:
-            return owned_up(walk, body, self.cells, self.settings.radius)
+    def _present(self, body: Body) -> RouteProgress:
+        """Bring the progress up to now: begin, wake up, or own up to having left the held cells."""
+        progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
+        if progress is not None and not away:
+            return owned_up(progress, body, self.cells, self.settings.radius)
         self._listen_until = body.tick + self.settings.listen
         self._moved = body.tick
         self._joint.reset(body.tick)
-        self._hearsay.wake(body.tick)
-        return awoken(walk, body, self.cells)
+        self._peers.wake(body.tick)
+        return awoken(progress, body, self.cells)
 
-    def _floor_for_me_alone(self, walk: Walk, body: Body, fresh: Mapping[str, Record]) -> tuple[int, ...]:
+    def _free_drive_cells(self, progress: RouteProgress, body: Body, fresh: Mapping[str, Record]) -> tuple[int, ...]:
         """List the cells to drive in beside those held, while nobody is so near that any of them could be asked for.
 
         () where others are near, and where the goal is: it is come to rest at inside held cells.
         """
         listens = body.tick < self._listen_until
-        if listens or self._joint.frozen is not None or not walk.route or self.settings.in_sight:
+        if listens or self._joint.frozen is not None or not progress.route or self.settings.in_sight:
             return ()
-        return cells_for_me_alone(body, self._hearsay.others, fresh, self.cells, self.settings)
+        return free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
 
-    def _release(self, walk: Walk, body: Body, room: tuple[int, ...]) -> Walk:
-        released = walk.released(body.touched, body.cell, room)
-        if released.on_way < walk.on_way:
+    def _release(self, progress: RouteProgress, body: Body, room: tuple[int, ...]) -> RouteProgress:
+        released = progress.released(body.touched, body.cell, room)
+        if released.on_way < progress.on_way:
             self._moved = body.tick
         return released
 
@@ -185,38 +188,39 @@ class Traffic:
 
         While it listens for who is near, it may be anywhere.
         """
-        if self._walk is None or tick < self._listen_until:
+        if self._progress is None or tick < self._listen_until:
             return lambda place: True
-        return robot_at(self._hearsay.others.values(), tick, self.cells, self.settings)
+        return robot_at(self._peers.others.values(), tick, self.cells, self.settings)
 
-    def _halt(self, walk: Walk, inputs: TrafficInputs, body: Body) -> tuple[Walk, Halt, tuple[Event, ...]]:
+    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Body) -> Halted:
         """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
-            return walk, Halt(stopped=False), ()  # it has learned no walls yet, and stands
-        mine = self._hearsay.alone_in(walk.ledger.held, inputs.tick)
-        halt = self._halting.look(inputs, self._hearsay.others.values(), mine)
-        kept_from = self._kept.look(walk, body.cell, threatened=halt.threat is not None)
+            return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands
+        mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
+        halt = self._halting.look(inputs, self._peers.others.values(), mine)
+        kept_from = self._kept.look(progress, body.cell, threatened=halt.threat is not None)
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
-            text = f"{self.me} gave up cell {kept_from}: what moves there keeps it from it"
-            return given_back(walk, body, self.cells), halt, (Event("halted", (self.me,), text),)
+            text = f"gave up cell {kept_from}: a moving obstacle keeps it out"
+            return given_back(progress, body, self.cells), halt, (Event("halted", (self.me,), text),)
         if halt.found is None:
-            return walk, halt, ()
+            return progress, halt, ()
         cell = self.cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
-        if len(walk.ledger.held) > 1 and halt.threat is None:
-            walk = given_back(walk, body, self.cells)
-        event = Event("halted", (self.me,), f"{self.me} stopped: unexpected obstacle in cell {cell}")
-        return walk, halt, (event,)
+        if len(progress.reservations.held) > 1 and halt.threat is None:
+            progress = given_back(progress, body, self.cells)
+        gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
+        text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
+        return progress, halt, (Event("halted", (self.me,), text),)
 
     # ---- which way, and which of its cells
 
-    def _situation(self, inputs: TrafficInputs, walk: Walk, fresh: Mapping[str, Record]) -> Situation:
-        others = self._hearsay.others
+    def _situation(self, inputs: TrafficInputs, progress: RouteProgress, fresh: Mapping[str, Record]) -> Situation:
+        others = self._peers.others
         return Situation(
             tick=inputs.tick,
-            head=walk.head,
+            head=progress.head,
             goal=self._goal.cell,
             idle=inputs.goal is None,
             moved=self._moved,
@@ -226,27 +230,29 @@ class Traffic:
             fresh=fresh,
             done=inputs.done,
             wants=self._goal.since,
-            bodies=self._lookout.remembered(self._hearsay.fallen_silent(inputs.tick)),
+            bodies=self._lookout.remembered(self._peers.fallen_silent(inputs.tick)),
         )
 
     def _find_way(
-        self, walk: Walk, situation: Situation, adopted: tuple[int, ...] | None, inputs: TrafficInputs
-    ) -> Walk:
+        self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, inputs: TrafficInputs
+    ) -> RouteProgress:
         """Take the way of the joint plan adopted just now, or keep to the plan, or find a way of its own."""
         if adopted is not None:
             if situation.idle:
                 self._goal.cell = adopted[-1]
             self._moved = situation.tick
-            return walk.onto(adopted).without_stale_claims()
+            return progress.onto(adopted).without_stale_claims()
         plan = self._joint.following
-        if plan is not None and plan.keeps(walk, situation):
-            return walk
+        if plan is not None and plan.keeps(progress, situation):
+            return progress
         self._joint.leave()
-        return self._own_way.find(walk, situation, inputs.path, self.cells, self._goal.way_out)
+        return self._own_way.find(progress, situation, inputs.path, self.cells, self._goal.way_out)
 
-    def _look(self, walk: Walk, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs) -> Point | None:
+    def _look(
+        self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
+    ) -> Point | None:
         """Look at the next cell if only silent robots keep it, and return what to turn to [m]."""
-        face, seen = self._lookout.look(walk, situation, waits, inputs)
+        face, seen = self._lookout.look(progress, situation, waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:
@@ -258,29 +264,29 @@ class Traffic:
     def _broadcast(self, doing: Doing) -> TrafficBroadcast | None:
         """Return what to tell the others, when it is this robot's turn."""
         tick, pose = doing.inputs.tick, doing.inputs.pose
-        if not self._telling.is_due(tick, often=doing.listens or self._hearsay.somebody_listens(tick)):
+        if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
             return None
         own = self._telling.record(doing, self._sightings.told())
         need = self._joint.ask(own, doing.situation)
         if need is not None:
             own = replace(own, need=need)
-        return TrafficBroadcast(own=own, others=self._hearsay.passed_on(tick, pose.x, pose.y))
+        return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))
 
     def _outputs(
         self, doing: Doing, body: Body, broadcast: TrafficBroadcast | None, events: list[Event]
     ) -> TrafficOutputs:
-        tick, held, place = body.tick, doing.walk.ledger.held, doing.walk.place(body.cell)
-        alone, ahead = self._hearsay.alone_in(held, tick), way_ahead(doing, place)
-        stops, silent = stops_in(doing, ahead), self._hearsay.fallen_silent(tick)
+        tick, held, place = body.tick, doing.progress.reservations.held, doing.progress.place(body.cell)
+        alone, ahead = self._peers.alone_in(held, tick), way_ahead(doing, place)
+        stops, silent = stops_in(doing, ahead), self._peers.fallen_silent(tick)
         to_look = looks(doing, self.settings)
         still = self._lookout.still_bodies(silent, self._halting.places(tick), body.pose)
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,
             drivable=tuple(dict.fromkeys((*alone, held[place], *doing.floor))),
-            at_large=bool(doing.floor),
+            unconstrained=bool(doing.floor),
             waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
-            beside=(*self._hearsay.holders_of(held[place], tick), *still),
+            beside=(*self._peers.holders_of(held[place], tick), *still),
             may_drive=not doing.stopped,
             threat=doing.threat,
             room=doing.room,
@@ -290,6 +296,6 @@ class Traffic:
             waits=doing.waits,
             activity=activity(doing),
             events=tuple(events),
-            way=(*held[place:], *doing.walk.route),
+            way=(*held[place:], *doing.progress.route),
             members=self._joint.following.members if self._joint.following is not None else (),
         )

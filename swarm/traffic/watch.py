@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.traffic.cells import CellMap
-from swarm.traffic.hearsay import Event
+from swarm.traffic.peer_records import Event
 
 STUCK = 10.0  # s of standing in a circle of waits that count as a deadlock
 NUMERIC = 1e-6  # m, what rounding may add to a body's radius

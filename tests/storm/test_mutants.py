@@ -6,8 +6,8 @@ from pathlib import Path
 from benchmarks.mutants import BROKE, MUTANTS, ROOT, Mutant, mend, missing, plant
 from swarm.storm.profiles import PROFILES
 
-GONE = Mutant("gone", "all", "swarm/traffic/holds.py", "a text that is in no file", "pass")
-OFTEN = Mutant("often", "all", "swarm/traffic/holds.py", "claim", "pass")
+GONE = Mutant("gone", "all", "swarm/traffic/reservations.py", "a text that is in no file", "pass")
+OFTEN = Mutant("often", "all", "swarm/traffic/reservations.py", "claim", "pass")
 MOVED = Mutant("moved", "all", "swarm/none.py", "claim", "pass")
 
 
@@ -17,12 +17,12 @@ def test_a_fault_whose_text_is_not_there_exactly_once_is_named() -> None:
 
 
 def test_a_fault_is_planted_and_mended(tmp_path: Path) -> None:
-    mutant = Mutant("numbers", "claims", "swarm/traffic/holds.py", "class Ledger(", "class Other(")
+    mutant = Mutant("numbers", "claims", "swarm/traffic/reservations.py", "class Reservations(", "class Other(")
     (tmp_path / "swarm" / "traffic").mkdir(parents=True)
     mend(mutant, tmp_path)
     plant(mutant, tmp_path)
     original, planted = ((root / mutant.file).read_text() for root in (ROOT, tmp_path))
-    assert planted == original.replace("class Ledger(", "class Other(") != original
+    assert planted == original.replace("class Reservations(", "class Other(") != original
     mend(mutant, tmp_path)
     assert (tmp_path / mutant.file).read_text() == original
 

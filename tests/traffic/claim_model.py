@@ -1,6 +1,6 @@
 """All runs of the claim protocol for a few robots and cells: which states are reachable, and do holds overlap?
 
-A state is each robot's ledger, the newest notice it has of each other, and what is on its way on each channel. Notices
+A state is each robot's reservations, the newest notice it has of each other, and what is on its way on each channel. Notices
 travel as slowly as they like, overtake each other (then the older is dropped on arrival) and get lost. Stamps of
 claims are picked freely, so that clocks may disagree.
 """
@@ -11,7 +11,7 @@ from functools import cache
 from typing import NamedTuple, TypeVar
 
 from swarm.messages.traffic import Claim, Notice
-from swarm.traffic.holds import ASK, GRANT, TAKE, Acks, Case, Ledger, Rule, acknowledged, obstacle
+from swarm.traffic.reservations import ASK, GRANT, TAKE, Acks, Case, Reservations, Rule, acknowledged, obstacle
 
 T = TypeVar("T")
 
@@ -29,7 +29,7 @@ Channels = tuple[tuple[tuple[Told, ...], ...], ...]  # [receiver][sender] -> wha
 
 
 class State(NamedTuple):
-    ledgers: tuple[Ledger, ...]
+    ledgers: tuple[Reservations, ...]
     views: Views
     channels: Channels
 
@@ -48,13 +48,13 @@ class Model:
     def start(self) -> State:
         """Nobody holds anything, and everybody is known to everybody."""
         row = tuple(Told() for _ in range(self.robots))
-        return State((Ledger(),) * self.robots, (row,) * self.robots, (((),) * self.robots,) * self.robots)
+        return State((Reservations(),) * self.robots, (row,) * self.robots, (((),) * self.robots,) * self.robots)
 
     def successors(self, state: State) -> Iterator[tuple[str, State]]:
         """Everything that can happen next, with its name."""
         for robot in range(self.robots):
-            for name, ledger in self._own_moves(robot, state.ledgers[robot], state.views[robot]):
-                yield f"{robot} {name}", state._replace(ledgers=_with(state.ledgers, robot, ledger))
+            for name, reservations in self._own_moves(robot, state.ledgers[robot], state.views[robot]):
+                yield f"{robot} {name}", state._replace(ledgers=_with(state.ledgers, robot, reservations))
         for sender in range(self.robots):
             told = self._told(sender, state.ledgers[sender], state.views[sender])
             for receiver in range(self.robots):
@@ -78,7 +78,7 @@ class Model:
         row = _with(state.views[receiver], sender, told)
         return _queued(state._replace(views=_with(state.views, receiver, row)), rest, sender, receiver)
 
-    def _own_moves(self, robot: int, own: Ledger, view: tuple[Told, ...]) -> Iterator[tuple[str, Ledger]]:
+    def _own_moves(self, robot: int, own: Reservations, view: tuple[Told, ...]) -> Iterator[tuple[str, Reservations]]:
         others = _others(robot, view)
         me = str(robot)
         if own.number <= self.claims:
@@ -96,7 +96,7 @@ class Model:
         for cell in own.held:
             yield f"releases {cell}", own.keep(tuple(other for other in own.held if other != cell))
 
-    def _told(self, robot: int, own: Ledger, view: tuple[Told, ...]) -> Told:
+    def _told(self, robot: int, own: Reservations, view: tuple[Told, ...]) -> Told:
         return Told(own.held, own.claims, acknowledged(str(robot), own, _others(robot, view), self.grant))
 
     def explore(self, depth: int = 1 << 30, states: int = 1 << 30) -> tuple[list[str] | None, int, bool]:
@@ -124,7 +124,7 @@ class Model:
 
 def overlaps(state: State) -> bool:
     """Return True if a cell is held twice."""
-    held = [cell for ledger in state.ledgers for cell in ledger.held]
+    held = [cell for reservations in state.ledgers for cell in reservations.held]
     return len(held) > len(set(held))
 
 

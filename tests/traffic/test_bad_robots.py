@@ -102,7 +102,7 @@ def test_a_member_that_ignores_the_plan_is_named_and_touches_nobody(monkeypatch:
     report, said = drive()
     assert report["contacts"]["robot"] == 0
     assert report["traffic"]["joint_plans"] >= 1
-    assert any("r3 does not follow the plan of r1" in line for line in said)
+    assert any("finds that r3 does not follow its joint plan" in line for line in said)
 
 
 def adopting_but(deaf: str) -> Callable[[JointPlanning, JointPlan, Situation], Decision]:

@@ -15,7 +15,7 @@ from swarm.traffic.dependencies import CORNER, duration, order_of, pace
 from swarm.traffic.improving import CHANCE, LONGER, MOST, POPS, Improving
 from swarm.traffic.joint_search import Budget, JointSearch
 from swarm.traffic.lacam import Search, State, Steps
-from swarm.traffic.pibt import Spots, Ties
+from swarm.traffic.pibt import Configuration, Ties
 from swarm.traffic.plan_check import faults
 from tests.traffic.maps import Drawn
 
@@ -47,11 +47,11 @@ class Takes(Random):
         return [population[self.robot]]
 
 
-def tables_of(cells: CellMap, goals: Spots) -> list[Sequence[int]]:
+def tables_of(cells: CellMap, goals: Configuration) -> list[Sequence[int]]:
     return [cells.distances(goal) for goal in goals]
 
 
-def plan_of(cells: CellMap, starts: Spots, goals: Spots, seed: int) -> Steps:
+def plan_of(cells: CellMap, starts: Configuration, goals: Configuration, seed: int) -> Steps:
     """Search for any plan, with random ties: a poor one."""
     tables = tables_of(cells, goals)
     search = Search(cells.neighbours, tables, starts, goals, ties=Ties.RANDOM, random=Random(f"plan {seed}"))
@@ -66,7 +66,7 @@ def changed(cells: CellMap, steps: Steps, random: Random) -> tuple[Steps | None,
     return improving.changed(steps), improving.pops
 
 
-def searched(cells: CellMap, starts: Spots, goals: Spots, seed: int) -> tuple[float, float]:
+def searched(cells: CellMap, starts: Configuration, goals: Configuration, seed: int) -> tuple[float, float]:
     """Search to the end, and return how the plan is judged."""
     tables = tables_of(cells, goals)
     search = JointSearch(cells.neighbours, tables, starts, goals, budget=Budget(), random=Random(seed))
@@ -77,12 +77,12 @@ def searched(cells: CellMap, starts: Spots, goals: Spots, seed: int) -> tuple[fl
     return duration(result.order)
 
 
-def assert_plan(cells: CellMap, steps: Steps, ends: tuple[Spots, Spots]) -> None:
+def assert_plan(cells: CellMap, steps: Steps, ends: tuple[Configuration, Configuration]) -> None:
     joined = {cell: cells.neighbours[cell] for cell in range(len(cells)) if cells.stands[cell]}
     assert faults(steps, starts=ends[0], goals=ends[1], joined=joined) == []
 
 
-def crowd(data: st.DataObject, most: int) -> tuple[CellMap, Spots, Spots]:
+def crowd(data: st.DataObject, most: int) -> tuple[CellMap, Configuration, Configuration]:
     cells = data.draw(st.sampled_from((FLOOR, PILLAR))).cells
     places = [cell for cell in range(len(cells)) if cells.stands[cell]]
     count = data.draw(st.integers(1, most))

@@ -8,8 +8,8 @@ from swarm.messages.traffic import Record
 from swarm.traffic.assign import Aside, assign
 from swarm.traffic.calls import Free
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import JointPlanning
+from swarm.traffic.peer_records import Event
 from swarm.traffic.question import ATTEMPTS
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation

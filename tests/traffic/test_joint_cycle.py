@@ -10,8 +10,8 @@ from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Ref
 from swarm.traffic import joint as joint_planning
 from swarm.traffic.calls import Call, Free, Move, Part
 from swarm.traffic.following import SETTLE
-from swarm.traffic.hearsay import Event
 from swarm.traffic.joint import TRANSITIONS, JointPlanning, Transition
+from swarm.traffic.peer_records import Event
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -303,7 +303,7 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
     decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
     assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
-    text = f"r2 refuses the plan of r1: no way from cell {a} to {b}"
+    text = f"refuses the joint plan of r1: no way from cell {a} to {b}"
     assert decision.events == (Event("plan_refused", ("r2",), text),)
     assert joint.refused(NOW + 1) == Refusal(Epoch(NOW, "r1"), ((a, b), (b, c)))
     assert joint.refused(NOW + 2 + SETTINGS.carry) is None, "its leader has heard it, or never will"

@@ -7,19 +7,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.traffic.dependencies import BACK, CORNER, duration, order_of
-from swarm.traffic.pibt import Spots, StepGenerator, Ties, lanes
+from swarm.traffic.pibt import Configuration, StepGenerator, Ties, lanes
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))
 LIMIT = 60  # steps
 
 
-def generator(floor: Drawn, goals: Spots, ties: Ties, seed: int) -> StepGenerator:
+def generator(floor: Drawn, goals: Configuration, ties: Ties, seed: int) -> StepGenerator:
     tables = [floor.cells.distances(goal) for goal in goals]
     return StepGenerator(floor.cells.neighbours, tables, goals, ties=ties, random=Random(seed))
 
 
-def assert_can_be_done(floor: Drawn, before: Spots, after: Spots) -> None:
+def assert_can_be_done(floor: Drawn, before: Configuration, after: Configuration) -> None:
     """Each goes to a neighbour or stays; no two to one cell; no two, nor a ring, into each other's cells at once."""
     assert len(set(after)) == len(after)
     for cell, to in zip(before, after, strict=True):
@@ -124,7 +124,7 @@ def test_who_goes_straight_on_does_so_where_all_ways_are_as_good() -> None:
 
 
 # fmt: off
-DURATIONS: dict[str, tuple[list[Spots], tuple[float, float]]] = {  # steps of all robots: when the last arrives, and the sum of all arrivals; five cells a row
+DURATIONS: dict[str, tuple[list[Configuration], tuple[float, float]]] = {  # steps of all robots: when the last arrives, and the sum of all arrivals; five cells a row
     "nobody moves":                ([(0,)],                                   (0.0, 0.0)),
     "straight on":                 ([(0,), (1,), (2,)],                       (2.0, 2.0)),
     "round a corner":              ([(0,), (1,), (6,)],                       (1.0 + CORNER, 1.0 + CORNER)),

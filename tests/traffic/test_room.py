@@ -11,9 +11,9 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Record, TrafficBroadcast
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.route_progress import BESIDE
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
-from swarm.traffic.walk import BESIDE
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn("........", ".a....b.", "........", "........", "..c.....")
@@ -108,9 +108,9 @@ def test_room_is_held_once_all_near_have_acknowledged_and_no_sooner() -> None:
     assert ROOM in last.held
     assert ROOM in last.drivable, "and is driven in"
     assert ROOM not in last.way, "but is no part of the way"
-    walk = robot.traffic._walk
-    assert walk is not None
-    assert walk.steps[walk.ledger.held.index(ROOM)] == BESIDE
+    progress = robot.traffic._progress
+    assert progress is not None
+    assert progress.steps[progress.reservations.held.index(ROOM)] == BESIDE
     assert last.held[-1] in range(A + 1, B), "nor its head"
 
 
@@ -166,7 +166,7 @@ def test_who_is_alone_asks_for_no_room() -> None:
     robot = Driven()
     for granted in robot.run(LONG, alone=True):
         assert ROOM not in granted.held
-    assert granted.at_large
+    assert granted.unconstrained
     assert ROOM in granted.drivable
 
 
@@ -178,9 +178,9 @@ def driven_alone(goal: Point, done: bool = False, route: tuple[int, ...] = ()) -
     traffic = Traffic("r1", FLOOR.cells, SETTINGS)
     for tick in range(LONG):
         granted = traffic.step(TrafficInputs(tick, FLOOR.pose(A), goal, done=done))
-        walk = traffic._walk
-        if route and walk is not None and tick == 0:
-            traffic._walk = walk._replace(route=route)
+        progress = traffic._progress
+        if route and progress is not None and tick == 0:
+            traffic._progress = progress._replace(route=route)
     return granted
 
 

@@ -13,13 +13,13 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
-from swarm.traffic.holds import Ledger
 from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.reservations import Reservations
 from swarm.traffic.route import RETRY, STRAY, OwnWay, own_way
+from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from swarm.traffic.traffic import Traffic
-from swarm.traffic.walk import ALONE, Walk
 from tests.traffic.maps import SIDE, Drawn
 
 ROWS, COLUMNS = 6, 8
@@ -49,24 +49,24 @@ def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
     row, own = Drawn("abcde"), OwnWay()
     a, b, c, e = row.at("abce")
 
-    def find(walk: Walk, tick: int, goal: int = e, *blocked: int) -> Walk:
+    def find(progress: RouteProgress, tick: int, goal: int = e, *blocked: int) -> RouteProgress:
         situation = Situation(
-            tick=tick, head=walk.head, goal=goal, idle=False, moved=0, blocked=frozenset(blocked), cleared=frozenset(),
+            tick=tick, head=progress.head, goal=goal, idle=False, moved=0, blocked=frozenset(blocked), cleared=frozenset(),
             others={}, fresh={},
         )  # fmt: skip
-        return own.find(walk, situation, (), row.cells)
+        return own.find(progress, situation, (), row.cells)
 
-    walk = find(Walk(Ledger((a,)), (ALONE,)), 0)
-    assert walk.route == row.at("bcde")
-    assert find(walk, 1) is walk, "it has one"
-    assert find(walk, 2, c).route == row.at("bc"), "another goal"
-    shut = find(walk, 3, e, b)
+    progress = find(RouteProgress(Reservations((a,)), (ALONE,)), 0)
+    assert progress.route == row.at("bcde")
+    assert find(progress, 1) is progress, "it has one"
+    assert find(progress, 2, c).route == row.at("bc"), "another goal"
+    shut = find(progress, 3, e, b)
     assert not shut.route
     assert find(shut, 2 + RETRY, e, b) is shut, "there was none a moment ago"
     assert find(shut, 3 + RETRY, e, b) is not shut
     assert find(shut, 4 + RETRY).route == row.at("bcde"), "it is free now"
-    assert find(walk.onto((a, b)), 5 + RETRY).route == row.at("bcde"), "it has left a joint plan"
-    assert find(walk.nowhere(), 6 + RETRY).route == row.at("bcde"), "its way was given up"
+    assert find(progress.onto((a, b)), 5 + RETRY).route == row.at("bcde"), "it has left a joint plan"
+    assert find(progress.nowhere(), 6 + RETRY).route == row.at("bcde"), "its way was given up"
 
 
 def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:

@@ -6,9 +6,9 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.traffic.holds import Ledger
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, NOTED, Kept, Threat, Threats
-from swarm.traffic.walk import ALONE, BESIDE, Walk
 
 DT = 0.05  # s
 HERE = Pose(0.0, 0.0, 0.0)
@@ -62,21 +62,21 @@ def test_a_nearer_one_does() -> None:
     assert abs(now.x) < 0.1
 
 
-def walk(held: tuple[int, ...], *route: int, beside: int = 0) -> Walk:
+def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgress:
     steps = (BESIDE,) * beside + (ALONE,) * (len(held) - beside)
-    return Walk(Ledger(held, (), 5), steps, route)
+    return RouteProgress(Reservations(held, (), 5), steps, route)
 
 
 @pytest.mark.parametrize(
     ("way", "body", "cell"),
     [
-        (walk((1, 2), 3), 1, 2),
-        (walk((9, 1, 2), 3, beside=1), 1, 2),
-        (walk((9, 1, 2), 3, beside=1), 9, 1),  # it fled: the way begins beside it
-        (walk((1,), 2), 1, None),  # others keep it from its next cell
+        (progress((1, 2), 3), 1, 2),
+        (progress((9, 1, 2), 3, beside=1), 1, 2),
+        (progress((9, 1, 2), 3, beside=1), 9, 1),  # it fled: the way begins beside it
+        (progress((1,), 2), 1, None),  # others keep it from its next cell
     ],
 )
-def test_the_next_cell_is_given_up_after_a_while(way: Walk, body: int, cell: int | None) -> None:
+def test_the_next_cell_is_given_up_after_a_while(way: RouteProgress, body: int, cell: int | None) -> None:
     kept = Kept()
     said = [kept.look(way, body, threatened=True) for _ in range(2 * KEPT)]
     assert [one for one in said if one is not None] == ([] if cell is None else [cell, cell])
@@ -84,20 +84,20 @@ def test_the_next_cell_is_given_up_after_a_while(way: Walk, body: int, cell: int
 
 
 def test_only_ticks_under_a_threat_count() -> None:
-    kept, way = Kept(), walk((1, 2), 3)
+    kept, way = Kept(), progress((1, 2), 3)
     said = [kept.look(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT)]
     assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT - 2]
 
 
 def test_who_gets_on_is_not_kept() -> None:
     kept = Kept()
-    ways = [walk((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
+    ways = [progress((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
     for way in ways:
         for _ in range(KEPT - 1):
-            assert kept.look(way, way.ledger.held[0], threatened=True) is None
+            assert kept.look(way, way.reservations.held[0], threatened=True) is None
 
 
 def test_to_flee_and_come_back_is_not_to_get_on() -> None:
-    kept, way = Kept(), walk((9, 1, 2), 3, beside=1)
+    kept, way = Kept(), progress((9, 1, 2), 3, beside=1)
     said = [kept.look(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 20)]
     assert any(one is not None for one in said)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose
 from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.hearsay import Event
+from swarm.traffic.peer_records import Event
 from swarm.traffic.watch import STUCK, Fault, Seen, Watch
 from tests.traffic.maps import SIDE, Drawn
 

@@ -11,7 +11,7 @@ DT = 1.0  # s
 FULL = round(STALLED / DT)
 
 
-def walk(*rows: list[tuple[float, int | None]]) -> tuple[ProgressWatch, list[tuple[int, int]]]:
+def progress(*rows: list[tuple[float, int | None]]) -> tuple[ProgressWatch, list[tuple[int, int]]]:
     """Look at robots at these x [m] and on the way to these stops, tick by tick; say who stalled when."""
     watch = ProgressWatch(len(rows))
     begun = []
@@ -48,7 +48,7 @@ STALLS: dict[str, tuple[list[tuple[float, int | None]], list[int], float]] = {  
 @pytest.mark.parametrize("name", STALLS)
 def test_who_enters_no_new_square_for_long_has_stalled(name: str) -> None:
     states, when, longest = STALLS[name]
-    watch, begun = walk(states)
+    watch, begun = progress(states)
     assert begun == [(tick, 0) for tick in when]
     assert watch.times == [len(when)]
     assert watch.longest == [pytest.approx(longest)]
@@ -56,7 +56,7 @@ def test_who_enters_no_new_square_for_long_has_stalled(name: str) -> None:
 
 def test_each_robot_is_judged_by_itself() -> None:
     moving: list[tuple[float, int | None]] = [(SQUARE * tick, 0) for tick in range(FULL + 1)]
-    watch, begun = walk(moving, still(FULL + 1), still(FULL + 1, stop=None))
+    watch, begun = progress(moving, still(FULL + 1), still(FULL + 1, stop=None))
     assert begun == [(FULL, 1)]
     assert watch.times == [0, 1, 0]
     assert watch.standing(FULL * DT) == [0.0, STALLED, inf]

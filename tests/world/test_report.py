@@ -44,7 +44,7 @@ def scenario() -> Scenario:
 
 def r1(tick: int) -> dict[str, Any]:
     speed = 0.4 if tick < DRIVEN else 0.0
-    note = [("joint_plan", "r1 leads 2 robots")] if tick == 30 else []
+    note = [("joint_plan", "leads 2 robots")] if tick == 30 else []
     over = Activity.DONE if tick >= ARRIVES else Activity.DRIVE
     wrong = {"held": [23]} if tick in WRONG else {}
     return {"left": speed, "right": speed, "activity": over, "reached": [tick >= ARRIVES],

@@ -16,7 +16,7 @@ AT = {HERE: Pose(2.5, 3.5, 0.0), BESIDE: Pose(3.5, 3.5, 0.0), THERE: Pose(6.5, 3
 
 
 def say(*held: int, activity: Activity = Activity.DRIVE, waits: tuple[str, ...] = (), notes: int = 0) -> Command:
-    plans = [("joint_plan", "r1 leads 2 robots")] * notes
+    plans = [("joint_plan", "leads 2 robots")] * notes
     return msgspec.structs.replace(REST, held=list(held), activity=activity, waits=list(waits), notes=plans)
 
 

@@ -250,8 +250,8 @@ def test_without_anything_to_touch_the_gap_is_infinite() -> None:
 
 @pytest.mark.parametrize("late_first", [True, False])
 def test_of_two_commands_within_a_tick_nothing_told_once_is_lost(late_first: bool) -> None:
-    late = msgspec.structs.replace(REST, tick=4, left=0.1, notes=[("joint_plan", "r1 leads 8 robots")], sent=True)
+    late = msgspec.structs.replace(REST, tick=4, left=0.1, notes=[("joint_plan", "leads 8 robots")], sent=True)
     latest = msgspec.structs.replace(REST, tick=5, left=0.3, notes=[("halted", "something is near")])
     got = merged(late, latest) if late_first else merged(latest, late)
     assert (got.tick, got.left, got.sent) == (5, 0.3, True)
-    assert got.notes == [("joint_plan", "r1 leads 8 robots"), ("halted", "something is near")]
+    assert got.notes == [("joint_plan", "leads 8 robots"), ("halted", "something is near")]

@@ -49,7 +49,7 @@ class Live(NamedTuple):
 NOBODY = Live(0, -1, {}, {}, frozenset(), listens=False)
 
 
-class Hearsay:
+class PeerRecords:
     """Everything heard so far, merged: the newest stamp wins, whichever way it came."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
@@ -193,7 +193,7 @@ class Hearsay:
         key = (robot, fault.split(" of tick ")[0])
         if tick - self._told.get(key, -SILENCE) >= SILENCE:
             self._told[key] = tick
-            refused.append(Event("refused", (robot,), f"{robot}: {fault}; its record was dropped"))
+            refused.append(Event("refused", (robot,), f"dropped a record of {robot}: {fault}"))
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
         """Return why a record cannot be true, or nothing."""

@@ -15,7 +15,7 @@ from swarm.messages.traffic import Claim, Notice
 Acks = tuple[tuple[str, int], ...]  # (robot, number of its claim)
 
 
-class Ledger(NamedTuple):
+class Reservations(NamedTuple):
     """What one robot holds and claims."""
 
     held: tuple[int, ...] = ()  # cells in the order of its way; the last is the head
@@ -28,15 +28,15 @@ class Ledger(NamedTuple):
         """Every claim, those for the way first."""
         return self.claims + self.beside
 
-    def claim(self, cell: int, tick: int) -> "Ledger":
+    def claim(self, cell: int, tick: int) -> "Reservations":
         """Ask for a cell."""
         return self._replace(claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number + 1)
 
-    def claim_beside(self, cell: int, tick: int) -> "Ledger":
+    def claim_beside(self, cell: int, tick: int) -> "Reservations":
         """Ask for a cell beside the way."""
         return self._replace(beside=(*self.beside, Claim(cell, self.number, tick)), number=self.number + 1)
 
-    def withdraw(self, claims: Iterable[Claim]) -> "Ledger":
+    def withdraw(self, claims: Iterable[Claim]) -> "Reservations":
         """Give up claims; their numbers are void for ever."""
         gone = set(claims)
         if not gone:
@@ -46,11 +46,11 @@ class Ledger(NamedTuple):
             beside=tuple(claim for claim in self.beside if claim not in gone),
         )
 
-    def take(self, claim: Claim) -> "Ledger":
+    def take(self, claim: Claim) -> "Reservations":
         """Turn a claim into a hold, at the head."""
         return self.withdraw([claim])._replace(held=(*self.held, claim.cell))
 
-    def keep(self, held: tuple[int, ...]) -> "Ledger":
+    def keep(self, held: tuple[int, ...]) -> "Reservations":
         """Release what is not in ``held``."""
         return self._replace(held=held)
 
@@ -61,7 +61,7 @@ class Case(NamedTuple):
     claim: Claim
     who: str
     me: str
-    own: Ledger
+    own: Reservations
     others: Mapping[str, Notice]  # the newest of every other robot ever heard
     near: frozenset[str] = frozenset()  # those who could claim the same cell and are not silent
     cleared: frozenset[tuple[str, int]] = frozenset()  # cells of silent robots that a look found empty
@@ -143,7 +143,7 @@ def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
     return None
 
 
-def acknowledged(me: str, own: Ledger, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:
+def acknowledged(me: str, own: Reservations, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:
     """List the claims of others, (robot, number), that I do not object to."""
     return tuple(
         (robot, claim.number)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from swarm.messages.traffic import Claim
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.holds import Ledger
+from swarm.traffic.reservations import Reservations
 
 ALONE = -1  # the step of a cell that belongs to no joint plan
 BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
@@ -20,13 +20,13 @@ def shut_joins(way: Sequence[int], cells: CellMap) -> tuple[Join, ...]:
     return tuple((a, b) for a, b in pairwise(way) if a != b and b not in cells.neighbours[a])
 
 
-class Walk(NamedTuple):
-    """A way over the cells: ``ledger.held`` is under the robot and before it, ``route`` follows.
+class RouteProgress(NamedTuple):
+    """A way over the cells: ``reservations.held`` is under the robot and before it, ``route`` follows.
 
     ``steps`` numbers the held cells within the joint plan followed, ALONE where there is none, BESIDE off the way.
     """
 
-    ledger: Ledger
+    reservations: Reservations
     steps: tuple[int, ...]
     route: tuple[int, ...] = ()
     following: bool = False
@@ -35,7 +35,7 @@ class Walk(NamedTuple):
     @property
     def head(self) -> int:
         """The last cell held."""
-        return self.ledger.held[-1]
+        return self.reservations.held[-1]
 
     @property
     def left(self) -> int:
@@ -57,18 +57,18 @@ class Walk(NamedTuple):
 
     def place(self, body: int) -> int:
         """Find where in the held cells the body is: the latest of them that is its cell."""
-        held = self.ledger.held
+        held = self.reservations.held
         return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
-    def onto(self, way: tuple[int, ...]) -> "Walk":
+    def onto(self, way: tuple[int, ...]) -> "RouteProgress":
         """Follow a joint plan's way; it begins at the head."""
         return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
 
-    def alone(self, route: tuple[int, ...]) -> "Walk":
+    def alone(self, route: tuple[int, ...]) -> "RouteProgress":
         """Follow a way of one's own, as a search found it."""
         return self._replace(steps=self._as_if_alone(), route=route, following=False, sought=True)
 
-    def nowhere(self) -> "Walk":
+    def nowhere(self) -> "RouteProgress":
         """Give up the way."""
         return self._replace(steps=self._as_if_alone(), route=(), following=False, sought=False)
 
@@ -81,47 +81,50 @@ class Walk(NamedTuple):
 
     def is_beside(self, body: int, cells: CellMap) -> bool:
         """Tell whether a cell is next to one of the way that is held."""
-        way = {cell for cell, step in zip(self.ledger.held, self.steps, strict=True) if step != BESIDE}
+        way = {cell for cell, step in zip(self.reservations.held, self.steps, strict=True) if step != BESIDE}
         return body != OUTSIDE and not way.isdisjoint(cells.neighbours[body])
 
-    def grown(self, ledger: Ledger) -> "Walk":
-        """Go on to the first cell of the route, which ``ledger`` has at its head now."""
+    def grown(self, reservations: Reservations) -> "RouteProgress":
+        """Go on to the first cell of the route, which ``reservations`` has at its head now."""
         step = self.next_step if self.following else ALONE
-        return self._replace(ledger=ledger, steps=(*self.steps, step), route=self.route[1:])
+        return self._replace(reservations=reservations, steps=(*self.steps, step), route=self.route[1:])
 
-    def widened(self, cells: Collection[int]) -> "Walk":
+    def widened(self, cells: Collection[int]) -> "RouteProgress":
         """Hold these cells too, beside the way."""
-        extra = tuple(sorted(set(cells).difference(self.ledger.held)))
+        extra = tuple(sorted(set(cells).difference(self.reservations.held)))
         if not extra:
             return self
         return self._replace(
-            ledger=self.ledger.keep((*extra, *self.ledger.held)), steps=(BESIDE,) * len(extra) + self.steps
+            reservations=self.reservations.keep((*extra, *self.reservations.held)),
+            steps=(BESIDE,) * len(extra) + self.steps,
         )
 
-    def without_claims(self) -> "Walk":
+    def without_claims(self) -> "RouteProgress":
         """Withdraw every claim."""
-        ledger = self.ledger.withdraw(self.ledger.all_claims)
-        return self if ledger is self.ledger else self._replace(ledger=ledger)
+        reservations = self.reservations.withdraw(self.reservations.all_claims)
+        return self if reservations is self.reservations else self._replace(reservations=reservations)
 
-    def without_stale_claims(self) -> "Walk":
+    def without_stale_claims(self) -> "RouteProgress":
         """Withdraw claims for cells that the route does not begin with."""
-        claims = self.ledger.claims
+        claims = self.reservations.claims
         good = 0
         while good < min(len(claims), len(self.route)) and claims[good].cell == self.route[good]:
             good += 1
-        return self._replace(ledger=self.ledger.withdraw(claims[good:])) if good < len(claims) else self
+        return self._replace(reservations=self.reservations.withdraw(claims[good:])) if good < len(claims) else self
 
-    def with_room(self, claim: Claim) -> "Walk":
+    def with_room(self, claim: Claim) -> "RouteProgress":
         """Take a cell beside the way that has been granted."""
-        ledger = self.ledger.withdraw([claim])
-        return self._replace(ledger=ledger.keep((claim.cell, *ledger.held)), steps=(BESIDE, *self.steps))
+        reservations = self.reservations.withdraw([claim])
+        return self._replace(
+            reservations=reservations.keep((claim.cell, *reservations.held)), steps=(BESIDE, *self.steps)
+        )
 
-    def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "Walk":
+    def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "RouteProgress":
         """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on.
 
         Cells beside the way stay as long as they are in ``room``.
         """
-        held = self.ledger.held
+        held = self.reservations.held
         place = self.place(body)
         if place == 0:
             return self
@@ -133,42 +136,42 @@ class Walk(NamedTuple):
         ]
         if len(keep) == len(held):
             return self
-        ledger = self.ledger.keep(tuple(held[index] for index in keep))
-        return self._replace(ledger=ledger, steps=tuple(self.steps[index] for index in keep))
+        reservations = self.reservations.keep(tuple(held[index] for index in keep))
+        return self._replace(reservations=reservations, steps=tuple(self.steps[index] for index in keep))
 
-    def over(self, cells: CellMap, touched: Collection[int], body: int) -> "Walk":
-        """Return the walk on another floor: held cells stay as far as they still connect, all that is ahead is void.
+    def over(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
+        """Return the progress on another floor: held cells stay as far as they connect, all that is ahead is void.
 
         What the body and its brake are in is kept anyhow. Nothing is held that was not held before.
         """
-        held, place = self.ledger.held, self.place(body)
+        held, place = self.reservations.held, self.place(body)
         end = place + 1
         while end < len(held) and held[end] in cells.neighbours[held[end - 1]]:
             end += 1
         kept = [index for index, cell in enumerate(held) if index < end or cell in touched]
         order = [index for index in kept if index != end - 1] + [end - 1]
         steps = tuple(BESIDE if index >= end else min(self.steps[index], ALONE) for index in order)
-        return Walk(Ledger(tuple(held[index] for index in order), (), self.ledger.number), steps)
+        return RouteProgress(Reservations(tuple(held[index] for index in order), (), self.reservations.number), steps)
 
     def shut(self, cells: CellMap, body: int, *, route: bool = True) -> tuple[Join, ...]:
         """List the joins ahead that a floor does not have; those beyond the held cells only if ``route``."""
-        held, place = self.ledger.held, self.place(body)
+        held, place = self.reservations.held, self.place(body)
         ahead = [cell for cell, step in zip(held[place:], self.steps[place:], strict=True) if step != BESIDE]
         return shut_joins((*ahead, *(self.route if route else ())), cells)
 
-    def awoken(self, touched: Collection[int]) -> "Walk":
+    def awoken(self, touched: Collection[int]) -> "RouteProgress":
         """Give up the claims and what is held ahead of the body, to be asked for again; the way stays the same."""
-        held = self.ledger.held
+        held = self.reservations.held
         end = 1 + max(index for index, cell in enumerate(held) if cell in touched)
-        ledger = Ledger(held[:end], (), self.ledger.number)
-        return self._replace(ledger=ledger, steps=self.steps[:end], route=(*held[end:], *self.route))
+        reservations = Reservations(held[:end], (), self.reservations.number)
+        return self._replace(reservations=reservations, steps=self.steps[:end], route=(*held[end:], *self.route))
 
-    def given_back(self, touched: Collection[int]) -> "Walk":
+    def given_back(self, touched: Collection[int]) -> "RouteProgress":
         """Give up the plan, the claims, and what is held ahead of the braking path; then turn round where that helps.
 
         Stopped across two cells, the way out is back: the one further back becomes the head.
         """
-        held = self.ledger.held
+        held = self.reservations.held
         last = max((index for index, cell in enumerate(held) if cell in touched), default=0)
         kept = tuple(dict.fromkeys(held[: last + 1]))[::-1]
-        return Walk(Ledger(kept, (), self.ledger.number), (ALONE,) * len(kept))
+        return RouteProgress(Reservations(kept, (), self.reservations.number), (ALONE,) * len(kept))

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Notice, Record, TrafficBroadcast
-from swarm.traffic.holds import ASK, GRANT, TAKE, Case, Ledger, acknowledged, obstacle
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
+from swarm.traffic.reservations import ASK, GRANT, TAKE, Case, Reservations, acknowledged, obstacle
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import SIDE, Drawn
@@ -30,17 +30,17 @@ def notice(
 HOLD, OLDER = "I hold the cell", "I have an older claim"
 
 # fmt: off
-GRANTS: dict[str, tuple[str, Ledger, str | None]] = {  # who claims: r0 or r2; what r1 has; what is against it
-    "it is nothing to me":                ("r2", Ledger(),                                             None),
-    "I hold another":                     ("r2", Ledger((OTHER,)),                                     None),
-    "I hold it":                          ("r2", Ledger((CELL,)),                                      HOLD),
-    "I hold it among others":             ("r2", Ledger((OTHER, CELL, OTHER + 1)),                     HOLD),
-    "I claim another, older":             ("r2", Ledger((), (Claim(OTHER, 1, 1),)),                    None),
-    "I claim it, older":                  ("r2", Ledger((), (Claim(CELL, 1, 19),)),                    OLDER),
-    "I claim it, younger":                ("r2", Ledger((), (Claim(CELL, 1, 21),)),                    None),
-    "at the same tick, the id decides":   ("r2", Ledger((), (Claim(CELL, 1, 20),)),                    OLDER),
-    "and for the other one":              ("r0", Ledger((), (Claim(CELL, 1, 20),)),                    None),
-    "an older one among several":         ("r2", Ledger((), (Claim(OTHER, 1, 1), Claim(CELL, 2, 9))),  OLDER),
+GRANTS: dict[str, tuple[str, Reservations, str | None]] = {  # who claims: r0 or r2; what r1 has; what is against it
+    "it is nothing to me":                ("r2", Reservations(),                                             None),
+    "I hold another":                     ("r2", Reservations((OTHER,)),                                     None),
+    "I hold it":                          ("r2", Reservations((CELL,)),                                      HOLD),
+    "I hold it among others":             ("r2", Reservations((OTHER, CELL, OTHER + 1)),                     HOLD),
+    "I claim another, older":             ("r2", Reservations((), (Claim(OTHER, 1, 1),)),                    None),
+    "I claim it, older":                  ("r2", Reservations((), (Claim(CELL, 1, 19),)),                    OLDER),
+    "I claim it, younger":                ("r2", Reservations((), (Claim(CELL, 1, 21),)),                    None),
+    "at the same tick, the id decides":   ("r2", Reservations((), (Claim(CELL, 1, 20),)),                    OLDER),
+    "and for the other one":              ("r0", Reservations((), (Claim(CELL, 1, 20),)),                    None),
+    "an older one among several":         ("r2", Reservations((), (Claim(OTHER, 1, 1), Claim(CELL, 2, 9))),  OLDER),
 }
 # fmt: on
 
@@ -55,9 +55,9 @@ def test_who_holds_a_cell_or_claimed_it_first_does_not_acknowledge(name: str) ->
 
 def test_acknowledgements_are_of_all_others_by_name_and_number() -> None:
     others = {"r9": notice("r9", (), Claim(7, 4, 1)), "r2": notice("r2", (), Claim(8, 2, 1), Claim(9, 3, 1))}
-    assert acknowledged("r1", Ledger(), others) == (("r2", 2), ("r2", 3), ("r9", 4))
-    assert acknowledged("r1", Ledger((8,)), others) == (("r2", 3), ("r9", 4))
-    assert acknowledged("r1", Ledger(), {}) == ()
+    assert acknowledged("r1", Reservations(), others) == (("r2", 2), ("r2", 3), ("r9", 4))
+    assert acknowledged("r1", Reservations((8,)), others) == (("r2", 3), ("r9", 4))
+    assert acknowledged("r1", Reservations(), {}) == ()
 
 
 # --- I claim, and I take ---
@@ -85,7 +85,7 @@ ASKS: dict[str, tuple[Notice, frozenset[tuple[str, int]], str | None]] = {
 @pytest.mark.parametrize("name", ASKS)
 def test_what_is_claimed_is_nobodys(name: str) -> None:
     other, cleared, against = ASKS[name]
-    case = Case(MINE, "r1", "r1", Ledger(), {"r0": notice("r0"), "r2": other}, cleared=cleared)
+    case = Case(MINE, "r1", "r1", Reservations(), {"r0": notice("r0"), "r2": other}, cleared=cleared)
     assert obstacle(ASK, case) == against
 
 
@@ -110,7 +110,7 @@ TAKES: dict[str, tuple[Notice, str | None]] = {
 @pytest.mark.parametrize("name", TAKES)
 def test_what_is_taken_all_near_have_acknowledged(name: str) -> None:
     other, against = TAKES[name]
-    case = Case(MINE, "r1", "r1", Ledger(), {"r2": other}, near=frozenset({"r2"}), age=8, ripe=8)
+    case = Case(MINE, "r1", "r1", Reservations(), {"r2": other}, near=frozenset({"r2"}), age=8, ripe=8)
     assert obstacle(TAKE, case) == against
     assert obstacle(TAKE, case._replace(age=7)) == YOUNG
     assert obstacle(TAKE, case._replace(near=frozenset())) == (None if against == UNASKED else against)
@@ -122,38 +122,42 @@ def test_what_is_taken_all_near_have_acknowledged(name: str) -> None:
 def test_at_the_same_tick_the_lower_id_is_older() -> None:
     for other, against in (("r0", LATER), ("r2", None)):
         others = {other: notice(other, (), Claim(CELL, 1, 20), acks=ACK)}
-        assert obstacle(TAKE, Case(MINE, "r1", "r1", Ledger(), others, near=frozenset(others))) == against
+        assert obstacle(TAKE, Case(MINE, "r1", "r1", Reservations(), others, near=frozenset(others))) == against
 
 
 def test_all_near_are_asked_and_not_just_one() -> None:
     others = {"r2": notice("r2", acks=ACK), "r3": notice("r3")}
-    case = Case(MINE, "r1", "r1", Ledger(), others, near=frozenset({"r2"}))
+    case = Case(MINE, "r1", "r1", Reservations(), others, near=frozenset({"r2"}))
     assert obstacle(TAKE, case) is None
     assert obstacle(TAKE, case._replace(near=frozenset(others))) == UNASKED
 
 
-# --- the ledger ---
+# --- the reservations ---
 
 
 @given(st.lists(st.sampled_from(["claim", "withdraw", "take", "keep"]), max_size=12))
 def test_each_number_is_used_once_and_only_a_claim_becomes_a_hold(moves: list[str]) -> None:
-    ledger, used = Ledger((0,)), []
+    reservations, used = Reservations((0,)), []
     for cell, move in enumerate(moves, 1):
-        before = ledger
+        before = reservations
         if move == "claim":
-            ledger = ledger.claim(cell, cell)
-            used.append(ledger.claims[-1].number)
-            assert ledger.claims == (*before.claims, Claim(cell, before.number, cell))
-            assert ledger.held == before.held
+            reservations = reservations.claim(cell, cell)
+            used.append(reservations.claims[-1].number)
+            assert reservations.claims == (*before.claims, Claim(cell, before.number, cell))
+            assert reservations.held == before.held
         elif move == "keep":
-            ledger = ledger.keep(ledger.held[1:])
-            assert (ledger.held, ledger.claims, ledger.number) == (before.held[1:], before.claims, before.number)
-        elif ledger.claims:
-            claim = ledger.claims[0]
-            ledger = ledger.take(claim) if move == "take" else ledger.withdraw([claim])
-            assert ledger.held == (before.held if move == "withdraw" else (*before.held, claim.cell))
-            assert ledger.claims == before.claims[1:]
-            assert ledger.number == before.number
+            reservations = reservations.keep(reservations.held[1:])
+            assert (reservations.held, reservations.claims, reservations.number) == (
+                before.held[1:],
+                before.claims,
+                before.number,
+            )
+        elif reservations.claims:
+            claim = reservations.claims[0]
+            reservations = reservations.take(claim) if move == "take" else reservations.withdraw([claim])
+            assert reservations.held == (before.held if move == "withdraw" else (*before.held, claim.cell))
+            assert reservations.claims == before.claims[1:]
+            assert reservations.number == before.number
     assert len(set(used)) == len(used)
 
 

@@ -5,20 +5,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.messages.traffic import Claim
-from swarm.traffic.holds import Ledger
-from swarm.traffic.walk import ALONE, BESIDE, Walk
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from tests.traffic.maps import Drawn
 
 CLAIM = Claim(9, 4, 70)
 
 
-def walk(held: tuple[int, ...], steps: tuple[int, ...], *route: int, following: bool = False) -> Walk:
-    return Walk(Ledger(held, (CLAIM,), 5), steps, route, following)
+def progress(held: tuple[int, ...], steps: tuple[int, ...], *route: int, following: bool = False) -> RouteProgress:
+    return RouteProgress(Reservations(held, (CLAIM,), 5), steps, route, following)
 
 
-PLAN = walk((1, 2, 3), (4, 5, 6), 8, 9, following=True)
-MINE = walk((1, 2, 3), (ALONE,) * 3, 8, 9)
-WIDE = walk((7, 1, 2), (BESIDE, ALONE, ALONE), 8)
+PLAN = progress((1, 2, 3), (4, 5, 6), 8, 9, following=True)
+MINE = progress((1, 2, 3), (ALONE,) * 3, 8, 9)
+WIDE = progress((7, 1, 2), (BESIDE, ALONE, ALONE), 8)
 
 
 def test_where_it_is_on_its_way() -> None:
@@ -27,7 +27,7 @@ def test_where_it_is_on_its_way() -> None:
     assert WIDE.left == 0
     assert [way.on_way for way in (PLAN, MINE, WIDE)] == [3, 3, 2]
     assert [PLAN.place(body) for body in (1, 2, 3, 99)] == [0, 1, 2, 0]
-    assert walk((1, 2, 1), (ALONE,) * 3).place(1) == 2, "the latest"
+    assert progress((1, 2, 1), (ALONE,) * 3).place(1) == 2, "the latest"
     assert [WIDE.strayed(body) for body in (7, 1, 2)] == [True, False, False]
     assert WIDE.strayed(99), "taken to be in the first of the cells held"
     assert not PLAN.strayed(99)
@@ -37,7 +37,7 @@ def test_it_takes_up_a_plan_at_its_head() -> None:
     taken = WIDE.onto((2, 5, 6))
     assert (taken.steps, taken.route, taken.following) == ((BESIDE, ALONE, 0), (5, 6), True)
     assert PLAN.onto((3, 5)).steps == (ALONE, ALONE, 0), "steps of the plan before mean nothing now"
-    assert taken.ledger == WIDE.ledger
+    assert taken.reservations == WIDE.reservations
 
 
 def test_it_goes_its_own_way() -> None:
@@ -47,15 +47,15 @@ def test_it_goes_its_own_way() -> None:
 
 
 def test_it_grows_by_the_first_cell_of_its_route() -> None:
-    grown = PLAN.grown(PLAN.ledger.keep((1, 2, 3, 8)))
-    assert (grown.ledger.held, grown.steps, grown.route) == ((1, 2, 3, 8), (4, 5, 6, 7), (9,))
-    assert MINE.grown(MINE.ledger.keep((1, 2, 3, 8))).steps == (ALONE,) * 4
+    grown = PLAN.grown(PLAN.reservations.keep((1, 2, 3, 8)))
+    assert (grown.reservations.held, grown.steps, grown.route) == ((1, 2, 3, 8), (4, 5, 6, 7), (9,))
+    assert MINE.grown(MINE.reservations.keep((1, 2, 3, 8))).steps == (ALONE,) * 4
 
 
 def test_what_the_body_is_in_is_held_beside_the_way() -> None:
     wide = MINE.widened((3, 9, 8))
-    assert (wide.ledger.held, wide.steps) == ((8, 9, 1, 2, 3), (BESIDE, BESIDE, ALONE, ALONE, ALONE))
-    assert wide.ledger.claims == MINE.ledger.claims
+    assert (wide.reservations.held, wide.steps) == ((8, 9, 1, 2, 3), (BESIDE, BESIDE, ALONE, ALONE, ALONE))
+    assert wide.reservations.claims == MINE.reservations.claims
     assert MINE.widened((1, 3)) is MINE
 
 
@@ -74,28 +74,28 @@ RELEASES: dict[str, tuple[tuple[int, ...], set[int], int, tuple[int, ...]]] = { 
 @pytest.mark.parametrize("name", RELEASES)
 def test_what_lies_behind_is_let_go_of_once_the_brake_is_clear_of_it(name: str) -> None:
     held, touched, body, still = RELEASES[name]
-    before = walk(held, tuple(range(len(held))), 8, following=True)
+    before = progress(held, tuple(range(len(held))), 8, following=True)
     after = before.released(touched, body)
-    assert after.ledger.held == still
+    assert after.reservations.held == still
     assert [held[step] for step in after.steps] == list(still), "each keeps its step"
     assert (after is before) is (still == held)
-    assert (after.route, after.following, after.ledger.claims) == ((8,), True, (CLAIM,))
+    assert (after.route, after.following, after.reservations.claims) == ((8,), True, (CLAIM,))
 
 
 def test_who_wakes_keeps_what_it_is_in_and_has_to_ask_again_for_the_rest() -> None:
     awake = PLAN.awoken({1, 2})
-    assert (awake.ledger, awake.steps) == (Ledger((1, 2), (), 5), (4, 5))
+    assert (awake.reservations, awake.steps) == (Reservations((1, 2), (), 5), (4, 5))
     assert (awake.route, awake.following) == ((3, 8, 9), True)
-    assert PLAN.awoken({3}).ledger.held == (1, 2, 3)
+    assert PLAN.awoken({3}).reservations.held == (1, 2, 3)
 
 
 def test_who_gives_back_turns_round() -> None:
     back = PLAN.given_back({1, 2})
-    assert (back.ledger, back.steps) == (Ledger((2, 1), (), 5), (ALONE, ALONE))
+    assert (back.reservations, back.steps) == (Reservations((2, 1), (), 5), (ALONE, ALONE))
     assert (back.route, back.following) == ((), False)
-    assert PLAN.given_back({1}).ledger.held == (1,)
-    assert PLAN.given_back(set()).ledger.held == (1,), "never nothing"
-    assert walk((1, 2, 1), (ALONE,) * 3).given_back({1}).ledger.held == (2, 1), "each once"
+    assert PLAN.given_back({1}).reservations.held == (1,)
+    assert PLAN.given_back(set()).reservations.held == (1,), "never nothing"
+    assert progress((1, 2, 1), (ALONE,) * 3).given_back({1}).reservations.held == (2, 1), "each once"
 
 
 LINE = Drawn("abcdef", "######")
@@ -104,14 +104,14 @@ SHUT = Drawn("abc#ef", "######")
 
 
 def test_on_another_floor_what_no_longer_connects_is_given_up() -> None:
-    before = walk((A, B, C, D), (0, 1, 2, 3), E, following=True)
+    before = progress((A, B, C, D), (0, 1, 2, 3), E, following=True)
     same = before.over(LINE.cells, {A}, A)
-    assert (same.ledger, same.steps) == (Ledger((A, B, C, D), (), 5), (ALONE,) * 4)
+    assert (same.reservations, same.steps) == (Reservations((A, B, C, D), (), 5), (ALONE,) * 4)
     assert (same.route, same.following) == ((), False)
     shut = before.over(SHUT.cells, {A}, A)
-    assert (shut.ledger.held, shut.steps) == ((A, B, C), (ALONE,) * 3)
+    assert (shut.reservations.held, shut.steps) == ((A, B, C), (ALONE,) * 3)
     touching = before.over(SHUT.cells, {C, D}, C)
-    assert (touching.ledger.held, touching.steps) == ((A, B, D, C), (ALONE, ALONE, BESIDE, ALONE))
+    assert (touching.reservations.held, touching.steps) == ((A, B, D, C), (ALONE, ALONE, BESIDE, ALONE))
 
 
 # fmt: off
@@ -128,7 +128,7 @@ BROKEN = {  # held, route, body: what is shut ahead, and of that between held ce
 @pytest.mark.parametrize("name", BROKEN)
 def test_what_another_floor_breaks_is_listed(name: str) -> None:
     held, route, body, shut, of_held = BROKEN[name]
-    before = walk(held, (ALONE,) * len(held), *route)
+    before = progress(held, (ALONE,) * len(held), *route)
     assert before.shut(SHUT.cells, body) == shut
     assert before.shut(SHUT.cells, body, route=False) == of_held
     assert before.shut(LINE.cells, body) == ()
@@ -142,7 +142,7 @@ def test_no_move_but_growing_and_widening_adds_a_cell(
     held: list[int], touched: set[int], body: int, first: int
 ) -> None:
     """And the numbers of claims are never used again, and there is a step for each cell held."""
-    before = Walk(Ledger(tuple(held), (CLAIM,), 5), tuple(range(first, first + len(held))), (8,), True)
+    before = RouteProgress(Reservations(tuple(held), (CLAIM,), 5), tuple(range(first, first + len(held))), (8,), True)
     mine = {cell for cell in touched if cell in held} | {held[0]}
     moved = [
         before.released(touched, body),
@@ -151,10 +151,10 @@ def test_no_move_but_growing_and_widening_adds_a_cell(
         before.over(LINE.cells, mine, held[0]) if max(held) < len(LINE.cells) else before,
     ]
     for after in moved:
-        assert set(after.ledger.held) <= set(held)
-        assert len(after.steps) == len(after.ledger.held) >= 1
-        assert after.ledger.number == before.ledger.number
-    assert set(before.widened(touched).ledger.held) == set(held) | touched
-    kept = set(moved[0].ledger.held)
+        assert set(after.reservations.held) <= set(held)
+        assert len(after.steps) == len(after.reservations.held) >= 1
+        assert after.reservations.number == before.reservations.number
+    assert set(before.widened(touched).reservations.held) == set(held) | touched
+    kept = set(moved[0].reservations.held)
     assert (touched & set(held)) <= kept, "what the brake needs is never let go of"
-    assert (touched & set(held)) <= set(before.awoken(mine | (touched & set(held))).ledger.held)
+    assert (touched & set(held)) <= set(before.awoken(mine | (touched & set(held))).reservations.held)

@@ -1,0 +1,176 @@
+"""Peer records: they are merged and relayed, and are not trusted blindly."""
+
+from dataclasses import replace as replaced
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.messages.traffic import Claim, Record, Relayed, TrafficBroadcast
+from swarm.traffic.peer_records import MOST_CELLS, OLD_NEWS, SILENCE, SKEW, SLACK, PeerRecords
+from swarm.traffic.settings import TrafficSettings
+from tests.traffic.maps import DOOR
+
+CELLS = DOOR.cells
+A, B = DOOR.at("ab")
+SETTINGS = TrafficSettings()
+
+
+def record(stamp: int, robot: str = "r1", cell: int = A, held: tuple[int, ...] | None = None) -> Record:
+    x, y = CELLS.centre(cell)
+    return Record(robot=robot, stamp=stamp, x=x, y=y, goal=B, held=(cell,) if held is None else held)
+
+
+def told(*records: Record, hops: int = 1) -> TrafficBroadcast:
+    return TrafficBroadcast(own=records[0], others=tuple(Relayed(hops, other) for other in records[1:]))
+
+
+def kinds(peers: PeerRecords, tick: int, *broadcasts: TrafficBroadcast) -> list[str]:
+    return [event.text for event in peers.hear(tick, broadcasts)]
+
+
+def test_the_newest_record_wins_whichever_way_it_came() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    assert kinds(peers, 10, told(record(8, "r2"), record(9))) == []
+    assert peers.others["r1"].stamp == 9
+    assert kinds(peers, 11, told(record(8))) == []
+    assert peers.others["r1"].stamp == 9
+    assert list(peers.others) == ["r1", "r2"]
+
+
+def test_records_travel_so_many_hops_and_no_farther() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9, "r2"), record(9), hops=SETTINGS.hops)])
+    assert "r1" in peers.others
+    assert [relayed.record.robot for relayed in peers.passed_on(10, 0.0, 0.0)] == ["r2"]
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9, "r2"), record(9), hops=SETTINGS.hops + 1)])
+    assert "r1" not in peers.others
+
+
+def test_a_silent_robot_is_remembered_but_not_fresh() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9))])
+    assert list(peers.fresh(40)) == ["r1"]
+    assert list(peers.fresh(60)) == []
+    assert peers.others["r1"].held == (A,)
+
+
+def test_lies_are_named_and_dropped() -> None:
+    def refusal(lie: Record) -> str:
+        peers = PeerRecords("r0", CELLS, SETTINGS)
+        assert kinds(peers, 100, told(record(90))) == []
+        texts = kinds(peers, 101, told(lie))
+        assert peers.others["r1"].stamp == 90
+        return " ".join(texts)
+
+    assert "far from where it is" in refusal(record(95, held=(A, B)))
+    assert "far from where it is" in refusal(replace(record(95), claims=(Claim(B, 1, 90),)))
+    assert "jumped" in refusal(record(95, cell=B))
+    assert "does not hold" in refusal(record(95, held=(A + 1,)))
+    assert "not there" in refusal(record(95, held=(A, 10_000)))
+    assert "from the future" in refusal(record(200))
+    assert "again" in refusal(record(90))
+
+
+def test_two_robots_of_one_id_are_noticed() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    assert "by my id" in kinds(peers, 10, told(record(9, "r0")))[0]
+    assert kinds(peers, 10, told(record(9, "r2"), record(9))) == []
+    texts = kinds(peers, 11, told(replace(record(9), goal=A)))
+    assert "two different records" in texts[0]
+
+
+def test_the_same_fault_is_told_once_in_a_while() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    texts = [text for tick in range(10, 60) for text in kinds(peers, tick, told(record(tick, "r0")))]
+    assert len(texts) == 1
+
+
+def test_after_sleep_a_silent_robot_may_have_got_on() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(replace(record(9), ahead=(A + 1, A + 2)))])
+    peers.wake(110)
+    peers.hear(110, [])
+    assert set(peers.others["r1"].held) == {A, A + 1, A + 2}
+    peers.hear(120, [told(record(119))])
+    assert peers.others["r1"].held == (A,)
+
+
+# --- bounds of what is believed, and of what is passed on ---
+
+
+@pytest.mark.parametrize(("ahead", "believed"), [(SKEW, True), (SKEW + 1, False)])
+def test_clocks_may_differ_a_little(ahead: int, believed: bool) -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(100, [told(record(100 + ahead))])
+    assert ("r1" in peers.others) is believed
+    if not believed:
+        assert kinds(peers, 101, told(record(99))) == [], "nor does a lie keep the truth out"
+
+
+@pytest.mark.parametrize(("count", "believed"), [(MOST_CELLS - 1, True), (MOST_CELLS, False)])
+def test_a_record_names_no_more_cells_than_a_robot_can_want(count: int, believed: bool) -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(replace(record(9), claims=tuple(Claim(A + 1, number, 9) for number in range(count))))])
+    assert ("r1" in peers.others) is believed
+
+
+def test_a_robot_drives_no_faster_than_it_can() -> None:
+    ticks = 20
+    drives = SETTINGS.speed * SETTINGS.tick * ticks
+    for off, believed in ((drives + SLACK - 0.01, True), (drives + SLACK + 0.01, False)):
+        peers = PeerRecords("r0", CELLS, SETTINGS)
+        x, y = CELLS.centre(A)
+        first = Record(robot="r1", stamp=10, x=x - 0.5, y=y, goal=B, held=(A,))
+        peers.hear(10, [told(first)])
+        here = CELLS.cell_of(x - 0.5 + off, y)
+        peers.hear(30, [told(replace(first, stamp=10 + ticks, x=x - 0.5 + off, held=(here,)))])
+        assert (peers.others["r1"].stamp == 30) is believed, off
+
+
+def test_what_is_passed_on_is_young_near_and_not_too_much() -> None:
+    peers = PeerRecords("r0", CELLS, replaced(SETTINGS, relayed=2))
+    places = {"r1": A + 4, "r2": A + 1, "r3": A + 2}
+    peers.hear(10, [told(record(9, robot, cell)) for robot, cell in places.items()])
+    x, y = CELLS.centre(A)
+    assert [relayed.record.robot for relayed in peers.passed_on(10, x, y)] == ["r2", "r3"], "the nearest"
+    assert [relayed.hops for relayed in peers.passed_on(10, x, y)] == [1, 1]
+    assert len(peers.passed_on(9 + SETTINGS.keep, x, y)) == 2
+    later = [len(peers.passed_on(10 + SETTINGS.keep + SETTINGS.every * turn, x, y)) for turn in range(2 * OLD_NEWS)]
+    assert sorted(later) == [0] * (2 * OLD_NEWS - 2) + [2, 2], "old news goes out now and then"
+
+
+def test_the_shorter_way_of_the_same_record_counts() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    same = record(9)
+    peers.hear(10, [told(record(9, "r2"), same, hops=2)])
+    assert {one.record.robot: one.hops for one in peers.passed_on(10, 0.0, 0.0)} == {"r1": 3, "r2": 1}
+    peers.hear(11, [told(same)])
+    assert {one.record.robot: one.hops for one in peers.passed_on(11, 0.0, 0.0)} == {"r1": 1, "r2": 1}
+    peers.hear(12, [told(record(12, "r2"), same, hops=2)])
+    assert {one.record.robot: one.hops for one in peers.passed_on(12, 0.0, 0.0)} == {"r1": 1, "r2": 1}
+
+
+def test_who_is_silent_just_so_long_is_fresh() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9))])
+    for tick, silent in ((9 + SETTINGS.fresh, False), (10 + SETTINGS.fresh, True)):
+        assert peers.silent("r1", tick) is silent
+        assert ("r1" in peers.fresh(tick)) is not silent
+
+
+def test_a_fault_is_told_again_after_a_while_and_another_one_at_once() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    lies = [told(record(tick, "r0")) for tick in range(10, 12 + SILENCE)]
+    ticks = [tick for tick, lie in enumerate(lies, 10) if kinds(peers, tick, lie)]
+    assert ticks == [10, 10 + SILENCE]
+    assert kinds(peers, 12 + SILENCE, told(record(999, "r1"))) != []
+
+
+def test_cells_of_mine_that_a_live_robot_holds_too_are_not_mine_alone() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9, held=(A, A + 1)))])
+    assert peers.alone_in((A + 2, A + 1, A), 10) == (A + 2,)
+    assert peers.holders_of(A + 1, 10) == (CELLS.centre(A),)
+    assert peers.holders_of(A + 2, 10) == ()
+    assert peers.alone_in((A + 1,), 10 + SETTINGS.fresh) == (A + 1,), "a silent one is not live"
