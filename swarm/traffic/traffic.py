@@ -159,8 +159,7 @@ class Traffic:
         progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
         if progress is not None and not away:
             return owned_up(progress, body, self.cells, self.settings.radius)
-        self._listen_until = body.tick + self.settings.listen
-        self._moved = body.tick
+        self._listen_until, self._moved = body.tick + self.settings.listen, body.tick
         self._joint.reset(body.tick)
         self._peers.wake(body.tick)
         return awoken(progress, body, self.cells)
