@@ -5,8 +5,10 @@ from typing import Any
 
 import pytest
 
+from swarm.maps.occupancy import WALL
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
+from swarm.scenario.prepare import settled
 from tests.shared import with_settings
 from world.simulate import Simulation
 
@@ -71,8 +73,11 @@ def test_the_same_seed_under_holds_is_the_same_run() -> None:
 
 
 def test_a_wall_put_up_while_running_moves_no_cell() -> None:
-    scenario = load(SCENARIOS / "doorway.yaml")
-    assert scenario.settings.traffic.offset is not None
+    before = settled(load(SCENARIOS / "doorway.yaml"))
+    walled, _, _ = before.map.edited(WALL, (2.0, 2.0), (3.0, 5.0))
+    after = settled(Scenario(before.settings, walled, before.profile))
+    assert after.settings.traffic == before.settings.traffic
+    assert after.settings.traffic.offset is not None
 
 
 @pytest.mark.slow

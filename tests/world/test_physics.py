@@ -155,7 +155,7 @@ def test_a_robot_does_not_see_itself_but_sees_the_other() -> None:
     assert physics.cast(1, [0.0], 9.0) == pytest.approx([4.8], abs=1e-6)
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.filter_too_much])
 @given(
     floors(), places, places, st.lists(angles, min_size=1, max_size=4),
     st.builds(Pose, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), angles),
