@@ -87,7 +87,7 @@ class Robot:
             self.mission.resume(state.reached, state.unreachable)
 
     def fault_of(self, sense: Sense) -> str | None:
-        """Return a sentence on what in a sense does not fit this robot's scenario; None: everything fits."""
+        """Return a sentence that says what in a sense does not fit the scenario; None: everything fits."""
         rays, stops = 3 * self._settings.sensors.rays, len(self.mission.stops)
         for name, found, expected in (("rays", sense.rays, rays), ("bearings", sense.bearings, stops)):
             if len(found) != expected:
@@ -99,7 +99,7 @@ class Robot:
         return self._ground.missed(sense.edits_before)
 
     def take_map(self, scenario: Scenario, edits: int) -> None:
-        """Replace the map by one that includes so many ``edits``."""
+        """Replace the map; ``edits`` is the number of edits that the new one includes."""
         self._ground = Ground(scenario, None, edits)
         self._navigator.take_ground(self._ground.grid)
         self._navigator.clear()

@@ -42,11 +42,11 @@ PASSAGE: Final = 2  # neighbours of a cell, at most, in a passage
 TURNED: Final = 0.7  # share by which the scale shrinks if the aim is behind: then the tables turn at once
 ROOMY: Final = 0.8  # m from the end of the granted cells; from here on the scale is 1
 ROLLED_EVERY: Final = 4  # ticks between two rollouts
-WELL_WITHIN: Final = 0.9  # share of the distance within which a stop counts as reached
+WELL_WITHIN: Final = 0.9  # share of ``reach``, the distance within which a stop counts as reached
 
 
 class CellPilot:
-    """Follows the cells it is granted by ``swarm.traffic.traffic``.
+    """The driver of one robot: it follows the cells that ``swarm.traffic.traffic`` grants.
 
     While others are near, the body stays in the held cells. While nobody is near, the cells around the body are
     drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.

@@ -32,7 +32,7 @@ LOOK: Final = 0.4  # s for which the wheels get the tables' speeds, before braki
 FOLLOWS: Final = 2.0  # s of that simulation: a threat that drives away may turn back
 # courses of a threat: its turn [rad], and the share of its speed that it keeps
 COURSES: Final = np.array(((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.0), (0.0, 0.0)))
-LIKELY: Final = np.array((0.5, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0))  # weights; its measured velocity is inexact
+LIKELY: Final = np.array((0.5, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0))  # weights; the measured velocity is inexact
 COMMIT: Final = 0.3  # s for which a way out is driven at least
 STOPPED: Final = 0.9  # s; for so long, braking included, no course may bring the threat nearer than standing would
 CLOSE: Final = 0.1  # m; a gap during STOPPED that is enough, even where standing keeps more

@@ -23,7 +23,7 @@ GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: added by a hit, removed by a pa
 SURE: Final = 8  # count from which a solid cell is broadcast
 DOUBT: Final = 4.0  # standard deviations; a reading so close to the range may have hit nothing
 DEEPER: Final = 2.0  # standard deviations by which a hit counts as farther away, half a cell at most
-NEARER, FARTHER = 4.0, 1.0  # standard deviations; a hit so near to a known wall is on that wall
+NEARER, FARTHER = 4.0, 1.0  # standard deviations; a known wall so far before or behind a hit is what was hit
 DEAF: Final = 30.0  # s for which a robot ignores the walls of others after it cleared its map
 TELL: Final = 120  # cells in one broadcast: new ones first, then all in turn
 

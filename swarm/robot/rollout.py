@@ -52,7 +52,7 @@ def _roll(
 
 
 class Rollout:
-    """Simulates one controller on one robot."""
+    """A simulator of one controller on one robot."""
 
     def __init__(self, controller: Controller, settings: Settings) -> None:
         self._controller = controller

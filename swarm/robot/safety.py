@@ -74,7 +74,7 @@ class Constraints(NamedTuple):
 
 
 class SafetyFilter:
-    """Keeps one robot clear of walls, bodies and cells that it does not hold."""
+    """The safety filter of one robot: it keeps clear of walls, bodies and cells that the robot does not hold."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
