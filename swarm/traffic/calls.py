@@ -91,9 +91,7 @@ class Part:
     settings: TrafficSettings
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick
-    passed_over: dict[str, int] = field(
-        default_factory=dict
-    )  # silent leaders, and until when they are passed over [tick]
+    passed_over: dict[str, int] = field(default_factory=dict)  # silent leaders, and until when they are out [tick]
     spent: set[Epoch] = field(default_factory=set)  # calls that the robot has left
     published: Published | None = None  # the newest plan it made, until it adopts another robot's
     unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it

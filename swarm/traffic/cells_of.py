@@ -21,7 +21,7 @@ from swarm.traffic.sight import without_unheard
 RADII: Final = (6.0, 5.0, 4.0)
 PHASES: Final = 4  # lattice offsets tried along each axis
 SPARE: Final = 0.05  # m, how far a robot may stray from the line between two cells
-# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts to prevent that.
+# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
 DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
 UNHEARD: Final = 3e-5  # chance that a robot listens and hears nothing from a robot in range
 LOSSY: Final = 0.9  # share lost; a radio that loses more is not supported

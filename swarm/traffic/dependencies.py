@@ -10,9 +10,7 @@ from typing import Final, NamedTuple
 
 from swarm.traffic.pibt import Configuration
 
-CORNER: Final = sqrt(
-    0.5
-)  # steps for a cell in which the way turns: from the middle of one edge to the middle of the next
+CORNER: Final = sqrt(0.5)  # steps for a cell in which the way turns: from the middle of one edge to that of the next
 BACK: Final = 2.5  # steps where the way leads back: a turn on the spot takes 1.5 (measured with the fuzzy drive)
 
 

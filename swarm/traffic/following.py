@@ -55,7 +55,7 @@ class Following(NamedTuple):
         return record is not None and record.epoch == self.epoch and record.left <= entry.place <= record.entered
 
     def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
-        """Return the member that has the first turn in a cell: its way ends there, at its goal, and it still follows."""
+        """Return the member with the first turn in a cell: it still follows, and its way ends there, at its goal."""
         for robot in self.members:
             record = fresh.get(robot) if self.plan.ways[robot][-1] == cell and robot != self.me else None
             if record is None or record.idle or record.goal != cell:

@@ -55,10 +55,7 @@ class Halting:
         self.cells = cells
         self._settings = settings
         self._since: int | None = None  # tick at which it stopped
-        self._still: tuple[int, Point] = (
-            0,
-            (0.0, 0.0),
-        )  # since which tick an obstacle is at one place, and that place [m]
+        self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
         self._threats = Threats(settings.tick)
