@@ -59,7 +59,7 @@ class Result:
     outcome: Outcome
     steps: Steps  # when solved
     order: Order | None
-    who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive, whatever the others do; solved for one: that one
+    who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive in any case; solved for one: that one
     expansions: int = 0
 
 
@@ -146,10 +146,7 @@ class JointSearch:
         return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
-        """Check whether each of two robots could arrive with nobody else there; return the cost in expansions of all robots.
-
-        The other one only has to make room: a robot that has been at its goal may leave it again.
-        """
+        """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all robots."""
         neighbours, tables, starts, _ = self._problem
         pair = self._pairs.pop()
         spent = 0

@@ -78,8 +78,8 @@ def unexplained(
 ) -> Point | None:
     """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
 
-    A near body is unexpected if it is not where a ``known`` one can be: a box, or a robot that was never heard. The robot
-    must not drive on then.
+    A near body is unexpected if it is not where a ``known`` one can be: a box, or a robot that was never heard. The
+    robot must not drive on then.
     """
     first = next(strange(bodies, pose, cells, known, settings), None)
     return None if first is None else _hit(pose, first, settings)
@@ -138,7 +138,7 @@ def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float
 
 def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
     """Return True if a body [m, its centre] is so far away that no ray shows whether it has gone."""
-    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest point where a ray hits it
+    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest hit on it
     return near_edge + 2 * SHORT > settings.sensor_range
 
 
