@@ -146,7 +146,7 @@ class JointSearch:
         return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
-        """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all robots."""
+        """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all."""
         neighbours, tables, starts, _ = self._problem
         pair = self._pairs.pop()
         spent = 0

@@ -63,7 +63,7 @@ class PeerRecords:
         self._woke = -1
         self.cells = cells
         self._settings = settings
-        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; a kept cell is no farther away
+        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
 
     def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
         """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
@@ -142,7 +142,7 @@ class PeerRecords:
         return tuple([Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed]])
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
-        """Return my cells without those that a live robot holds too: two robots may start in the corners of one cell."""
+        """Return my cells without those that a live robot holds too: two robots may start in one cell."""
         theirs = self._live_at(tick).held
         return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 

@@ -48,7 +48,7 @@ class StepGenerator:
     def step(
         self, at: Configuration, before: Configuration, priority: Sequence[int], orders: Sequence[tuple[int, int]]
     ) -> Configuration | None:
-        """Return the configuration a step later, or None if the priority and the orders (robot, cell) do not allow one."""
+        """Return the configuration a step later, or None if the priority and the orders (robot, cell) forbid it."""
         self._at, self._before = at, before
         now, then, to = self._now, self._next, self._to
         for robot, cell in enumerate(at):
@@ -164,7 +164,7 @@ class StepGenerator:
         return NOBODY
 
     def _onward(self, pusher_at: int, puller_at: int) -> tuple[int, int]:
-        """Return the number of ways on for the puller, except dead ends with their owner at rest, and the last of them."""
+        """Return the number of ways on for the puller, except dead ends whose owner rests, and the last of them."""
         ways, onward = 0, UNDECIDED
         for cell in self.neighbours[puller_at]:
             if cell == pusher_at:
