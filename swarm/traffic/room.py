@@ -1,4 +1,4 @@
-"""Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that no other needs."""
+"""Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that none needs."""
 
 from collections.abc import Mapping
 

@@ -73,7 +73,7 @@ class TrafficSettings:
 
     @property
     def standing_room(self) -> float:
-        """The radius of the disc [m] that has to fit in a cell where a robot stands at its goal, or a little beside it."""
+        """The radius of the disc [m] that has to fit in the cell of a robot at its goal, or a little beside it."""
         return self.radius + self.margin + NEAR + SPARE
 
     @property

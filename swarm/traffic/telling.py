@@ -52,7 +52,7 @@ class Telling:
         )
 
     def _acks(self, reservations: Reservations, others: Mapping[str, Record]) -> Acks:
-        """Return the claims of others that this robot acknowledges, cached until its reservations or a record changes."""
+        """Return the claims of others that this robot acknowledges, cached until reservations or records change."""
         if self._agreed_for is None or self._agreed_for[0] is not reservations or self._agreed_for[1] is not others:
             self._agreed_for = (reservations, others)
             self._agreed = acknowledged(self.me, reservations, others)
