@@ -14,13 +14,13 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.threat import WATCH, Threat, Threats
 
 HALTED: Final = 10  # ticks stopped before an unexpected obstacle, after which it is taken to stay
-STILL: Final = 0.1  # m; an obstacle that has moved farther in that time is moving, and the time starts again
-AT_LAST: Final = 60  # ticks after which the time does not start again: a robot that turns sees other edges of a body
+STILL: Final = 0.1  # m; an obstacle that moves farther in HALTED ticks does not stay: the ticks are counted again
+AT_LAST: Final = 60  # ticks after which they are not counted again: a robot that turns sees other edges of a body
 CLOSE: Final = 0.15  # m, from the edge; an obstacle this near is still near when the sensors have turned away from it
 LINGERS: Final = 10  # ticks for which a close obstacle is assumed to be there still
 ABOUT: Final = 0.15  # m, the accuracy with which a ray locates an obstacle
 MOVES: Final = 1.5  # s for which a robot that is not heard is assumed to drive on
-RESTS: Final = 0.6  # s; the same for a robot that has been silent for long: it came to rest then
+RESTS: Final = 0.6  # s for which a robot long silent is assumed to have driven on before it came to rest
 
 
 def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: TrafficSettings) -> Callable[[Point], bool]:

@@ -129,7 +129,7 @@ def _way_to(node: _Node) -> Steps:
 
 
 def without_detours(steps: Sequence[Configuration]) -> Steps:
-    """Return the plan without detours: a robot does not leave a cell if it returns with nobody there in between.
+    """Return the plan without detours: a robot stays in a cell if it would return before another robot enters it.
 
     No other robot is affected: the cell was free, and cells that the robot no longer enters stay free.
     """

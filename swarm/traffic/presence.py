@@ -116,8 +116,8 @@ class Presence:
     def kept_on_way(self, progress: RouteProgress, body: Body, cells: CellMap, *, threatened: bool) -> RouteProgress:
         """Begin the way again where the robot is, if it has been off it for long.
 
-        A robot that follows a plan does so only if it fled, or is not next to its way: a robot that uses room beside
-        its way comes back.
+        A robot in a joint plan begins again only if it fled, or is not next to its way: if it uses room beside its way,
+        it comes back.
         """
         strayed = progress.strayed(body.cell)
         self._fled = strayed and (self._fled or threatened)

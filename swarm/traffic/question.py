@@ -152,7 +152,7 @@ def _strangers(
 def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficSettings) -> bool:
     """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
 
-    A robot that was farther away has driven out of hearing, and nobody knows its place.
+    A robot that was farther away has driven out of hearing, and its place is not known.
     """
     near = settings.radio_range / 2
     return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)

@@ -23,7 +23,7 @@ class Telling:
         return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
 
     def record(self, doing: Doing, seen: tuple[Sighting, ...]) -> Record:
-        """Return the record, without whom the robot asks to lead: that depends on the record itself."""
+        """Return the record, but without the robot that is asked to lead: this depends on the record itself."""
         inputs, progress, joint = doing.inputs, doing.progress, doing.joint
         return Record(
             robot=self.me,

@@ -14,8 +14,8 @@ WIDE: Final = 0.5  # m; hits nearer to each other than this are on one obstacle
 FITS: Final = 8  # steps of fitting the disc to the hits
 NOTED: Final = 12  # ticks over which its velocity is measured
 LATELY: Final = 6  # ticks over which its approach is measured
-NEARER: Final = 0.06  # m that it must have come nearer in these ticks, without the robot's own motion: 0.2 m/s
-COMING: Final = 40  # ticks for which a threat is then assumed to come on: a robot that turns away does not see it
+NEARER: Final = 0.06  # m; an obstacle that came nearer by more in LATELY ticks, by its own motion, is a threat: 0.2 m/s
+COMING: Final = 40  # ticks for which a threat is assumed to come on unseen: a robot that turns away does not see it
 OTHER: Final = 2  # cells; a way that is longer than the shortest so far by more than this is another way
 KEPT: Final = 400  # ticks of threat without progress, after which a robot takes its next cell for occupied
 
