@@ -3,6 +3,7 @@
 A section states ``Measured at commit abc1234 (2026-11-21).`` below its summary; a section without this line is stale.
 """
 
+import ast
 import re
 import subprocess
 from collections.abc import Mapping
@@ -76,12 +77,33 @@ def staleness(root: Path, section: str, paths: tuple[str, ...]) -> str | None:
         git(root, "cat-file", "-e", f"{commit}^{{commit}}")
     except GitError:
         return f"commit {commit} is not in this repository"
-    commits = git(root, "log", "--format=%h", f"{commit}..", "--", *paths).split()
-    if commits and git(root, "diff", "--name-only", commit, "HEAD", "--", *paths):
+    changed = git(root, "diff", "--name-only", "--no-renames", commit, "HEAD", "--", *paths).splitlines()
+    changed = [file for file in changed if not only_words_changed(root, commit, file)]
+    if changed:
+        commits = git(root, "log", "--format=%h", f"{commit}..", "--", *changed).split()
         return f"{len(commits)} commits since {commit} changed what it measures, the last one {commits[0]}"
     if git(root, "status", "--porcelain", "--", *paths):
         return f"uncommitted changes since {commit}"
     return None
+
+
+def only_words_changed(root: Path, commit: str, file: str) -> bool:
+    """Return True if a Python file differs from its version at a commit by comments and docstrings only."""
+    if not file.endswith(".py"):
+        return False
+    try:
+        before, now = (ast.parse(git(root, "show", f"{version}:{file}")) for version in (commit, "HEAD"))
+    except (GitError, SyntaxError):  # it is new, or gone
+        return False
+    return ast.dump(without_docstrings(before)) == ast.dump(without_docstrings(now))
+
+
+def without_docstrings(tree: ast.Module) -> ast.Module:
+    """Return the tree without the docstrings of the module, its classes and its functions."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            node.body = node.body[1:]
+    return tree
 
 
 def stale(root: Path, sections: Mapping[str, str], paths: Mapping[str, tuple[str, ...]]) -> dict[str, str]:

@@ -84,6 +84,28 @@ def test_a_change_taken_back_makes_nothing_stale(repository: Path) -> None:
     assert staleness(repository, section, PATHS) is None
 
 
+# fmt: off
+EDITS = {  # of a file that says PLAIN: whether the section is stale then
+    "a comment":           ("def f():\n    return 1  # one\n", False),
+    "a docstring":         ('"""A file."""\n\n\ndef f():\n    """Return one."""\n    return 1\n', False),
+    "a number":            ("def f():\n    return 2\n", True),
+    "a text that is used": ("def f():\n    return '1'\n", True),
+    "no Python any more":  ("def f(:\n", True),
+}
+# fmt: on
+PLAIN = "def f():\n    return 1\n"
+
+
+@needs_git
+@pytest.mark.parametrize("name", EDITS)
+def test_words_make_nothing_stale(name: str, repository: Path) -> None:
+    text, expected = EDITS[name]
+    commit(repository, "code/a.py", PLAIN)
+    section = written(repository)
+    commit(repository, "code/a.py", text)
+    assert (staleness(repository, section, PATHS) is not None) is expected
+
+
 @needs_git
 def test_what_cannot_be_known_is_stale(repository: Path) -> None:
     (repository / "case.yaml").write_text("in the middle of a change")

@@ -1,6 +1,7 @@
 """The questions that a leader asks its search: who moves from where to where, and which cells are blocked."""
 
 from collections.abc import Collection, Mapping
+from enum import Enum, auto
 from random import Random
 from typing import Final, NamedTuple
 
@@ -13,21 +14,30 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 
 
+class Round(Enum):
+    """The cells of robots that take no part that a plan avoids. Members look into the others before they enter them."""
+
+    HELD = auto()  # all cells that they hold or claim
+    BODIES = auto()  # cells that their bodies reached into when they were heard last
+    MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
+
+
 class Attempt(NamedTuple):
     """How a leader asks its search; an easier question follows if there is no answer."""
 
-    strangers: bool  # plan round all cells of robots that take no part, not only round bodies
+    round: Round
     everybody: bool  # robots at their goals move too, if they are in the way
     aside: Aside
 
 
 ATTEMPTS: Final = (
-    Attempt(True, True, Aside.NEAR),
-    Attempt(True, False, Aside.NEAR),  # a smaller question: a search for many robots sometimes takes too long
-    Attempt(False, True, Aside.NEAR),
-    Attempt(True, True, Aside.STAY),
-    Attempt(True, False, Aside.STAY),
-    Attempt(False, True, Aside.STAY),
+    Attempt(Round.HELD, True, Aside.NEAR),
+    Attempt(Round.HELD, False, Aside.NEAR),  # a smaller question: a search for many robots sometimes takes too long
+    Attempt(Round.BODIES, True, Aside.NEAR),
+    Attempt(Round.HELD, True, Aside.STAY),
+    Attempt(Round.HELD, False, Aside.STAY),
+    Attempt(Round.BODIES, True, Aside.STAY),
+    Attempt(Round.MIDDLES, True, Aside.NEAR),
 )
 
 
@@ -94,8 +104,8 @@ def question_of(
     """Return the question of an attempt."""
     attempt = ATTEMPTS[number]
     heads = {robot: member.head for robot, member in everybody.items()}
-    in_the_way = situation.bodies | situation.blocked
-    if attempt.strangers:
+    in_the_way = situation.blocked | _bodies(situation, attempt.round, cells)
+    if attempt.round is Round.HELD:
         in_the_way |= _strangers(situation, heads, cells, settings)
     in_the_way -= set(heads.values())
     done = {robot for robot, member in everybody.items() if member.done}
@@ -134,6 +144,13 @@ def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str
         if robot in wanting and end == wanting[robot].goal != wanting[robot].head
     )
     return tuple(number for done, _, number in waiting if done == waiting[0][0])
+
+
+def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
+    """Return the cells in which bodies of silent robots are likely to be."""
+    if round_ is not Round.MIDDLES:
+        return situation.bodies
+    return situation.bodies & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
 
 
 def _strangers(

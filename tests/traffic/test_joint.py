@@ -10,7 +10,7 @@ from swarm.traffic.calls import Free
 from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.peer_records import Event
-from swarm.traffic.question import ATTEMPTS
+from swarm.traffic.question import ATTEMPTS, Attempt, Round
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -134,7 +134,9 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
             x, y = square.cells.centre(b)
             other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
             cells = frozenset({c, d} if shut else ())
-            found = situation(tick, a, b, other, other)
+            centres = [(robot, *square.cells.centre(cell)) for robot, cell in (("r3", c), ("r4", d))]
+            dead = {robot: Record(robot=robot, stamp=0, x=x, y=y, goal=-1) for robot, x, y in centres}
+            found = situation(tick, a, b, other | dead, other)
             found = found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=cells)
             events += joint.step(found).events
             if joint.following is not None:
@@ -143,6 +145,24 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
     assert said == {True: [("no_plan_found", False)], False: [("joint_plan", True)]}
 
 
+def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> None:
+    """It reached into d when it was heard last; its middle was in f. A look into d shows whether it is still there."""
+    square = Drawn("abe", "#df")
+    a, e, d, f = square.at("aedf")
+    x, y = square.cells.centre(f)
+    dead = Record(robot="r3", stamp=0, x=x - square.cells.side / 2 + 0.1, y=y, goal=-1)
+    joint = JointPlanning("r1", square.cells, TrafficSettings())
+    joint.call = Free(need="r1")
+    for tick in range(TICKS):
+        x, y = square.cells.centre(e)
+        other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.frozen)}
+        found = situation(tick, a, e, other | {"r3": dead}, other)._replace(bodies=frozenset({d, f}))
+        events = joint.step(found).events
+        if joint.following is not None:
+            break
+    assert [event.kind for event in events] == ["joint_plan"]
+
+
 def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
-    assert ATTEMPTS[0] == (True, True, Aside.NEAR)
+    assert ATTEMPTS[0] == Attempt(Round.HELD, True, Aside.NEAR)
     assert len(set(ATTEMPTS)) == len(ATTEMPTS)
