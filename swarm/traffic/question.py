@@ -15,11 +15,11 @@ from swarm.traffic.situation import Situation
 
 
 class Round(Enum):
-    """What is planned round of robots that take no part. Members look into such a cell before they drive into it."""
+    """The cells of robots that take no part that a plan avoids. Members look into the others before they enter them."""
 
     HELD = auto()  # all cells that they hold or claim
     BODIES = auto()  # cells that their bodies reached into when they were heard last
-    MIDDLES = auto()  # cells that the middles of their bodies were in: they may have driven out of the others
+    MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
 
 
 class Attempt(NamedTuple):
@@ -147,7 +147,7 @@ def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str
 
 
 def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
-    """Return the cells that bodies of silent robots are known, or are likely, to be in."""
+    """Return the cells in which bodies of silent robots are likely to be."""
     if round_ is not Round.MIDDLES:
         return situation.bodies
     return situation.bodies & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
