@@ -40,11 +40,7 @@ Halted = tuple[RouteProgress, Halt, tuple[Event, ...]]
 
 
 class Traffic:
-    """The traffic of one robot. ``slot`` is its place in the round of broadcasts.
-
-    Raises:
-        ConfigError: The radio's range is too short for cells of this size.
-    """
+    """The traffic of one robot. ``slot`` is its place in the round of broadcasts."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, *, slot: int = 0) -> None:
         if settings.claim_radius < LEAST_CLAIM * cells.side:
