@@ -1,1 +1,1 @@
-"""One robot: its brain, the fuzzy controller, kinematics, safety filter, mission, and the process that carries them."""
+"""One robot: its decisions, path, driving, safety filter and mission, and the process that runs them."""

@@ -1,6 +1,6 @@
-"""Where to steer to: the farthest point of the way that the footprint reaches straight through the cells it holds.
+"""The aim: the farthest point of the way that the footprint reaches in a straight line through held cells.
 
-The aim is all that the fuzzy tables are told of a way. Cells that are not held are walls here, beside those of the map.
+The fuzzy tables know only the aim, not the way. Here, cells that the robot does not hold count as walls.
 """
 
 from collections.abc import Collection, Sequence
@@ -17,14 +17,14 @@ from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.traffic.cells import OUTSIDE, CellMap
 
-NO_AIM: Final = 0.05  # m; what is nearer is no aim
-SPARE: Final = 0.04  # m, kept from cells not held on the straight way to an aim,
-TIGHT: Final = 0.01  # m, and where that leaves no aim
-SHARES: Final = (0.75, 0.5, 0.25)  # of the way from the middle of the cell it is in to the next waypoint
+NO_AIM: Final = 0.05  # m; a nearer point is not used as an aim
+SPARE: Final = 0.04  # m; gap to cells that are not held, on the straight line to an aim
+TIGHT: Final = 0.01  # m; the gap where SPARE leaves no aim
+SHARES: Final = (0.75, 0.5, 0.25)  # of the line from the centre of the robot's cell to the next waypoint
 
 
 class Aiming:
-    """Chooses aims for one robot; ``radius`` [m] is its footprint's. Who stands gets the last answer."""
+    """The aims of one robot, whose footprint has a ``radius`` [m]. The last answer is cached."""
 
     def __init__(self, cells: CellMap, radius: float) -> None:
         self._cells = cells
@@ -36,14 +36,15 @@ class Aiming:
         self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
 
     def take_cells(self, cells: CellMap) -> None:
-        """Take another floor, on the same lattice."""
+        """Replace the cells by those of another map on the same lattice."""
         self._cells = cells
 
     def choose(self, grid: Grid | None, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
-        """Choose the farthest point that the footprint reaches straight through held cells, at no edge nearer.
+        """Return the farthest point [m] that the footprint reaches in a straight line through held cells.
 
-        It is a waypoint, or lies between the first, the middle of the cell it is in, and the second. ``grid`` is of the
-        floor as it is known now; None: the cells are free all over.
+        The aim is a waypoint, the centre of the last cell, or a point between the first two waypoints. The first
+        waypoint is the centre of the robot's cell. ``grid`` is the floor as the robot knows it now; with None the whole
+        area of every cell is free.
         """
         asked = (pose, grid, tuple(held), tuple(waypoints))
         if asked != self._aimed_for:
@@ -55,12 +56,12 @@ class Aiming:
         x, y, _ = self.local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
-        last = self._cells.cell_of(*waypoints[-1])  # its middle can be reached where a place beside it cannot
+        last = self._cells.cell_of(*waypoints[-1])  # its centre may be free where a point beside it is not
         middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
         points = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > NO_AIM] or [waypoints[0]]
-        for spare in (SPARE, TIGHT):  # beside a wall that leaves no more room, the next cell is still to be reached
+        for spare in (SPARE, TIGHT):  # TIGHT lets the robot reach the next cell beside a wall
             for point in points:
                 clear = line_is_clear(shut, x, y, *self._flat(point), self._radius + TIGHT, self._radius + spare)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
@@ -68,7 +69,7 @@ class Aiming:
         return waypoints[0]
 
     def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
-        """Return the farthest middle of some cells that walls alone leave in sight; where that is none, the aim [m]."""
+        """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""
         for cell in reversed(cells):
             point = self._cells.centre(cell)
             if line_is_free(grid, (pose.x, pose.y), point, SPARE):
@@ -88,7 +89,7 @@ class Aiming:
         return Pose(*self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw)
 
     def shut(self, held: Collection[int]) -> NDArray[np.float64]:
-        """List the cells beside held ones that are not held themselves: (n, 4) of low x, low y, high x, high y [m]."""
+        """Return the cells beside held ones that are not held: (n, 4) of low x, low y, high x, high y [m, lattice]."""
         cells, held = self._cells, tuple(held)
         if held == self._shut_for[0]:
             return self._shut_for[1]
@@ -109,7 +110,7 @@ class Aiming:
 
 
 def distance_along(pose: Pose, waypoints: Sequence[Point]) -> float:
-    """Measure from a pose over the waypoints beyond the first to the last [m]."""
+    """Return the length [m] of the line from a pose through all waypoints after the first one."""
     here, length = (pose.x, pose.y), 0.0
     for point in waypoints[1:] or waypoints:
         length += hypot(point[0] - here[0], point[1] - here[1])

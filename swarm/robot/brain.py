@@ -1,4 +1,4 @@
-"""The robot's decisions. ``Robot.step`` is pure in its state: what it senses and hears in, what it does out."""
+"""The robot's decisions. ``Robot.step`` uses nothing but the robot's state and its inputs."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -16,19 +16,19 @@ from swarm.robot.pilot import Move, Situation
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, learned_cells
 
-RETRY: Final = 1.0  # s between two plans for the same reason
-STUCK: Final = 4.0  # s without getting anywhere: plan anew
+RETRY: Final = 1.0  # s; shortest time between two plans for the same reason
+STUCK: Final = 4.0  # s without progress before the robot plans again
 
 
 class Inputs(NamedTuple):
-    """What one step is given."""
+    """The inputs of one step."""
 
     sense: Sense
     heard: Sequence[Broadcast]
 
 
 class Outputs(NamedTuple):
-    """What one step gives; None is nothing new."""
+    """The outputs of one step; None: nothing new to send."""
 
     command: Command
     broadcast: Broadcast | None
@@ -37,7 +37,7 @@ class Outputs(NamedTuple):
 
 
 class Robot:
-    """One robot of a fleet; ``number`` counts from 0 and gives it its slot on the radio."""
+    """One robot of a fleet; ``number`` counts from 0 and determines the ticks at which the robot broadcasts."""
 
     def __init__(
         self,
@@ -69,8 +69,8 @@ class Robot:
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
-        self._progress_at = (self._start[:2], 0.0)  # where it last got on, and when
-        self._forgot_for = -1  # the stop for which it began its map again
+        self._progress_at = (self._start[:2], 0.0)  # where and when [s] it last made progress
+        self._forgot_for = -1  # the stop for which it last cleared its map
         self._told: tuple[object, ...] = ()
         self._told_at = float("-inf")
         self._plan_told: object = None
@@ -81,13 +81,13 @@ class Robot:
         return CellPilot(self.name, self._number, settings, cells, self._controller)
 
     def resume(self, state: State) -> None:
-        """Take up the mission where an earlier process of this robot left it."""
+        """Continue the mission where an earlier process of this robot left it."""
         self._begin(state.run)
         if state.activity is not Activity.READY:
             self.mission.resume(state.reached, state.unreachable)
 
     def fault_of(self, sense: Sense) -> str | None:
-        """Return what does not fit this robot's scenario in a sense, None where all does."""
+        """Return a sentence that says what in a sense does not fit the scenario; None: everything fits."""
         rays, stops = 3 * self._settings.sensors.rays, len(self.mission.stops)
         for name, found, expected in (("rays", sense.rays, rays), ("bearings", sense.bearings, stops)):
             if len(found) != expected:
@@ -95,18 +95,18 @@ class Robot:
         return None
 
     def missed(self, sense: Sense) -> bool:
-        """Return True if edits of the floor have passed unheard: then it needs the map again."""
+        """Return True if the robot has missed edits of the map for good: then it needs the whole map again."""
         return self._ground.missed(sense.edits_before)
 
     def take_map(self, scenario: Scenario, edits: int) -> None:
-        """Take the map anew, with so many edits in it."""
+        """Replace the map; ``edits`` is the number of edits that the new one includes."""
         self._ground = Ground(scenario, None, edits)
         self._navigator.take_ground(self._ground.grid)
         self._navigator.clear()
         self._pilot.take_floor(self._ground.map)
 
     def step(self, inputs: Inputs) -> Outputs:
-        """Decide for one tick."""
+        """Return what the robot does at one tick."""
         sense = inputs.sense
         if sense.run != self.run:
             self._begin(sense.run)
@@ -118,7 +118,7 @@ class Robot:
         self._learn(inputs)
         return self._outputs(sense, self._drive(sense, pose, inputs.heard))
 
-    # --- what it knows of others and of the floor ---
+    # --- what it knows about others and about the floor ---
 
     def _hear(self, inputs: Inputs) -> None:
         for broadcast in inputs.heard:
@@ -131,7 +131,7 @@ class Robot:
         ground, sense = self._ground, inputs.sense
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
-            self._navigator.clear()  # a wall that went may have opened a shorter way
+            self._navigator.clear()  # a removed wall may open a shorter way
             self._pilot.take_floor(ground.map)
         if not self._settings.map.known:
             changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
@@ -143,13 +143,13 @@ class Robot:
             self._learn_cells((sense.x, sense.y))
 
     def _learn_cells(self, here: Point) -> None:
-        """Bring the cells up to the learned map; where they lead to the goal no longer, the path is void too."""
+        """Update the cells from the learned map; drop the path if the cells no longer lead to the goal."""
         changed = self._pilot.learn(self._ground.map, self._ground.take_news())
         if changed and self.mission.goal is not None and not self._pilot.can_reach(here, self.mission.goal):
             self._navigator.clear()
 
     def _near(self, now: int) -> list[Broadcast]:
-        """Return the newest of each robot heard of late."""
+        """Return the newest broadcast of each robot heard within the radio's timeout."""
         stale = RADIO.timeout * self._settings.rate
         return [other for other in self._others.values() if now - other.tick <= stale]
 
@@ -161,7 +161,7 @@ class Robot:
             self._navigator.clear()
 
     def _find_path(self, sense: Sense, pose: Pose) -> None:
-        """Have a path to the goal; give up what no path reaches."""
+        """Find a path to the goal if there is none; give up stops that no path reaches."""
         navigator = self._navigator
         here = (pose.x, pose.y)
         while (goal := self.mission.goal) is not None and navigator.path is None:

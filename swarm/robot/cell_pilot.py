@@ -1,4 +1,4 @@
-"""Driving by holds: the robot enters a cell only when it holds it, and the fuzzy tables steer inside what it holds."""
+"""Driving in cells: a robot enters only cells that it holds, and the fuzzy tables steer inside held cells."""
 
 from collections.abc import Callable, Iterable, Sequence
 from math import pi
@@ -32,24 +32,24 @@ from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, Traff
 STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
-IN_VIEW: Final = 5  # cells of the way that may be aimed at in thought
-CIRCLES: Final = 5.0  # s in which its way has become no shorter
-LONGER: Final = 6  # cells by which a way is longer than before because it is another one
-LEAST_SCALE: Final = 0.15  # then
-DETOUR_SCALE: Final = 0.02  # on a detour: what the safety filter keeps clear of anyway counts as far
-TIGHT_SCALE: Final = 0.4  # where the floor that is granted ends close by,
-PASSAGE: Final = 2  # ways out of a cell
-TURNED: Final = 0.7  # share by which all is told farther still if the aim is behind: then the tables turn at once
-ROOMY: Final = 0.8  # m off its end nothing is scaled
-ROLLED_EVERY: Final = 4  # ticks
-WELL_WITHIN: Final = 0.9  # share of the reach
+IN_VIEW: Final = 5  # cells of the way in which the rollout's aim may lie
+CIRCLES: Final = 5.0  # s in which the way did not become shorter
+LONGER: Final = 6  # cells; a way that grew by more than this is a different way
+LEAST_SCALE: Final = 0.15  # of a robot that gets nowhere
+DETOUR_SCALE: Final = 0.02  # on a detour: nearly everything counts as far; the safety filter keeps clear
+TIGHT_SCALE: Final = 0.4  # where the granted cells end close to the robot
+PASSAGE: Final = 2  # neighbours of a cell, at most, in a passage
+TURNED: Final = 0.7  # share by which the scale shrinks if the aim is behind: then the tables turn at once
+ROOMY: Final = 0.8  # m from the end of the granted cells; from here on the scale is 1
+ROLLED_EVERY: Final = 4  # ticks between two rollouts
+WELL_WITHIN: Final = 0.9  # share of ``reach``, the distance within which a stop counts as reached
 
 
 class CellPilot:
-    """Follows the cells it is granted by ``swarm.traffic.traffic``.
+    """The driver of one robot: it follows the cells that ``swarm.traffic.traffic`` grants.
 
-    Where others are near, the driver keeps the body in the cells held. Where nobody is, the tables alone find the way
-    to the aim, under the supervisor, which knows no aim.
+    While others are near, the body stays in the held cells. While nobody is near, the cells around the body are
+    drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.
     """
 
     def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
@@ -67,18 +67,18 @@ class CellPilot:
         self._detour = Detour(self._filter)
         self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
-        self._scale = 1.0  # of the distances that the tables are told
-        self._drawn_to: Point | None = None  # where it would aim, had it all the floor
-        self._swept: tuple[int, ...] = ()  # cells that the tables would drive over
-        self._circles = False  # it has got nowhere for long
+        self._scale = 1.0  # the tables get the sensed distances divided by this
+        self._drawn_to: Point | None = None  # m, the aim if all the floor were granted
+        self._swept: tuple[int, ...] = ()  # cells that the tables would drive over in the next seconds
+        self._circles = False  # its way did not become shorter for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
-        self._last = 0.0, 0.0  # m/s, rim speeds commanded last,
-        self._rolls = 0  # and for how many ticks they would be carried out if it fell asleep now
-        self._progress = (-1, 0, 0)  # the stop under way, the fewest cells left to it, and since which tick
+        self._last = 0.0, 0.0  # m/s, rim speeds commanded last
+        self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
+        self._progress = (-1, 0, 0)  # current stop, fewest cells left to it, and the tick of that
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, situation: Situation) -> Move:
-        """Decide for one tick."""
+        """Return what the robot does at one tick."""
         sense, pose = situation.sense, situation.pose
         idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
         path = situation.navigator.path
@@ -117,20 +117,20 @@ class CellPilot:
     def _under_way(self, sense: Sense, body: Body) -> tuple[tuple[float, float], ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
-        Where others are near, the driver looks far enough ahead for a robot that falls asleep: its last command is
-        carried out until it has expired.
+        If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
+        robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
         late = self._lateness.under_way(sense.tick, (body.left, body.right))
         return (*late, *(self._last,) * self._rolls)
 
     def take_floor(self, floor: OccupancyMap) -> None:
-        """Take another floor; what the robot holds and knows of others stays."""
+        """Replace the map; reservations and peer records stay."""
         self._cells = cells_of(floor, self._settings)
         self._traffic.take_cells(self._cells)
         self._aiming.take_cells(self._cells)
 
     def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
-        """Take in blocks of a learned map that have changed; return True where cells or joins did."""
+        """Update the cells from changed blocks of a learned map; return True if cells or their joins changed."""
         before = self._cells
         for low, high in blocks:
             self._cells = self._cells.changed(floor, low, high)
@@ -139,15 +139,15 @@ class CellPilot:
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
-        """Return the test whether another robot's body may be at a place [m] at a tick."""
+        """Return a function that says of a point [m] whether another robot's body may be there at a tick."""
         return self._traffic.robot_at(tick)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
-        """Return True if cells lead from ``here`` to ``goal`` [m] too."""
+        """Return True if joined cells lead from ``here`` to ``goal`` [m]."""
         return comes_near(self._cells, here, goal, self._settings)
 
     def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
-        """Choose the wheel speeds, and the heading error [rad] that the tables are asked to mend."""
+        """Choose the wheel speeds, and the heading error [rad] that the fuzzy tables get."""
         sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and granted.threat is None:
@@ -179,7 +179,7 @@ class CellPilot:
         return self._filter.check(sense, tables, constraints), heading
 
     def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
-        """Return the speeds to get out of the way of what comes; None if nothing does, or to stand is as good."""
+        """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""
         if granted.threat is None:
             return None
         wished = self._aiming.shut((*granted.drivable, *granted.room))
@@ -187,12 +187,12 @@ class CellPilot:
         return None if out is None else self._filter.out(sense, out, constraints)
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
-        """Return True if it turns to its way while it waits: a passage a cell wide leaves no room to do so later."""
+        """Return True if the robot turns towards its way while it waits, in a passage too narrow to turn in later."""
         passage = len(self._cells.neighbours[granted.way[0]]) <= PASSAGE
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
-        """List the cells that the tables would drive the robot over in the next seconds, had they the floor."""
+        """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
         if self._drawn_to is None or self._circles:
             return ()
         if situation.sense.tick % ROLLED_EVERY == 0:
@@ -201,10 +201,10 @@ class CellPilot:
         return self._swept
 
     def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float, heading: float) -> float:
-        """Return what the tables take near and far relative to: the ``room`` [m] that is granted.
+        """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 
-        Where it has got nowhere for long, the least: in some corners the tables turn to and fro for ever, and told that
-        all is far they turn to the aim.
+        A robot that gets nowhere has the least scale. In some corners the tables turn left and right for ever; if all
+        obstacles count as far, the tables turn to the aim.
         """
         self._circles = self._gets_nowhere(situation, granted)
         if self._circles or (granted.exactly and len(granted.held) == 1):
@@ -214,7 +214,7 @@ class CellPilot:
         return min(1.0, max(TIGHT_SCALE, room / ROOMY)) * (1.0 - TURNED * abs(heading) / pi)
 
     def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
-        """Stop once inside the last cell held, except at a stop, and where it has to be in a certain place."""
+        """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
         if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
             return False
         away = distance(situation.pose, situation.goal)
@@ -224,9 +224,9 @@ class CellPilot:
         return self._cells.fits(granted.held, x, y, room)
 
     def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
-        """Return True if the robot has cells to drive over and its way has not become shorter for long.
+        """Return True if the robot has cells to drive over but its way did not become shorter for ``CIRCLES``.
 
-        Standing before something unexplained does not count, nor a new way that is much longer.
+        Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again.
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
@@ -246,7 +246,7 @@ class CellPilot:
         return Activity.GIVE_WAY if granted.activity in STANDING else Activity.DRIVE
 
     def _scan(self, situation: Situation) -> Scan:
-        """Set what each ray measures beside what the map alone would let it measure."""
+        """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""
         grid, pose = situation.navigator.grid, situation.pose
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
 
@@ -258,7 +258,7 @@ class CellPilot:
 
 
 def _targets_of_others(settings: Settings, number: int) -> list[Point]:
-    """List where robots other than that number have to go, home left out: nobody may keep its last place there."""
+    """Return the targets of the other robots [m], without homes: a robot that is done must not stay on one."""
     if not settings.own_targets:
         return settings.targets
     return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]

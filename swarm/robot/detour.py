@@ -1,7 +1,7 @@
-"""A way out for a robot that gets nowhere: the tables are told of an aim to the freer side, until there is a way ahead.
+"""A detour for a robot that gets nowhere: the tables get an aim on the freer side until the way ahead is clear.
 
-Obstacle avoidance and goal seeking can pull to opposite sides, and hold a robot in a corner for good. This changes what
-the tables are asked, and turns no wheel: tables that do not turn to a heading get out of nothing.
+Obstacle avoidance and goal seeking can pull to opposite sides and hold a robot in a corner for ever. A detour changes
+only the inputs of the tables. It commands no wheel, so it does not help tables that do not turn to a heading.
 """
 
 from math import hypot, inf, pi
@@ -10,32 +10,32 @@ from typing import Final
 from swarm.messages import Sense
 from swarm.robot.safety import Constraints, SafetyFilter
 
-PATIENCE: Final = 3.0  # s in which it gets nowhere: the tables have had the time to turn out of it
-PROGRESS: Final = 0.1  # m in that time are some
-ASIDE: Final = pi / 2  # rad, the heading told until there is a way straight ahead,
-ENOUGH: Final = 0.4  # m, and driven along it
+PATIENCE: Final = 3.0  # s without progress: enough time for the tables to turn away by themselves
+PROGRESS: Final = 0.1  # m; a robot that moved this far made progress
+ASIDE: Final = pi / 2  # rad, the heading that the tables get until the way straight ahead is clear
+ENOUGH: Final = 0.4  # m from its beginning, where a detour ends
 NOWHERE: Final = (inf, inf)
 
 
 class Detour:
-    """Of one robot. It remembers where the robot last got on, and the detour that it is in the middle of."""
+    """The detours of one robot: where it last made progress, and the detour under way."""
 
     def __init__(self, safety: SafetyFilter) -> None:
         self._filter = safety
-        self._got_on = NOWHERE  # m, where it last got on,
-        self._since = 0.0  # s, and when
+        self._got_on = NOWHERE  # m, where it last made progress
+        self._since = 0.0  # s, time of that, or of the detour's last phase
         self._from: tuple[float, float] | None = None  # m, where the detour began
-        self._heading = 0.0  # rad, told; 0 once there is a way ahead
+        self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear
 
     def end(self) -> None:
-        """Forget everything: the robot is not to drive on now."""
+        """Forget progress and detour, because the robot must not drive on now."""
         self._got_on, self._from = NOWHERE, None
 
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
-        """Return the heading error [rad] to tell the tables, None where there is no detour under way.
+        """Return the heading error [rad] for the tables; None: no detour is under way.
 
-        One begins where the robot has got nowhere for long and has no way ahead: one stopped before a body too, which
-        may stay. Who has no cells to drive on in gets nowhere rightly.
+        A detour begins when the robot makes no progress for ``PATIENCE`` and has no way ahead. A robot before a body
+        also begins one, because the body may stay. A robot that has no cells to drive on has to wait and begins none.
         """
         if constraints.stop_within <= 0.0:
             self.end()

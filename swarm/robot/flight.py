@@ -1,7 +1,7 @@
-"""Getting out of the way of what comes: ways out are rolled out against where it may go, and compared with standing.
+"""Getting out of a threat's way: simulated ways out are compared with standing, on each course the threat may take.
 
-What comes may go on, turn or turn back. A way out is taken only if it is never worse than standing whichever of these
-it does, and better if it goes on about as before; else the robot stands.
+A threat may go on, turn, turn back or stop. The robot takes a way out only if it is no worse than standing on every
+such course, and better on the likely ones. Otherwise the robot stands.
 """
 
 from math import cos, hypot, pi, sin
@@ -19,23 +19,23 @@ from swarm.robot.safety import SPARE, Constraints
 from swarm.settings import Settings
 from swarm.traffic.threat import HALF_WIDTH, Threat
 
-SPEED: Final = 0.6  # m/s at most: the scenarios' cruise
+SPEED: Final = 0.6  # m/s at most: the cruising speed of the scenarios
 TURN: Final = 4.0  # rad/s at most
-GAIN: Final = 5.0  # 1/s, yaw rate per angle off the way out
-HEADINGS: Final = 24  # ways out, evenly all round
-TIMES: Final = np.array((1.8, 1.2, 0.8, 0.4))  # s to drive before the brake, best first
-AHEAD: Final = 2.5  # s rolled out
-ENOUGH: Final = 0.3  # m of gap; more is no better
-LESS: Final = 0.02  # m; to keep so much more than by standing is a reason to drive, so much less is no reason not to
-KEEP: Final = 0.1  # m that another way out has to be better than the one that is being driven
-LOOK: Final = 0.4  # s that the tables' speeds are looked ahead,
-FOLLOWS: Final = 2.0  # s; what goes may turn round, and the robot then keeps clear for so long
-# what comes turns by so much [rad], and goes on at this share of its speed
+GAIN: Final = 5.0  # 1/s, yaw rate per angle between robot and way out
+HEADINGS: Final = 24  # ways out that are tried, evenly all around
+TIMES: Final = np.array((1.8, 1.2, 0.8, 0.4))  # s to drive before braking, longest first
+AHEAD: Final = 2.5  # s of simulated motion
+ENOUGH: Final = 0.3  # m of gap; a larger gap counts no more than this
+LESS: Final = 0.02  # m; smallest difference of gaps between driving and standing that counts
+KEEP: Final = 0.1  # m by which another way out must be better than the one under way
+LOOK: Final = 0.4  # s for which the wheels get the tables' speeds, before braking
+FOLLOWS: Final = 2.0  # s of that simulation: a threat that drives away may turn back
+# courses of a threat: its turn [rad], and the share of its speed that it keeps
 COURSES: Final = np.array(((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.0), (0.0, 0.0)))
-LIKELY: Final = np.array((0.5, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0))  # weights; it measures where it came from badly
-COMMIT: Final = 0.3  # s for which a way out is driven at least: until the brake has stopped it,
-STOPPED: Final = 0.9  # s from now, it is nowhere nearer to what comes than standing, whatever that does,
-CLOSE: Final = 0.1  # m, or keeps so much
+LIKELY: Final = np.array((0.5, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0))  # weights; the measured velocity is inexact
+COMMIT: Final = 0.3  # s for which a way out is driven at least
+STOPPED: Final = 0.9  # s; for so long, braking included, no course may bring the threat nearer than standing would
+CLOSE: Final = 0.1  # m; a gap during STOPPED that is enough, even where standing keeps more
 NO_WAY: Final = np.nan
 
 
@@ -61,7 +61,7 @@ def _gaps(
     threat: NDArray[np.float64],
     least: NDArray[np.float64],
 ) -> bool:
-    """Find the ``least`` gap [m] to what comes on each of its courses; False where the way is not clear.
+    """Compute the ``least`` gap [m] to the threat on each of its courses; return False if the way is not clear.
 
     The robot drives for ``drive`` ticks, towards a heading [rad] or, if that is NaN, at ``left`` and ``right`` [m/s].
     Then it brakes.
@@ -105,25 +105,25 @@ def _gaps(
 
 
 class Flight:
-    """Of one robot."""
+    """The ways out of one robot."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
         self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
         self._robot = robot
         self._dt = 1.0 / settings.rate
-        self._heading: float | None = None  # rad, of the way out that is being driven
+        self._heading: float | None = None  # rad, of the way out under way
 
     def threatens(self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threat: Threat) -> bool:
-        """Return True if the tables' rim speeds [m/s] lead nearer to what comes than they may."""
+        """Return True if the tables' rim speeds [m/s] lead too near to the threat."""
         driving = self._gaps(sense, constraints, threat, NO_WAY, LOOK, FOLLOWS, tables)
         standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0, FOLLOWS)
         return driving is None or standing is None or bool((driving < np.minimum(standing, ENOUGH) - LESS).any())
 
     def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threat: Threat) -> Twist | None:
-        """Return how to drive out of the way of what comes; None if to stand is as good.
+        """Return the speeds that lead out of the threat's way; None: standing is as good.
 
-        ``wished`` is as the constraints' ``shut``, of the cells that are neither granted nor asked for.
+        ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
         """
         standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0)
         stopped = self._gaps(sense, constraints, threat, NO_WAY, 0.0, STOPPED)
@@ -156,7 +156,7 @@ class Flight:
     def _longest(
         self, sense: Sense, constraints: Constraints, threat: Threat, heading: float
     ) -> NDArray[np.float64] | None:
-        """Return the gaps on the longest way at a heading that is clear."""
+        """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
         tried = (self._gaps(sense, constraints, threat, heading, time) for time in TIMES)
         return next((gaps for gaps in tried if gaps is not None), None)
 
@@ -170,7 +170,7 @@ class Flight:
         ahead: float = AHEAD,
         speeds: tuple[float, float] = (0.0, 0.0),
     ) -> NDArray[np.float64] | None:
-        """Return the least gap [m] to what comes on each of its courses; None where the way is not clear."""
+        """Return the least gap [m] to the threat on each of its courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot
         least = np.empty(len(COURSES))
         pose, now = (sense.x, sense.y, sense.yaw), self._drive.rim_speeds(Twist(sense.linear, sense.angular))
@@ -184,5 +184,5 @@ class Flight:
 
 
 def _likely(gaps: NDArray[np.float64]) -> float:
-    """Return the mean gap on the courses that are likely [m], not counting more than enough."""
+    """Return the weighted mean gap [m] on the likely courses; a gap above ``ENOUGH`` counts as ``ENOUGH``."""
     return float((np.minimum(gaps, ENOUGH) * LIKELY).sum())

@@ -1,4 +1,4 @@
-"""What one robot believes about the floor: given and edited while it runs, or learned from its rays and the radio."""
+"""What one robot knows about the floor: a given map with edits, or a map learned from its rays and the radio."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -19,33 +19,33 @@ from swarm.scenario.prepare import RESOLUTION, planning_grid
 
 KINDS: Final = {Kind.WALL: WALL, Kind.OBSTACLE: OBSTACLE, Kind.FREE: FREE}
 
-GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: of a hit, of a pass, the largest, and from which a cell is solid
-SURE: Final = 8  # count from which a solid cell is told to others
-DOUBT: Final = 4.0  # standard deviations of a reading short of the range: it may still have hit nothing
-DEEPER: Final = 2.0  # standard deviations, half a cell at most
-NEARER, FARTHER = 4.0, 1.0  # standard deviations; a hit so far beyond a known wall, or before one, is on that wall
-DEAF: Final = 30.0  # s after it began its map again in which a robot believes no wall that others tell of
-TELL: Final = 120  # cells told in one broadcast: the new ones first, then all in turn
+GAIN, LOSS, MOST, SOLID = 2, 1, 10, 4  # counts: added by a hit, removed by a pass, the largest, the solid
+SURE: Final = 8  # count from which a solid cell is broadcast
+DOUBT: Final = 4.0  # standard deviations; a reading so close to the range may have hit nothing
+DEEPER: Final = 2.0  # standard deviations by which a hit counts as farther away, half a cell at most
+NEARER, FARTHER = 4.0, 1.0  # standard deviations; a known wall so far before or behind a hit is what was hit
+DEAF: Final = 30.0  # s for which a robot ignores the walls of others after it cleared its map
+TELL: Final = 120  # cells in one broadcast: new ones first, then all in turn
 
 
-Block = tuple[Cell, Cell]  # of fine cells, from the first up to and without the second
+Block = tuple[Cell, Cell]  # fine cells from the first to before the second, in rows and columns
 
 
 class Ground:
-    """The floor as one robot knows it."""
+    """One robot's map and planning grid."""
 
     def __init__(self, scenario: Scenario, grid: Grid | None = None, edits: int = 0) -> None:
         settings = scenario.settings
         self._known = settings.map.known
         self._range, self._radius = settings.sensors.range, settings.robot.radius
         self._noise = settings.sensors.noise
-        self._hits = self._range - 0.01 - DOUBT * self._noise  # m, a reading below that hit something
+        self._hits = self._range - 0.01 - DOUBT * self._noise  # m; a shorter reading hit something
         self._angles = [angle for sector in sectors(settings.sensors) for angle in sector]
         self.map = scenario.map if self._known else _blank(scenario.map)
         if not self._known:
             grid = planning_grid(scenario, self.map)
         self.grid = grid or planning_grid(scenario)
-        self.edits = edits  # how many it knows of
+        self.edits = edits  # number of edits in the map
         self._odds: NDArray[np.int8] = np.zeros(self.map.shape, np.int8)
         self._to_tell: list[int] = []
         self._told_up_to = 0
@@ -53,9 +53,9 @@ class Ground:
         self._deaf_until = 0.0  # s
 
     def take_edits(self, before: int, edits: Sequence[Edit]) -> bool:
-        """Apply edits that are new; True where the floor changed. ``before`` is how many there were before the first.
+        """Apply new edits; return True if the floor changed. ``before`` is the number of earlier edits.
 
-        What a robot missed for good (``before`` is more than it knows of) it has to ask for: see ``missed``.
+        Nothing is applied if the robot has missed edits between: then it must ask for the map (see ``missed``).
         """
         if not self._known or before > self.edits:
             return False
@@ -67,14 +67,14 @@ class Ground:
         return bool(fresh)
 
     def missed(self, before: int) -> bool:
-        """Return True if edits have passed unheard."""
+        """Return True if the robot has missed edits; ``before`` is as in ``take_edits``."""
         return self._known and before > self.edits
 
     def look(self, sense: Sense, is_robot: Callable[[Point], bool]) -> bool:
-        """Learn from every ray of an unknown floor; True where what is solid changed.
+        """Learn an unknown floor from every ray; return True if a cell became solid or stopped being solid.
 
-        ``is_robot`` tells of a place [m] whether another robot's body may be there: a hit on it makes no wall. A hit is
-        taken to lie DEEPER, so that noise puts few of them before the wall that they show.
+        ``is_robot`` returns True if another robot's body may be at a point [m]; a hit there makes no wall. A hit counts
+        as ``DEEPER`` than it was read, so that noise rarely puts it before the wall.
         """
         pose = Pose(sense.x, sense.y, sense.yaw)
         x, y = self.grid.to_cells(pose.x, pose.y)
@@ -91,7 +91,7 @@ class Ground:
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 
     def hear(self, cells: Iterable[int], time: float) -> bool:
-        """Believe what others have learned to be solid; True where that is new."""
+        """Take over solid cells that others broadcast; return True if one is new."""
         if time < self._deaf_until:
             return False
         rows, columns = self.map.shape
@@ -104,7 +104,7 @@ class Ground:
         return changed
 
     def tell(self) -> list[int]:
-        """Return cells to broadcast: the newly solid ones, then all known ones in turn, for those who came late."""
+        """Return solid cells to broadcast: new ones, then all known ones in turn, for robots that joined late."""
         if self._known:
             return []
         sure = (self.map.cells == WALL) & (self._odds >= SURE)
@@ -119,12 +119,12 @@ class Ground:
         return news
 
     def take_news(self) -> list[Block]:
-        """Return the blocks of the learned map that have changed since this was asked last."""
+        """Return the blocks of the learned map that changed since the last call."""
         news, self._news = self._news, []
         return news
 
     def forget(self, time: float) -> None:
-        """Begin anew with an empty floor: what was learned leaves no way."""
+        """Clear the learned map, because it leaves no way."""
         self._deaf_until = time + DEAF
         self._news = [((0, 0), self.map.shape)]
         np.minimum(self._odds, 0, out=self._odds)
@@ -132,7 +132,7 @@ class Ground:
         self.grid = self.grid.changed(self.map, (0, 0), self.map.shape)
 
     def _settle(self, row: int, column: int, reach: int) -> bool:
-        """Bring the map up to the counts about a cell; True where what is solid changed."""
+        """Update the map from the counts around a cell; return True if a cell became solid or stopped being solid."""
         low = max(0, row - reach), max(0, column - reach)
         high = min(self.map.shape[0], row + reach + 1), min(self.map.shape[1], column + reach + 1)
         block = np.s_[low[0] : high[0], low[1] : high[1]]
@@ -155,7 +155,7 @@ class Ground:
 
 
 def _blank(floor: OccupancyMap) -> OccupancyMap:
-    """Make an unknown floor of the same extent, in cells fine enough to learn it."""
+    """Return an unknown map of the same extent with cells of at most ``RESOLUTION``."""
     factor = max(1, ceil(floor.resolution / RESOLUTION - 1e-9))
     rows, columns = floor.shape
     cells = np.full((rows * factor, columns * factor), UNKNOWN, np.uint8)

@@ -1,19 +1,19 @@
-"""Whether a robot's wheels obey at once: what it commanded, held against what the wheels did."""
+"""The delay of a robot's wheels: its commands compared with what the wheels did."""
 
 from collections import deque
 from typing import Final
 
 from swarm.motion.drive import ramp
 
-LATEST: Final = 0.2  # s; an answer later than that is as good as none (decision 0010)
-BELIEVED: Final = 20.0  # s for which commands are taken to come late once one did
-DIFFERS: Final = 0.02  # m/s, of a rim speed
+LATEST: Final = 0.2  # s; a later answer counts as none (decision 0010)
+BELIEVED: Final = 20.0  # s for which commands count as late after one was late
+DIFFERS: Final = 0.02  # m/s; a larger difference of rim speeds means a late command
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
 class Lateness:
-    """One robot's memory of its newest commands."""
+    """One robot's newest commands, and whether they reach the wheels late."""
 
     def __init__(self, acceleration: float, dt: float) -> None:
         self._most = acceleration * dt
@@ -26,8 +26,8 @@ class Lateness:
     def under_way(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
         """Return the newest commands that the wheels may not have carried out yet, oldest first.
 
-        ``now`` are the rim speeds measured in this tick. () where the wheels obey at once, and after a pause in which
-        all commands have run out.
+        ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
+        after a pause in which all commands expired.
         """
         if tick - self._tick > len(self._commands) + 1:
             self._commands.clear()
@@ -41,5 +41,5 @@ class Lateness:
         return tuple(self._commands) if self._ticks else ()
 
     def command(self, speeds: RimSpeeds) -> None:
-        """Take down what the wheels are told in this tick."""
+        """Record the rim speeds [m/s] commanded at this tick."""
         self._commands.append(speeds)

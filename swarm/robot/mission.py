@@ -1,4 +1,4 @@
-"""The paper's mission (section 4, figure 5): the targets in order, then home. Behaviour is the table below."""
+"""The paper's mission (section 4, figure 5): the targets in order, then home. The table below is all of it."""
 
 from collections.abc import Sequence
 from enum import StrEnum
@@ -10,17 +10,17 @@ from swarm.maps.occupancy import Point
 class Stage(StrEnum):
     """Where in its mission a robot is."""
 
-    READY = "ready"  # has not been told to go
+    READY = "ready"  # waits for the action go
     OUTBOUND = "outbound"  # drives to a target
     RETURNING = "returning"  # drives home
     DONE = "done"
 
 
 class Occasion(StrEnum):
-    """What moves a mission on."""
+    """An event that changes the stage of a mission."""
 
     GO = "go"
-    TARGET_LEFT = "stop done, another target left"  # reached it, or no path leads there
+    TARGET_LEFT = "stop done, another target left"  # the stop was reached, or no path leads there
     TARGETS_DONE = "stop done, home is next"
     ALL_DONE = "stop done, none left"
     RESTART = "restart"
@@ -38,7 +38,7 @@ TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
 
 
 class Mission:
-    """One robot's way through the table, and its flags."""
+    """One robot's stage, and which stops it has reached or given up."""
 
     def __init__(self, stops: Sequence[Point], returns: bool) -> None:
         self.stops = tuple(stops)
@@ -50,12 +50,12 @@ class Mission:
 
     @property
     def goal(self) -> Point | None:
-        """The stop it drives to, or None."""
+        """The stop that the robot drives to [m], or None."""
         under_way = self.stage is Stage.OUTBOUND or self.stage is Stage.RETURNING
         return self.stops[self.target] if under_way else None
 
     def take(self, occasion: Occasion) -> None:
-        """Follow the table.
+        """Change the stage as the table says.
 
         Raises:
             ValueError: the table has no such row; the mission is unchanged.
@@ -67,7 +67,7 @@ class Mission:
         self.stage = row[occasion]
 
     def finish_stop(self, reached: bool) -> None:
-        """Have done with the stop under way: reached, or given up because no path leads there."""
+        """Finish the current stop: it was reached, or it is given up because no path leads there."""
         if reached:
             self.reached[self.target] = True
         else:
@@ -76,7 +76,7 @@ class Mission:
         self._move_on()
 
     def resume(self, reached: Sequence[bool], unreachable: Sequence[int]) -> None:
-        """Take up a mission where a process left it that is gone."""
+        """Continue the mission where an earlier process left it."""
         self.take(Occasion.GO)
         for stop in range(len(self.stops)):
             if stop < len(reached) and reached[stop]:

@@ -1,4 +1,4 @@
-"""What passes between a robot's brain and its pilot: what the brain knows goes in, a ``Move`` comes out."""
+"""The interface of a robot's brain and its pilot: a ``Situation`` goes in, a ``Move`` comes out."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -19,22 +19,22 @@ class Situation(NamedTuple):
 
     sense: Sense
     pose: Pose
-    goal: Point  # the stop under way; when all are done, the last one
-    done: bool  # nothing is left to do but to stand, and to make room
-    target: int  # number of that stop
-    navigator: Navigator  # the own path to the goal
-    heard: Sequence[Broadcast]  # at this tick
+    goal: Point  # m, the current stop; the last one when all are done
+    done: bool  # no stop is left: the robot stands or makes room
+    target: int  # index of that stop
+    navigator: Navigator  # the robot's path to the goal
+    heard: Sequence[Broadcast]  # broadcasts that arrived at this tick
 
 
 class Move(NamedTuple):
-    """What the robot does at one tick, and what others shall know of it."""
+    """What the robot does at one tick, and what others are told about it."""
 
     speeds: WheelSpeeds
-    heading: float  # rad, what the fuzzy controller was asked to turn towards
+    heading: float  # rad, bearing of the aim that the fuzzy controller got
     activity: Activity
     held: Sequence[int] = ()
-    scale: float = 1.0  # the fuzzy controller was told the sensed distances divided by this
-    unconstrained: bool = False  # nobody is near: whatever its body and brake need is held
+    scale: float = 1.0  # the fuzzy controller got the sensed distances divided by this
+    unconstrained: bool = False  # nobody is near: it holds the cells that its body and brake need
     waits: Sequence[str] = ()
     members: Sequence[str] = ()
     notes: Sequence[tuple[str, str]] = ()
@@ -44,9 +44,9 @@ class Move(NamedTuple):
 def fuzzy_speeds(
     controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0
 ) -> tuple[float, float]:
-    """Ask the tables for rim speeds (left, right) [m/s]; ``heading`` [rad] is left positive, their own sign right.
+    """Return the rim speeds (left, right) [m/s] of the tables for a ``heading`` error [rad], left positive.
 
-    ``scale`` shrinks the paper's near, medium and far: they are told the distances divided by it.
+    ``scale`` shrinks the paper's near, medium and far: the tables get the distances divided by it.
     """
     unit = robot.distance_scale * scale
     left, right = controller.wheel_speeds(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(heading))

@@ -1,4 +1,4 @@
-"""A robot as a process: join, then sense, decide, speak, act, until the world is gone or we are told to stop."""
+"""The process of a robot: it joins, then answers every sense until the world is gone or a user stops it."""
 
 from collections.abc import Callable
 from threading import Event as Flag
@@ -14,19 +14,19 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
 
-LOOK: Final = 0.25  # s between two looks whether we are told to stop
-PEEK: Final = 0.001  # s between two looks for a broadcast that is still missing: these wake nobody
-OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast the world says was heard
-WELCOME: Final = 10.0  # s to wait for the world's answer
-KEPT: Final = 5.0  # s for which answers are kept: a sense that is sent again is given the same answer
-MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged
+LOOK: Final = 0.25  # s between two checks whether the process must stop
+PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
+OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
+WELCOME: Final = 10.0  # s to wait for the answer to a join
+KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
+MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
 
 
 def run(endpoint: Endpoint, fleet: str, robot: str | None = None, log: Callable[[str], None] = print) -> int:
-    """Be one robot of a fleet; without a name, whichever place is free.
+    """Run one robot of a fleet until told to stop, and return the exit status; without a name it takes any free place.
 
     Raises:
-        ConfigError: there is no router.
+        ConfigError: no router answers.
         PeerError: the world has no such place.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
@@ -36,7 +36,7 @@ def run(endpoint: Endpoint, fleet: str, robot: str | None = None, log: Callable[
             robot = welcome.robot
             if not _serve(bus, welcome, world, stop, log):
                 break
-            bus.withdraw("robot", welcome.robot)  # the next world gives this place anew
+            bus.withdraw("robot", welcome.robot)  # the next world assigns the place again
     return 0
 
 
@@ -49,7 +49,7 @@ def _find_world(bus: Bus, stop: Flag) -> str | None:
 
 
 def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[str], None]) -> bool:
-    """Be that robot while that world lives; False when told to stop."""
+    """Run the robot while the world is alive; return False if told to stop."""
     scenario = Scenario.from_wire(welcome.scenario, welcome.packed)
     name, start = welcome.robot, Pose(*welcome.start)
     robot = Robot(name, number_of(name), scenario, start, edits=welcome.edits)
@@ -80,32 +80,32 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
 
 
 class Answer(NamedTuple):
-    """What a robot says to one sense, and from which zone of the radio."""
+    """A robot's answer to one sense, and the radio zone that it is sent from."""
 
     outputs: Outputs
     zone: tuple[int, int]
 
 
 class Answers:
-    """The answers of the last ticks: a robot steps once a tick, and a sense that comes again gets the same answer."""
+    """The answers of the last ticks: a robot steps once per tick, and a repeated sense gets the same answer."""
 
     def __init__(self, most: int) -> None:
         self._most = most
         self._given: dict[tuple[int, int], Answer] = {}  # by run and tick, oldest first
 
     def to(self, sense: Sense) -> Answer | None:
-        """Return what was answered to this sense before, if anything was."""
+        """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
 
     def keep(self, sense: Sense, answer: Answer) -> None:
-        """Keep an answer, and forget the oldest where there are too many."""
+        """Store an answer; drop the oldest one if there are too many."""
         self._given[sense.run, sense.tick] = answer
         if len(self._given) > self._most:
             del self._given[next(iter(self._given))]
 
 
 class Inbox:
-    """Sorts what arrives for one robot: a sense that does not fit its scenario is dropped, each reason logged once."""
+    """The inbox of one robot; it drops each sense that does not fit the scenario and logs each reason once."""
 
     def __init__(self, robot: Robot, radio: Radio, log: Callable[[str], None]) -> None:
         self.radio = radio
@@ -114,7 +114,7 @@ class Inbox:
         self._named: set[str] = set()
 
     def sort(self, arrived: object) -> Sense | None:
-        """Put a broadcast away, return a sense."""
+        """Store a broadcast for later, or return a sense that fits the scenario."""
         if not isinstance(arrived, Arrival):
             return None
         if arrived.topic is RADIO:
@@ -140,7 +140,7 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
 def _step(
     bus: Bus, robot: Robot, inbox: Inbox, answers: Answers, sense: Sense, log: Callable[[str], None]
 ) -> Sense | None:
-    """Answer a sense; return a newer one instead, should it come while this one waits for its broadcasts."""
+    """Answer a sense; if a newer one arrives during the wait for broadcasts, return that one instead."""
     radio = inbox.radio
     if sense.lockstep:
         deadline = monotonic() + OVERDUE
@@ -166,7 +166,7 @@ def _step(
 
 
 def _say(bus: Bus, name: str, answer: Answer, *, sure: bool) -> None:
-    """Put the broadcast on the radio, then send the rest: who has the command knows that the broadcast was sent."""
+    """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
     outputs, (zx, zy) = answer
     if outputs.broadcast is not None:
         bus.send(RADIO, outputs.broadcast, sure=sure, zx=zx, zy=zy, robot=name)

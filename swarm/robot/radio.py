@@ -1,7 +1,7 @@
-"""A robot's ear: it subscribes to the zones around it, and hears just those whom the radio model lets it hear.
+"""A robot's receiver: it subscribes to the zones around the robot and hears what the radio model lets it hear.
 
-The floor is cut into square zones of the radio's range; a robot listens to its own and the eight around it, so that a
-neighbour is always subscribed to before it comes into range, and traffic does not grow as the square of the fleet.
+The floor is cut into square zones of the radio's range. A robot subscribes to its own zone and the eight around it.
+So it subscribes to a neighbour before that comes into range, and traffic does not grow as the square of the fleet.
 """
 
 from collections.abc import Iterable
@@ -12,16 +12,16 @@ from swarm.bus import Bus
 from swarm.messages import RADIO, Broadcast
 
 Pair = tuple[str, int]  # a robot and the tick of its broadcast
-PATIENCE: Final = 40  # ticks that a broadcast and the word that it was heard wait for each other, in real time
+PATIENCE: Final = 40  # ticks for which a broadcast and the sense that lists it wait for each other, in real time
 
 
 def zone(x: float, y: float, side: float) -> tuple[int, int]:
-    """Find the zone a point lies in."""
+    """Return the zone of a point [m]; ``side`` [m] is that of a zone."""
     return floor(x / side), floor(y / side)
 
 
 class Radio:
-    """What arrives on the radio's keys, until the world says who heard it."""
+    """Broadcasts that arrived, until the world says that this robot hears them."""
 
     def __init__(self, bus: Bus, reach: float) -> None:
         self._bus = bus
@@ -32,7 +32,7 @@ class Radio:
         self._run = 0
 
     def tune(self, x: float, y: float) -> tuple[int, int]:
-        """Listen around a point, and give its zone."""
+        """Subscribe to the zones around a point [m] and return the zone of the point."""
         here = zone(x, y, self._side)
         wanted = {(here[0] + dx, here[1] + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
         for zx, zy in sorted(wanted - self._zones):
@@ -43,22 +43,22 @@ class Radio:
         return here
 
     def take(self, broadcast: Broadcast) -> None:
-        """Keep what arrived, unless it is of a run that is over."""
+        """Store a broadcast unless it belongs to an earlier run."""
         if broadcast.run >= self._run:
             self._arrived[broadcast.robot, broadcast.tick] = broadcast
 
     def lacks(self, hears: Iterable[Pair]) -> bool:
-        """Return True if something that was heard has not arrived yet."""
+        """Return True if a broadcast that the sense lists has not arrived yet."""
         return any(pair not in self._arrived for pair in hears)
 
     def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
-        """Return what was heard at this tick, in the world's order: lockstep."""
+        """Return the broadcasts that the sense lists, in its order (lockstep)."""
         heard = [self._arrived[pair] for pair in hears if pair in self._arrived]
         self._forget(now)
         return heard
 
     def what_came(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
-        """Return what was heard at this tick or a little earlier and has arrived by now, oldest first: real time."""
+        """Return the broadcasts that this or an earlier sense lists and that are new, oldest first (real time)."""
         self._granted.update(hears)
         both = sorted((tick, robot) for robot, tick in self._granted if (robot, tick) in self._arrived)
         heard = [self._arrived.pop((robot, tick)) for tick, robot in both]
@@ -67,7 +67,7 @@ class Radio:
         return heard
 
     def begin(self, run: int) -> None:
-        """Forget all runs before this one; others may have spoken in it already."""
+        """Drop the broadcasts of earlier runs; keep those of this run, which may have come before the first sense."""
         self._run = run
         self._arrived = {pair: b for pair, b in self._arrived.items() if b.run >= run}
         self._granted.clear()

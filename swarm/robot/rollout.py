@@ -1,4 +1,4 @@
-"""Where the tables would drive a robot in the next seconds, had they all the floor they want: tables and kinematics."""
+"""A simulation of where the tables would drive a robot in the next seconds if all the floor were granted."""
 
 from math import atan2, hypot, pi
 from typing import Final
@@ -15,10 +15,10 @@ from swarm.motion.sweep import advance
 from swarm.robot.safety import Body
 from swarm.settings import Settings
 
-AHEAD: Final = 2.5  # s
-THERE: Final = 0.1  # m off the aim it is reached
-ROUND: Final = 1.3  # m; to an aim nearer than the tables turn round in they may circle for ever,
-NEARER: Final = 0.7  # and room for that is no help: it has to come nearer by so much
+AHEAD: Final = 2.5  # s of simulated motion
+THERE: Final = 0.1  # m from the aim, where it counts as reached
+ROUND: Final = 1.3  # m; the tables may circle around a nearer aim for ever, because they turn in a larger circle
+NEARER: Final = 0.7  # share of the first distance; a robot near its aim that stays farther away than this circles
 
 
 @njit(f"f8[:, ::1](f8[::1], {TABLES})", cache=True)
@@ -52,7 +52,7 @@ def _roll(
 
 
 class Rollout:
-    """Of one controller on one robot."""
+    """A simulator of one controller on one robot."""
 
     def __init__(self, controller: Controller, settings: Settings) -> None:
         self._controller = controller
@@ -60,10 +60,10 @@ class Rollout:
         self._dt = 1.0 / settings.rate
 
     def __call__(self, sense: Sense, body: Body, aim: Point, scale: float) -> NDArray[np.float64]:
-        """Return the points (n, 2) [m] that the robot's centre would pass on its way to an aim, one a tick.
+        """Return the points (n, 2) [m] that the robot's centre would pass on its way to an aim, one for each tick.
 
-        The distances stay as they are sensed; ``scale`` is that of ``fuzzy_speeds``. None where it would circle round
-        the aim.
+        The sensed distances stay constant; ``scale`` is that of ``fuzzy_speeds``. There are no points if the robot
+        would circle around the aim.
         """
         robot = self._robot
         unit = robot.distance_scale * scale

@@ -1,9 +1,10 @@
-"""What stands between the fuzzy tables and the wheels: it slows, tightens a turn, stops.
+"""The safety filter between the fuzzy tables and the wheels: it slows the robot, tightens a turn, or stops.
 
-The fuzzy controller steers; this never chooses where to. The two speeds pass unchanged where the way they lead is
-clear. Where it is not, the mildest of ``REMEDIES`` is taken that keeps clear: first the same arc, slower; then the same
-turn, with less way on; then none. As the footprint is round, turning on the spot is always clear, so there is always a
-safe answer. The check knows no target and begins no turn: a robot whose tables do not steer gets nowhere.
+The fuzzy controller steers; the filter never chooses a direction. The two rim speeds pass unchanged if the way that
+they lead is clear. Otherwise the filter takes the first of ``REMEDIES`` that keeps clear: the same arc, slower; then
+the same yaw rate with less forward speed; then a turn in place. The footprint is round, so a turn in place is always
+clear and there is always a safe answer. The check knows no target and begins no turn: a robot whose tables do not steer
+gets nowhere.
 """
 
 from collections.abc import Sequence
@@ -20,26 +21,26 @@ from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
 from swarm.settings import Settings
 
-SPARE: Final = 0.03  # m, kept between the footprint and whatever it must not touch
-LOOK: Final = 0.4  # s, that far a command is looked ahead before the brake
-GAP: Final = 0.1  # m, kept to whatever the front sector sees
-SLOW_BRAKE: Final = 0.6  # share of the braking power planned with when coming to a stop
-NEARING: Final = 0.8  # 1/s, and speed per distance to there: so it turns round it ever more tightly
-STANDS: Final = 0.02  # m/s; slower than that a robot has come to a stand
-CREEP: Final = 0.05  # m/s; slower than that is no driving
-STRAIGHT: Final = 0.3  # m/s; where driving straight on at that speed keeps clear there is a way ahead
-DIRECTIONS: Final = 12  # tried to either side
+SPARE: Final = 0.03  # m; gap between the footprint and everything that it must not touch
+LOOK: Final = 0.4  # s for which a command is simulated, before braking
+GAP: Final = 0.1  # m; gap to everything that the front sector sees
+SLOW_BRAKE: Final = 0.6  # share of the braking power used to stop at a place
+NEARING: Final = 0.8  # 1/s, forward speed per distance to that place: the robot circles it in smaller and smaller arcs
+STANDS: Final = 0.02  # m/s; a slower robot counts as standing
+CREEP: Final = 0.05  # m/s; a slower speed does not count as driving
+STRAIGHT: Final = 0.3  # m/s; the way ahead is clear if the robot can drive straight on at this speed
+DIRECTIONS: Final = 12  # tried to each side
 
-TURN_UNTIL: Final = 0.07  # rad off the place to face
-TURN_RATE: Final = 2.5  # rad/s at most on the spot
-ABOUT: Final = 2.6  # rad off it: to turn either way is as good
+TURN_UNTIL: Final = 0.07  # rad; a turn to face a point stops at an error of about half of this
+TURN_RATE: Final = 2.5  # rad/s at most, in place
+ABOUT: Final = 2.6  # rad; at a larger error both directions of turn are equally good
 
 # share of the forward speed, share of the yaw rate
 REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
-TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # of a way out
+TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # remedies on a way out of a threat's way
 NO_BODIES: Final = np.empty((0, 2))
-AT_REST: Final = np.empty((0, 2))  # m; a body that stands needs no way to come to rest
+AT_REST: Final = np.empty((0, 2))  # m; a standing body has no braking path
 
 
 class WheelSpeeds(NamedTuple):
@@ -53,27 +54,27 @@ STAND: Final = WheelSpeeds(0.0, 0.0)
 
 
 class Body(NamedTuple):
-    """Where a robot is and how its wheels turn now."""
+    """A robot's pose and rim speeds."""
 
     pose: Pose
     left: float  # m/s, rim speed
-    right: float
+    right: float  # m/s, rim speed
 
 
 class Constraints(NamedTuple):
-    """What the wheels have to heed at one tick."""
+    """The limits on the wheel speeds at one tick."""
 
     grid: Grid  # walls
     shut: NDArray[np.float64]  # (n, 4): cells not granted, low x, low y, high x, high y [m, in the lattice's frame]
-    local: Pose  # the robot's, in the lattice's frame
-    bodies: NDArray[np.float64]  # (n, 2): m, those near that are known
-    stop_within: float = inf  # m, so far ahead it has to stand at the latest
-    slowly: bool = False  # and more and more slowly, to stand in the very place
-    may_drive: bool = True  # False: something unexplained is near; it may only turn
+    local: Pose  # the robot's pose in the lattice's frame
+    bodies: NDArray[np.float64]  # (n, 2): m, centres of known bodies nearby
+    stop_within: float = inf  # m, distance within which it has to stop
+    slowly: bool = False  # it slows down all the way, to stop exactly there
+    may_drive: bool = True  # False: an unexpected obstacle is near; the robot may only turn
 
 
 class SafetyFilter:
-    """Keeps one robot clear."""
+    """The safety filter of one robot: it keeps clear of walls, bodies and cells that the robot does not hold."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
@@ -82,15 +83,15 @@ class SafetyFilter:
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
         self._ticks = max(1, round(LOOK / self._dt))
-        self._side = 0.0  # of the turn to face something that it was last told to make; 0: none
+        self._side = 0.0  # sign of the last turn to face a point, left positive; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
-        """Let the tables' rim speeds [m/s] pass, or take the mildest remedy that keeps clear; stand if they are NaN."""
+        """Return the tables' rim speeds [m/s], changed by the first remedy that keeps clear; stand if they are NaN."""
         wanted = self._drive.twist(*tables)
         if not (isfinite(wanted.linear) and isfinite(wanted.angular)):
-            return STAND  # the kernel's comparisons would call it clear
+            return STAND  # the kernel's comparisons would accept NaN as clear
         if not constraints.may_drive and abs(sense.linear) > STANDS:
-            return STAND  # to turn at once would take longer to come to a stand
+            return STAND  # a turn at once would lengthen the braking
         fastest = self._fastest(sense.front, constraints)
         gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
         if constraints.slowly:
@@ -100,25 +101,25 @@ class SafetyFilter:
         return STAND if number < 0 else speeds
 
     def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
-        """Return the speeds of a way out: as wanted, or slower where that is not clear."""
+        """Return the rim speeds [m/s] of a way out: as wanted, or slower if that is not clear."""
         number, speeds = self._first(TURNS, sense, wanted, constraints, self._fastest(sense.front, constraints))
         return STAND if number < 0 else speeds
 
     def face(self, body: Body, error: float) -> WheelSpeeds:
-        """Turn on the spot by ``error`` [rad]: brake first, then as fast as can be stopped in time, sqrt(2 a e)."""
+        """Return rim speeds for a turn in place by ``error`` [rad]: brake first, then at most sqrt(2 a e) [rad/s]."""
         if abs(body.left + body.right) > 2 * STANDS:
             return STAND
         if abs(error) > ABOUT and self._side * error < 0.0:
-            error = -error  # as good a way round, and the one it is on; what the wheels do now may be an old command's
+            error = -error  # keep the direction of turn; the wheels' speeds may come from an old command
         self._side = copysign(1.0, error)
         angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
         rate = min(TURN_RATE, sqrt(angular_brake * max(0.0, abs(error) - TURN_UNTIL / 2)))
         return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))))
 
     def braking(self, body: Body, under_way: Sequence[tuple[float, float]] = ()) -> NDArray[np.float64]:
-        """Return the points ((n, 2), m) on which the body would come to rest, to keep the cells under them.
+        """Return the points (n, 2) [m] that the body passes while it brakes; the robot keeps the cells under them.
 
-        ``under_way`` are the newest commands, oldest first, of which any number may still be carried out.
+        ``under_way`` are the newest commands [m/s], oldest first; the wheels may still carry out any number of them.
         """
         if body.left == body.right == 0.0 and not any(map(any, under_way)):
             return AT_REST
@@ -130,12 +131,12 @@ class SafetyFilter:
         return points
 
     def way_ahead(self, sense: Sense, constraints: Constraints) -> bool:
-        """Return True if the robot can drive straight on."""
+        """Return True if the way straight ahead is clear."""
         fastest = self._fastest(sense.front, constraints)
         return fastest >= STRAIGHT and self._clear_ahead(sense, constraints)
 
     def freer_side(self, sense: Sense, constraints: Constraints) -> int:
-        """Return 1 for left, -1 for right: where it has to turn less until there is a way ahead."""
+        """Return the side on which a clear way ahead needs the smaller turn: 1 left, -1 right."""
         first = 1 if sense.left >= sense.right else -1
         for step in range(1, DIRECTIONS + 1):
             for side in (first, -first):
@@ -156,7 +157,10 @@ class SafetyFilter:
         fastest: float,
         off: float = 0.0,
     ) -> tuple[int, WheelSpeeds]:
-        """Find the first remedy that keeps clear, -1 for none; from a stand ``off`` [rad] the heading where that is."""
+        """Return the index of the first clear remedy (-1: none) and its rim speeds [m/s].
+
+        With ``off`` [rad] the robot is taken to stand, turned by that angle.
+        """
         grid, (x, y, yaw) = constraints.grid, constraints.local
         now = (0.0, 0.0) if off else self._drive.rim_speeds(Twist(sense.linear, sense.angular))
         number, left, right = first_clear(
@@ -168,8 +172,8 @@ class SafetyFilter:
         return int(number), WheelSpeeds(left, right)
 
     def _fastest(self, front: float, constraints: Constraints) -> float:
-        """Return the forward speed [m/s] from which the brake stops in time: v = sqrt(2 a s).
+        """Return the forward speed [m/s] from which the robot can stop ``GAP`` before what the front sector sees.
 
-        That is ``GAP`` before what the front sector sees.
+        v = sqrt(2 a s).
         """
         return sqrt(2 * self._acceleration * max(0.0, front - GAP)) if constraints.may_drive else 0.0

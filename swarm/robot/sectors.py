@@ -1,4 +1,4 @@
-"""The three proximity sectors: the body angles of their rays, for whoever casts them and whoever reads them."""
+"""The three proximity sectors: the angles of their rays, for the world that casts them and robots that read them."""
 
 from math import radians
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Sectors(NamedTuple):
 
 
 def sectors(settings: SensorSettings) -> Sectors:
-    """Spread the rays as a scenario says."""
+    """Return the angles of the rays that a scenario defines."""
     side, half = radians(settings.side_deg), radians(settings.side_half_width_deg)
     return Sectors(
         fan(side, half, settings.rays),
@@ -28,7 +28,7 @@ def sectors(settings: SensorSettings) -> Sectors:
 
 
 def fan(middle: float, half_width: float, rays: int) -> Angles:
-    """Spread rays evenly over a sector: body angles [rad], right to left.
+    """Return body angles [rad] of rays spread evenly over a sector, from right to left.
 
     >>> [round(a, 2) for a in fan(0.0, 0.5, 3)]
     [-0.5, 0.0, 0.5]

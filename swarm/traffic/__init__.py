@@ -1,1 +1,1 @@
-"""Who goes first where robots meet."""
+"""Traffic: which robot may enter which cell, and when."""

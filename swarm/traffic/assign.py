@@ -1,4 +1,4 @@
-"""Where each robot of a joint plan shall end: its own goal, or, where that is taken or cut off, a free cell near it."""
+"""The cell in which each robot of a joint plan ends: its goal, or a free cell near it if that is taken or cut off."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
@@ -8,10 +8,10 @@ from swarm.traffic.cells import CellMap
 
 
 class Aside(Enum):
-    """Where a robot goes whose goal is another one's."""
+    """Where a robot goes if another robot gets its goal."""
 
-    NEAR = "near"  # near its goal: it is there soon once the goal is free
-    STAY = "stay"  # near where it is: fewest have to move
+    NEAR = "near"  # near its goal, so that it arrives soon after the goal is free
+    STAY = "stay"  # near its present cell, so that the fewest robots move
 
 
 def assign(
@@ -24,16 +24,17 @@ def assign(
     idle: Collection[str] = (),
     aside: Aside = Aside.NEAR,
 ) -> dict[str, int]:
-    """Assign each robot a goal of its own that it can reach: the nearest to its goal chooses first.
+    """Return a goal cell for each robot that it can reach and that no other robot has.
 
-    Of equally near ones it is who has stood the longest: ``since`` [tick] is when each last got on. Who is ``done``
-    chooses after all that have stops left, even after those that have to be content with a cell near their goal: one
-    that stands there to look past a dead robot must not be sent away for the sake of one that only goes back to its
-    place. Who is ``idle`` chooses last, and wants only to be out of the way: it stays, or goes to the nearest cell that
-    nobody drives over to its own goal.
+    The robot nearest to its goal chooses first. Of equally near robots, the one that has stood the longest chooses
+    first: ``since`` [tick] is when each last made progress. Robots in ``done`` have no stops left. They choose after
+    all robots that have stops left, even after those that only get a cell near their goal: a robot that stands there to
+    look past a dead robot must not be sent away for one that only returns to its place. Robots in ``idle`` choose last
+    and only have to be out of the way: each stays, or goes to the nearest cell that no robot drives over to its own
+    goal.
 
-    Shared targets need no other rule: one robot gets the target, the others free cells, chosen by ``aside``. A robot
-    whose goal is nowhere (OUTSIDE) keeps its place as its wish.
+    Shared targets need no other rule: one robot gets the target, the others get free cells, chosen by ``aside``. A
+    robot whose goal is not a cell (OUTSIDE) wishes to stay where it is.
     """
     reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
     wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
@@ -57,7 +58,7 @@ def assign(
 
 
 def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int]) -> Iterator[int]:
-    """Give the cells of a shortest way from ``start`` to where ``steps`` are 0: past those taken, if one leads so."""
+    """Yield the cells of a shortest way from ``start`` to where ``steps`` is 0; cells off ``taken`` are preferred."""
     yield (cell := start)
     while steps[cell]:
         yield (cell := min(cells.neighbours[cell], key=lambda other: (steps[other], other in taken, other)))
@@ -66,7 +67,7 @@ def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int
 def _order(
     aside: Aside, near: Sequence[int], table: Sequence[int], ways: Collection[int]
 ) -> Callable[[int], tuple[int, ...]]:
-    """Return what a cell is worth: off the ways; steps from the robot's goal, and from itself."""
+    """Return the sort key of a cell: off the ways first, then by its steps from the goal and from the robot."""
     match aside:
         case Aside.NEAR:
             return lambda cell: (cell in ways, near[cell], table[cell], cell)

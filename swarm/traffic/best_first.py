@@ -1,9 +1,10 @@
-"""Best-first search over joint positions, one robot moving at a time: for few robots in narrow places.
+"""Best-first search over configurations, one robot moving at a time: for few robots in narrow places.
 
-LaCAM goes depth first and now and then loses itself where two or three robots have to let each other pass. This search
-keeps every position it has seen, so it is slow for many robots, but it ends: with a plan, or with the proof that there
-is none. Some robots may not care where they end: they only make room, and who of them stands where is all one. Of two
-positions the one comes first whose robots have fewer steps left in all (greedy best-first search, Pearl 1984).
+LaCAM searches depth first. It sometimes takes very long where two or three robots have to let each other pass. This
+search keeps every configuration that it has seen. It is slow for many robots, but it ends: with a plan, or with the
+proof that there is none. Robots that are not ``eager`` may end anywhere: configurations that differ only in which of
+them stands where count as one. The configuration with the fewest steps left in total is expanded first (greedy
+best-first search, Pearl 1984).
 """
 
 from collections.abc import Sequence
@@ -13,13 +14,13 @@ from typing import Final
 from swarm.traffic.lacam import State, Steps
 from swarm.traffic.pibt import Configuration, Joined, Tables
 
-MOST: Final = 60_000  # joint positions kept
+MOST: Final = 60_000  # configurations kept
 
 
 class BestFirst:
-    """One search from ``starts``; ``tables[i]`` holds robot i's steps to its goal from every cell.
+    """One search from ``starts``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
 
-    It ends when each robot of ``eager`` is at its goal, where its table is 0.
+    The search is solved when each robot of ``eager`` is at its goal, where its table is 0.
     """
 
     def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, eager: Sequence[int]) -> None:
@@ -35,7 +36,7 @@ class BestFirst:
         self._open = [(self._left(starts), 0, starts)]
 
     def advance(self, expansions: int) -> State:
-        """Open at most that many joint positions more; return how the search stands."""
+        """Expand at most ``expansions`` more configurations; return the state of the search."""
         end = self.expansions + expansions
         while self.state is State.RUNNING and self.expansions < end and len(self._parents) < MOST:
             if not self._open:
@@ -62,7 +63,7 @@ class BestFirst:
         return self.state
 
     def _alike(self, at: Configuration) -> object:
-        """Return what a position has in common with those in which others that do not care have changed places."""
+        """Return a key that is equal for configurations in which only robots that are not eager have changed places."""
         return frozenset(at), tuple(at[robot] for robot in self._eager)
 
     def _left(self, at: Configuration) -> int:

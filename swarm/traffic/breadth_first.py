@@ -1,16 +1,16 @@
-"""Steps over cells, counted from the nearest of some sources."""
+"""Breadth-first distances over cells, in steps from the nearest source."""
 
 from collections import deque
 from collections.abc import Collection, Iterable
 from typing import Final
 
-FAR: Final = 1 << 30  # steps; no way leads there
+FAR: Final = 1 << 30  # steps; the cell cannot be reached
 
 
 def breadth_first(
     neighbours: tuple[tuple[int, ...], ...], sources: Iterable[int], without: Collection[int] = ()
 ) -> list[int]:
-    """Count the steps from every cell to the nearest source, never entering a cell of ``without``."""
+    """Return the steps from every cell to the nearest source, or FAR; no way enters a cell of ``without``."""
     table = [FAR] * len(neighbours)
     ready = deque(sources)
     for cell in ready:

@@ -1,4 +1,4 @@
-"""The call that a robot stands for: its states, each with its own data, and what outlives them."""
+"""The call for a joint plan that a robot takes part in: its states, each with its own data, and what outlives them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,9 +18,9 @@ NOBODY: Final[Mapping[str, int]] = MappingProxyType({})
 
 
 class Free(NamedTuple):
-    """The robot stands for no call."""
+    """The robot takes part in no call."""
 
-    need: str | None = None  # whom it asks to lead
+    need: str | None = None  # the robot that it asks to lead
     asked: Mapping[str, int] = NOBODY  # how often it has asked each leader without an answer
 
 
@@ -32,7 +32,7 @@ class Frozen(NamedTuple):
 
 
 class Collecting(NamedTuple):
-    """The robot leads. It has called the members, and they are coming to a stand."""
+    """The robot leads. It has called the members and waits until they stand."""
 
     collect: Collect
 
@@ -43,7 +43,7 @@ class Collecting(NamedTuple):
 
 
 class Searching(NamedTuple):
-    """The robot leads, and searches for a plan from where the members stand."""
+    """The robot leads and searches for a plan from where the members stand."""
 
     collect: Collect
     question: Question
@@ -61,7 +61,7 @@ Call = Free | Frozen | Collecting | Searching
 
 
 class Move(NamedTuple):
-    """What comes of a transition."""
+    """The result of a transition."""
 
     to: Call
     plan: JointPlan | None = None  # to be adopted
@@ -84,17 +84,17 @@ class Refused(NamedTuple):
 
 @dataclass
 class Part:
-    """What a robot goes by in joint plans, and what it remembers from one call to the next."""
+    """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str
     cells: CellMap
     settings: TrafficSettings
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick
-    passed_over: dict[str, int] = field(default_factory=dict)  # leaders that did not answer, and until when [tick]
-    spent: set[Epoch] = field(default_factory=set)  # calls that the robot stood for once
+    passed_over: dict[str, int] = field(default_factory=dict)  # silent leaders, and until when they are out [tick]
+    spent: set[Epoch] = field(default_factory=set)  # calls that the robot has left
     published: Published | None = None  # the newest plan it made, until it adopts another robot's
-    unconfirmed: Published | None = None  # the newest plan it made, until it has seen who follows it
+    unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it
     refused: Refused | None = None  # the newest plan it refused
-    shut: dict[Join, int] = field(default_factory=dict)  # joins that members refused, and until when [tick]
-    reported: set[tuple[str, ...]] = field(default_factory=set)  # for whom it has said that there is no plan
+    shut: dict[Join, int] = field(default_factory=dict)  # refused joins, and until when they count as shut [tick]
+    reported: set[tuple[str, ...]] = field(default_factory=set)  # groups reported to have no plan

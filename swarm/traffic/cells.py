@@ -1,8 +1,8 @@
-"""The cells that traffic hands out: a lattice over the map, coarse enough that a robot turns in one.
+"""The cells that robots reserve: a lattice over the map, coarse enough for a robot to turn within one cell.
 
-A cell is named by one number, ``row * columns + column``, the same in every robot that read the same map. A cell counts
-where a disc stands clear at its centre; two neighbours are joined where the disc stays clear all along the line between
-their centres. Both are exact for the boxes of the fine map.
+A cell is named by one number, ``row * columns + column``, the same for every robot that reads the same map. A robot can
+stand in a cell if a disc is clear of walls at its centre. Two neighbours are joined if the disc is clear all along the
+line between their centres. Both tests are exact for the boxes of the fine map.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -20,18 +20,18 @@ from swarm.traffic.fitting import OPEN, STANDS, measure
 from swarm.traffic.footprint import cells_under, line_is_clear
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
-KEPT: Final = 256  # distance tables
-SIGHT: Final = 0.1  # m; what passes a wall nearer than that is no sight to rely on
-ROUNDING: Final = 1e-9  # cells; a learned map counts its length in finer cells, and has to come to as many
+KEPT: Final = 256  # distance tables that are cached
+SIGHT: Final = 0.1  # m; a line of sight that passes a wall nearer than this does not count
+ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
 Flags = NDArray[np.bool_]
 
 
 class CellMap:
-    """Which cells there are, which are joined, and how far apart they lie.
+    """The cells, which of them are joined, and their distances in steps.
 
-    ``radius`` [m] is the disc that has to fit: the robot's, with what it strays. ``side`` [m] is a cell's.
-    ``offset`` [m, map's own frame] is where the outer corner of cell 0 lies.
+    ``radius`` [m] is that of the disc that has to fit: the robot, plus how far it may stray. ``side`` [m] is the side
+    of a cell. ``offset`` [m, the map's own frame] is the outer corner of cell 0.
     """
 
     def __init__(
@@ -81,14 +81,14 @@ class CellMap:
         return found
 
     def cell_of(self, x: float, y: float) -> int:
-        """Find the cell that holds a point [m, map frame], or OUTSIDE."""
+        """Return the cell that holds a point [m, map frame], or OUTSIDE."""
         x0, y0, c, s, along, up, side = self._frame
         dx, dy = x - x0, y - y0
         row, column = floor((c * dy - s * dx - up) / side), floor((c * dx + s * dy - along) / side)
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
-        """Return every cell a disc [m, map frame] reaches into, in ascending order; OUTSIDE is one of them."""
+        """Return every cell that a disc [m, map frame] reaches into, in ascending order; OUTSIDE may be among them."""
         x0, y0, c, s, along, up, side = self._frame
         dx, dy = x - x0, y - y0
         u, v, reach = (c * dx + s * dy - along) / side, (c * dy - s * dx - up) / side, radius / side
@@ -105,14 +105,14 @@ class CellMap:
         return tuple(found)
 
     def around(self, cell: int, reach: int) -> list[int]:
-        """List the cells at most ``reach`` rows and columns off one, itself too."""
+        """List the cells at most ``reach`` rows and columns away from a cell, the cell itself included."""
         row, column = divmod(cell, self.columns)
         rows = range(max(0, row - reach), min(self.rows, row + reach + 1))
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
     def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
-        """Return every cell, of those there are, that a disc reaches into at any of some points [m, map frame]."""
+        """Return every cell of the lattice that a disc reaches into at any of the points [m, map frame]."""
         if len(points) == 1:
             touched = frozenset(self.touched(points[0][0], points[0][1], radius))
             return touched - {OUTSIDE} if OUTSIDE in touched else touched
@@ -120,11 +120,11 @@ class CellMap:
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
 
     def swept_in_order(self, points: NDArray[np.float64], radius: float) -> tuple[int, ...]:
-        """Return the same cells in the order in which they are reached."""
+        """Return the cells of ``swept`` in the order in which the disc reaches them."""
         return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
 
     def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
-        """Return True if a disc [m, map frame] lies inside the held cells and clear of what the map shows in them."""
+        """Return True if a disc [m, map frame] lies inside the held cells and is clear of the walls in them."""
         touched = self.touched(x, y, radius)
         if any(cell not in held for cell in touched):
             return False
@@ -147,9 +147,9 @@ class CellMap:
         return x0, y0
 
     def nearest_standable(self, x: float, y: float, among: Collection[int] = ()) -> int:
-        """Find the cell with room to stand that holds a point [m], else that whose centre is nearest to it.
+        """Return the cell to stand in that holds a point [m, map frame], else the one with the nearest centre.
 
-        Those of ``among`` come first; OUTSIDE where there is none at all.
+        Cells of ``among`` are preferred. The result is OUTSIDE if there is no cell to stand in.
         """
         here = self.cell_of(x, y)
         if here != OUTSIDE and self.stands[here]:
@@ -166,13 +166,13 @@ class CellMap:
         return min(standable, key=away)
 
     def leaning(self, cell: int, towards: int, radius: float) -> Point:
-        """Return the place in a cell [m, map frame] next to a joined cell, as near as a disc inside the cell can be."""
+        """Return the point of a cell nearest to a joined cell where a disc stays inside its own cell [m, map frame]."""
         (x0, y0), (x1, y1) = self.centre(cell), self.centre(towards)
         share = max(0.0, 0.5 - radius / self.side)
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def is_blind(self, cell: int, towards: int) -> bool:
-        """Return True if walls hide, from the middle of a cell, another one from which ``towards`` can be entered."""
+        """Return True if, from the middle of ``cell``, walls hide another cell that is joined to ``towards``."""
         key = (cell, towards)
         if key not in self._blind:
             here = self.centre(cell)
@@ -188,9 +188,9 @@ class CellMap:
     # ---- distances
 
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
-        """Count the steps from every cell to ``goal``, never entering a cell of ``without``; FAR where no way leads.
+        """Return the steps from every cell to ``goal``, or FAR; no way enters a cell of ``without``.
 
-        The newest KEPT tables are kept: do not change them.
+        Do not change the returned list: the newest KEPT tables are cached.
         """
         key = (goal, frozenset(without))
         table = self._tables.get(key)
@@ -204,10 +204,10 @@ class CellMap:
     # ---- other floors, on the same lattice
 
     def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
-        """Return the cells of an edited map, whose fine cells from ``low`` up to and without ``high`` may differ.
+        """Return the cells of an edited map; only fine cells from ``low`` up to but not including ``high`` may differ.
 
-        The same as making them again, for the cost of the edit's surroundings. Where no join changed, ``neighbours`` is
-        the very same object.
+        The result is the same as if all cells were made again, but only the surroundings of the edit are computed. If
+        no join changes, ``neighbours`` is the very same object.
         """
         other = copy(self)
         other.occupancy = occupancy
@@ -235,7 +235,7 @@ class CellMap:
         return other
 
     def without(self, shut: Iterable[tuple[int, int]]) -> "CellMap":
-        """Return the same cells with some pairs of neighbours joined no longer."""
+        """Return the same cells, with the given pairs of neighbours no longer joined."""
         pairs = set(shut)
         if not pairs:
             return self
@@ -248,7 +248,7 @@ class CellMap:
         return other
 
     def _near(self, fine: int, offset: float, towards: int) -> int:
-        """Return the row or column of cells from which, or up to and without which, a fine cell can matter."""
+        """Return the first row or column that a fine cell affects (``towards`` -1), or the one after the last (1)."""
         at = (fine * self.occupancy.resolution - offset + towards * self.radius) / self.side
         return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))
 
@@ -258,14 +258,14 @@ class CellMap:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
     def _measure(self, row: int, column: int, beyond_row: int, beyond_column: int) -> None:
-        """Work out the flags of a block of cells."""
+        """Compute the flags of a block of cells."""
         measure(
             self._solid, self.occupancy.resolution, *self.offset, self.side, self.radius,
             row, column, beyond_row, beyond_column, self._flags,
         )  # fmt: skip
 
     def _joined(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Return cells of a block, each with its joined neighbours: right, up, left, down."""
+        """Yield each cell of a block with its joined neighbours: right, up, left, down."""
         stands, right, up = self._flags[:OPEN].tolist()
         for row in rows:
             for column in columns:
@@ -295,5 +295,5 @@ class CellMap:
 
 
 def _solid(cells: NDArray[np.uint8], unknown_is_free: bool) -> Flags:
-    """Return which fine cells a robot cannot be in."""
+    """Return the fine cells that a robot cannot enter."""
     return np.asarray((cells != FREE) & (cells != UNKNOWN) if unknown_is_free else cells != FREE)

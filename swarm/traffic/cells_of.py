@@ -17,15 +17,15 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 from swarm.traffic.sight import without_unheard
 
-# a cell's side, where the scenario says nothing: at 6 radii a robot turns in it under the paper's controller
+# side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
 PHASES: Final = 4  # lattice offsets tried along each axis
-SPARE: Final = 0.05  # m, what a robot may stray on the line between two cells
-# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts to tell:
-DEAF: Final = 3e-4  # chance that all get lost by which a robot is taken for silent, one way; both ways: its square,
-UNHEARD: Final = 3e-5  # and that it listens and hears nothing of one in range
-LOSSY: Final = 0.9  # share lost; nothing is made for a radio worse than that
-# where walls stop the radio: claim one cell at a time and wait for five broadcasts; to be unheard is nothing special
+SPARE: Final = 0.05  # m, how far a robot may stray from the line between two cells
+# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
+DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
+UNHEARD: Final = 3e-5  # chance that a robot listens and hears nothing from a robot in range
+LOSSY: Final = 0.9  # share lost; a radio that loses more is not supported
+# if walls stop the radio: a robot claims one cell at a time and waits for five broadcasts; silence is common there
 IN_SIGHT: Final[dict[str, Any]] = {
     "in_sight": True,
     "horizon": 1,
@@ -37,13 +37,21 @@ IN_SIGHT: Final[dict[str, Any]] = {
 
 
 def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
-    """Lay the lattice over a floor, where ``with_lattice`` settled it: all must give a cell the same number."""
+    """Return the lattice over a floor, as ``with_lattice`` placed it: all robots must give a cell the same number.
+
+    Raises:
+        ConfigError: The settings do not say where the lattice lies.
+    """
     side, offset = _place(settings)
     return _lattice(floor, side, settings.robot.radius + SPARE, offset, _lean(settings))
 
 
 def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
-    """Lay the same lattice over what one robot has learned of a floor; what nobody has seen counts as free."""
+    """Return the same lattice over what one robot has learned of a floor; unknown fine cells count as free.
+
+    Raises:
+        ConfigError: The settings do not say where the lattice lies.
+    """
     side, offset = _place(settings)
     return CellMap(floor, side=side, radius=settings.robot.radius + SPARE, offset=offset, unknown_is_free=True)
 
@@ -52,17 +60,16 @@ def _place(settings: Settings) -> tuple[float, Point]:
     side, offset = settings.traffic.cell, settings.traffic.offset
     if side is None or offset is None:
         raise ConfigError(
-            "traffic: expected `cell` and `offset` of the lattice, got none: it is settled before a run begins, "
-            "by swarm.scenario.prepare"
+            "traffic: expected `cell` and `offset` of the lattice, got none; call swarm.scenario.prepare before the run"
         )
     return side, offset
 
 
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
-    """Settle where the lattice lies, once for a run: edits of the floor, and what robots learn, must not shift it.
+    """Return the settings with the lattice's place, fixed for the whole run: edits and learned walls must not shift it.
 
-    Cells are as large as lets every stop be reached from the starts over cells, 6 radii at most and 4 at least; the
-    largest where none do, which the check of the scenario refuses.
+    The side of a cell is the largest, from 6 radii down to 4, at which a robot can reach every stop from the starts
+    over cells. If none serves, the largest side is taken, and the check of the scenario refuses it.
     """
     traffic = settings.traffic
     largest = traffic.cell or RADII[0] * settings.robot.radius
@@ -73,7 +80,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     first: Point | None = None
     for side in sides:
         offset = (
-            (0.0, 0.0)  # a map whose own cells are as large is its own lattice
+            (0.0, 0.0)  # a map with cells of this size is its own lattice
             if side == floor.resolution
             else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
         )
@@ -89,7 +96,7 @@ def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
 
 
 def _stops(settings: Settings) -> list[Point]:
-    """List the places to go to that are known before the starts are drawn."""
+    """List the places to go to that are known before the start poses are drawn [m]."""
     stops = [*settings.targets, *(stop for stops in settings.own_targets for stop in stops)]
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
@@ -99,7 +106,7 @@ def _missed(cells: CellMap, settings: Settings) -> int:
 
 
 def _serves(cells: CellMap, settings: Settings) -> bool:
-    """Return True if all stops can be reached from all starts by who keeps to these cells."""
+    """Return True if a robot that keeps to these cells can reach all stops from all starts."""
     if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
         return False
     places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
@@ -113,16 +120,16 @@ def _serves(cells: CellMap, settings: Settings) -> bool:
 
 
 def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> list[int]:
-    """List the cells to stand in whose centres lie between two corners [m]."""
+    """List the cells to stand in whose centres lie in the box between two corners [m]."""
     x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
     centres = ((cell, cells.centre(cell)) for cell in range(len(cells)) if cells.stands[cell])
     return [cell for cell, (x, y) in centres if x0 <= x <= x1 and y0 <= y <= y1]
 
 
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
-    """Return True if a robot at ``here`` [m] comes within ``reach`` of a place [m] by a way over cells.
+    """Return True if a robot at ``here`` [m] can come within ``reach`` of a place [m] over cells.
 
-    True also where no cell that can be stood in is under it: then nothing can be said.
+    The result is also True if no cell to stand in is under the robot: the cells tell nothing then.
     """
     under = [cell for cell in cells.touched(*here, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
     goal = cells.cell_of(*there)
@@ -135,7 +142,7 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
 
 
 def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
-    """Return how far from a stop [m] a robot comes to stand that keeps to the cell the stop is in."""
+    """Return how far from a stop [m] a robot stands that keeps to the cell of the stop; inf if there is no cell."""
     cell = cells.nearest_standable(*stop)
     if cell == OUTSIDE:
         return inf
@@ -149,16 +156,16 @@ def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None
 
 
 def _lean(settings: Settings) -> float | None:
-    """Return the room [m] a robot keeps where it leans round corners; None where walls do not stop the radio."""
+    """Return the room [m] that a robot keeps when it leans round corners; None if walls do not stop the radio."""
     return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
 
 
 def best_offset(
     occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[[CellMap], int] = lambda cells: 0
 ) -> Point:
-    """Choose the lattice offset [m] that leaves the floor most in one piece, misses least, then joins most cells.
+    """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
 
-    Walls are rarely where a lattice would like them: shifting it by part of a cell opens doors. Nought wins ties.
+    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties.
     """
 
     def worth(offset: Point) -> tuple[float, int, int]:
@@ -202,5 +209,5 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
 
 
 def _in_a_row(loss: float, chance: float) -> int:
-    """Return how many broadcasts in a row get lost with no more than that chance, at the loss a radio may have."""
+    """Return how many broadcasts in a row are all lost with at most ``chance``, if the share ``loss`` is lost."""
     return ceil(log(chance) / log(min(loss, LOSSY))) if loss > 0.0 else 0

@@ -1,4 +1,4 @@
-"""Layer 1 of one robot: it asks for the next cells of its route, and takes those that all near have acknowledged."""
+"""Layer 1 of one robot: it claims the next cells of its route, and takes those that all near have acknowledged."""
 
 from collections.abc import Collection
 from math import hypot
@@ -15,22 +15,22 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 
-LEANS: Final = 0.1  # m, off the place where a robot leans, or off its cell's middle: see CellMap.is_blind
+LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
 BESIDE: Final = 4  # cells beside the way claimed at a time
-UNANSWERED: Final = 40  # ticks after which one waits for those who have not acknowledged a claim
+UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
 NOBODY: Final[frozenset[str]] = frozenset()
 
 
 class Claimed(NamedTuple):
-    """What a robot has got, and whom it waits for."""
+    """The new progress of a robot, and the robots that it waits for."""
 
     progress: RouteProgress
     waits: tuple[str, ...]
-    took: bool  # it got a cell of its way
+    took: bool  # it took a cell of its way
 
 
 class Claiming:
-    """Applies the rules of ``holds`` to the cells a robot wants next, in the order of its way and of its plan."""
+    """Applies the rules of ``reservations`` to the cells a robot wants next, in the order of its way and its plan."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
@@ -40,7 +40,7 @@ class Claiming:
     def step(
         self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
     ) -> Claimed:
-        """Claim the next cells of the way, and cells to drive in beside it (``room``); take those that are granted."""
+        """Claim the next cells of the way, and the cells of ``room`` beside it; take those that are granted."""
         progress, waits = self._ask(progress, plan, situation, body)
         near = (
             self._near(situation, body.pose) if progress.reservations.claims or progress.reservations.beside else NOBODY
@@ -54,7 +54,7 @@ class Claiming:
     def _advance(
         self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
     ) -> Claimed:
-        """Take the cells claimed, in the order of the plan, that all ``near`` have acknowledged."""
+        """Take the claimed cells that all ``near`` have acknowledged, in the order of the plan."""
         progress, waits, took = claimed
         while progress.route:
             cell = progress.route[0]
@@ -81,7 +81,7 @@ class Claiming:
     def _make_room(
         self, progress: RouteProgress, situation: Situation, pose: Pose, room: Collection[int], near: frozenset[str]
     ) -> RouteProgress:
-        """Claim cells beside the way in which the robot would drive, and take those that all have granted."""
+        """Claim the cells of ``room``, beside the way; take those that all others have granted."""
         if progress.reservations.beside:
             given_up = [claim for claim in progress.reservations.beside if claim.cell not in room]
             progress = progress._replace(reservations=progress.reservations.withdraw(given_up))
@@ -110,7 +110,7 @@ class Claiming:
     def _ask(
         self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body
     ) -> tuple[RouteProgress, tuple[str, ...]]:
-        """Claim what may be claimed, in order; name who keeps it from the first cell of the route."""
+        """Claim what may be claimed, in order; return also who keeps the robot from the first cell of the route."""
         pose, place = body.pose, progress.place(body.cell)
         room = self.settings.horizon - (len(progress.reservations.held) - 1 - place)
         for ahead, cell in enumerate(progress.route[: max(0, room)]):
@@ -134,13 +134,13 @@ class Claiming:
         return progress, ()
 
     def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
-        """Return True if all who may claim or hold that cell hear me: round a corner they lean towards it, as I do."""
+        """Return True if all that may claim or hold that cell hear me. Round a corner, robots lean towards the cell."""
         if not self.cells.is_blind(head, cell):
             return distance(self.cells.centre(head), pose) <= LEANS
         return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
-        """Return True if to claim the very next cell although it is held: once it is let go of, it is mine at once."""
+        """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
         held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
         return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
 
@@ -152,7 +152,7 @@ class Claiming:
         )
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
-        """Name those heard of late who could claim a cell that I can claim."""
+        """Return the robots heard lately that could claim a cell that I can claim."""
         settings = self.settings
         farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
         reach = 2 * farthest + 1.5
@@ -162,7 +162,7 @@ class Claiming:
         )
 
     def _hinderers(self, case: Case) -> tuple[str, ...]:
-        """Name who holds or claims a cell, or else who has not acknowledged the claim yet."""
+        """Return who holds or claims a cell, or else who has not acknowledged the claim yet."""
         cell = case.claim.cell
         owners = tuple(
             [

@@ -1,8 +1,7 @@
-"""From a joint plan to who enters each cell after whom: dependencies on progress, not on time.
+"""The order of entries in a joint plan: who enters each cell after whom. It depends on progress, not on time.
 
-Action dependency graph: Hoenig et al., IEEE RA-L 4(2), 2019; the same order kept under delays: RMTRACK, Gregoire et
-al., 2017. Each visit of a cell waits only for the visit just before it, so that an entry depends on
-one other robot at most.
+Action dependency graph: Hoenig et al., IEEE RA-L 4(2), 2019. The same order kept under delays: RMTRACK, Gregoire et
+al., 2017. Each visit of a cell waits only for the visit just before it, so an entry depends on one other robot at most.
 """
 
 from collections.abc import Sequence
@@ -12,25 +11,25 @@ from typing import Final, NamedTuple
 from swarm.traffic.pibt import Configuration
 
 CORNER: Final = sqrt(0.5)  # steps for a cell in which the way turns: from the middle of one edge to that of the next
-BACK: Final = 2.5  # steps where it leads back: a turn on the spot takes 1.5 (measured with the fuzzy drive)
+BACK: Final = 2.5  # steps where the way leads back: a turn on the spot takes 1.5 (measured with the fuzzy drive)
 
 
 class After(NamedTuple):
-    """An entry has to wait until ``robot`` has left the ``place``-th cell of its way."""
+    """A condition of an entry: ``robot`` has left the ``place``-th cell of its way."""
 
     robot: int
     place: int
 
 
 class Order(NamedTuple):
-    """The plan without time."""
+    """A joint plan without time."""
 
-    ways: tuple[tuple[int, ...], ...]  # [robot] -> cells, the one it stands in first, none twice in a row
+    ways: tuple[tuple[int, ...], ...]  # [robot] -> cells, its present one first, none twice in a row
     after: tuple[dict[int, After], ...]  # [robot][index of the cell entered] -> what it waits for
 
 
 def order_of(steps: Sequence[Configuration]) -> Order:
-    """Read off every robot's way, and for each cell who comes after whom.
+    """Return the way of every robot, and for each cell who enters it after whom.
 
     >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0 has left its cell no. 1
     Order(ways=((0, 1, 2), (3, 1)), after=({}, {1: After(robot=0, place=1)}))
@@ -52,10 +51,10 @@ def order_of(steps: Sequence[Configuration]) -> Order:
 
 
 def pace(before: int, cell: int, other: int) -> float:
-    """Return how long it takes from ``cell`` to ``other`` [steps]; ``before`` is the one before, ``cell`` at the start.
+    """Return the time from ``cell`` to ``other`` [steps]; ``before`` is the previous cell, or ``cell`` at the start.
 
-    Of cells of one size a robot crosses those straight on in a step. Who turns cuts the corner: a way of corners alone
-    is driven as one slanting line.
+    Straight on, a cell takes one step. A robot that turns cuts the corner: it drives a way of corners alone as one
+    slanting line.
     """
     if before == cell or other - cell == cell - before:
         return 1.0
@@ -63,9 +62,10 @@ def pace(before: int, cell: int, other: int) -> float:
 
 
 def duration(order: Order) -> tuple[float, float]:
-    """Estimate when the last robot arrives, and the sum of all arrivals [steps].
+    """Return when the last robot arrives, and the sum of all arrivals, estimated [steps].
 
-    Raises ValueError where the order runs in a circle, which no plan without rings of movers gives.
+    Raises:
+        ValueError: Entries wait for each other in a circle. Only a plan with a ring of movers or a swap has one.
     """
     ways, after = order
     arrived: list[list[float]] = [[0.0] for _ in ways]

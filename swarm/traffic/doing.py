@@ -1,4 +1,4 @@
-"""What a robot has decided to do in one step: what it tells and where it may drive follow from this."""
+"""The decisions of a robot in one step. What it tells and where it may drive follow from them."""
 
 from typing import NamedTuple
 
@@ -12,19 +12,19 @@ from swarm.traffic.threat import Threat
 
 
 class Doing(NamedTuple):
-    """The end of one step."""
+    """The decisions of one step."""
 
     inputs: TrafficInputs
     situation: Situation
     progress: RouteProgress
     goal: Goal
     joint: JointPlanning
-    waits: tuple[str, ...]  # for these robots
-    listens: bool  # it has just begun or woken, and claims nothing yet
+    waits: tuple[str, ...]  # the robots that it waits for
+    listens: bool  # it has just started or woken, and claims nothing yet
     stopped: bool  # before an unexpected obstacle
-    face: Point | None  # m, turn to this before anything else
-    leans_to: int | None  # the cell that it looks into from the edge of its own
-    floor: tuple[int, ...]  # cells for it alone, beside those held
-    moved: int  # tick at which it last got on
+    face: Point | None  # m, the point to turn to first
+    leans_to: int | None  # the cell that it looks into from the edge of its own cell
+    floor: tuple[int, ...]  # free-drive cells: beside those held, for it alone
+    moved: int  # tick of its last progress
     room: tuple[int, ...]  # cells asked for beside the way
-    threat: Threat | None  # what comes towards it
+    threat: Threat | None  # the obstacle that comes towards it

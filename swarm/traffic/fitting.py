@@ -1,4 +1,4 @@
-"""Which cells of a lattice a disc fits in, and between which it passes: compiled, for learned floors keep changing."""
+"""Tests which cells of a lattice a disc fits in, and between which it passes. Compiled: learned floors change often."""
 
 from math import ceil, floor
 
@@ -13,9 +13,9 @@ STANDS, RIGHT, UP, OPEN = range(4)  # of the flags of a cell: see ``measure``
 def _is_clear(
     solid: NDArray[np.bool_], x: float, y: float, dx: float, dy: float, radius: float, resolution: float
 ) -> bool:
-    """Return True if a disc stays clear from (x, y) to ``(dx, dy)`` away [m], dx or dy being zero.
+    """Return True if a disc stays clear from (x, y) to ``(dx, dy)`` away [m]; dx or dy is zero.
 
-    A line along an axis is a flat box, and so is a fine cell: their distance is exact, axis by axis.
+    The line and a fine cell are both boxes along the axes, so their distance is exact.
     """
     rows, columns = solid.shape[0] - 2, solid.shape[1] - 2
     low, left = floor((y - radius) / resolution), floor((x - radius) / resolution)
@@ -32,7 +32,7 @@ def _is_clear(
 
 @njit("b1(b1[:, ::1], f8, f8, f8, f8)", cache=True)
 def _is_open(solid: NDArray[np.bool_], x: float, y: float, side: float, resolution: float) -> bool:
-    """Return True if nothing solid lies in the square whose low corner is (x, y) [m], and all of it on the map."""
+    """Return True if the square with the low corner (x, y) [m] is all on the map and nothing solid lies in it."""
     rows, columns = solid.shape
     for row in range(floor(y / resolution + 1e-6) + 1, ceil((y + side) / resolution - 1e-6) + 1):
         for column in range(floor(x / resolution + 1e-6) + 1, ceil((x + side) / resolution - 1e-6) + 1):
@@ -43,9 +43,9 @@ def _is_open(solid: NDArray[np.bool_], x: float, y: float, side: float, resoluti
 
 @njit("void(b1[:, ::1], f8, f8, f8, f8, f8, i8, i8, i8, i8, b1[:, :, ::1])", cache=True)
 def measure(
-    solid: NDArray[np.bool_],  # fine cells, with a solid rim about them
+    solid: NDArray[np.bool_],  # fine cells, with a solid rim around them
     resolution: float,  # m, side of a fine cell
-    along: float,  # m, the lattice's corner
+    along: float,  # m, corner of the lattice
     up: float,
     side: float,  # m, of a cell
     radius: float,  # m, of the disc
@@ -55,9 +55,9 @@ def measure(
     beyond_column: int,
     flags: NDArray[np.bool_],  # (4, rows, columns), written
 ) -> None:
-    """Note of each cell of a block whether the disc stands in its middle, passes on to the right, and up.
+    """Compute for each cell of a block if the disc fits at its centre (STANDS) and passes right (RIGHT) and up (UP).
 
-    OPEN says that no part of the cell is solid.
+    OPEN means that no part of the cell is solid.
     """
     for row in range(first_row, beyond_row):
         y = up + (row + 0.5) * side

@@ -1,7 +1,7 @@
-"""What cells of a lattice a disc is in, and whether walls come near a line.
+"""The cells of a lattice that a disc reaches into, and a test whether walls are near a line.
 
-Compiled: the one is asked of every point of a braking path, each tick, the other of all cells that robots could want
-without hearing each other.
+Compiled: the cells are computed for every point of a braking path in each tick, and the line test runs for all cells
+that robots could want without hearing each other.
 """
 
 from math import ceil, floor
@@ -56,10 +56,10 @@ def line_is_clear(
     radius: float,
     count: int,
 ) -> bool:
-    """Return True if a disc is clear of what is solid at each of ``count - 1`` places between two points [m].
+    """Return True if a disc is clear of walls at each of ``count - 1`` points between two points [m].
 
-    ``solid`` is the fine map with a frame one cell wide, ``resolution`` [m] its cells' side; ``x0``, ``y0`` [m] and the
-    cosine and sine of its yaw are its pose.
+    ``solid`` is the fine map with a rim one cell wide, ``resolution`` [m] the side of its cells. The pose of the map's
+    frame is ``x0``, ``y0`` [m] and the cosine and sine of its yaw.
     """
     reach = radius / resolution
     for k in range(1, count):
@@ -87,10 +87,10 @@ def cells_under(
     rows: int,
     columns: int,
 ) -> NDArray[np.int64]:
-    """List the cells of a lattice that a disc reaches into at any of some points ((n, 2), m); some come repeatedly.
+    """List the cells of a lattice that a disc reaches into at any of some points ((n, 2), m); cells may repeat.
 
-    ``x0``, ``y0`` [m] and the cosine and sine of its yaw are the pose of the map's frame; ``along`` and ``up`` [m] in
-    it is the lattice's corner, ``side`` [m] a cell's.
+    The pose of the map's frame is ``x0``, ``y0`` [m] and the cosine and sine of its yaw. In this frame the corner of
+    the lattice is ``along``, ``up`` [m]; ``side`` [m] is the side of a cell.
     """
     cells: NDArray[np.int64] = _cells_under(points, radius, x0, y0, cos_o, sin_o, along, up, side, rows, columns)
     return cells

@@ -1,4 +1,4 @@
-"""Where a robot wants to be: a cell that it can stand in and reach, and the place in that cell."""
+"""The goal of a robot: a cell that it can stand in and reach, and the point in that cell."""
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
@@ -14,16 +14,16 @@ class Goal:
     def __init__(self) -> None:
         self.cell = OUTSIDE
         self.since = 0  # tick
-        self.wish: Point | None = None  # m; None: nowhere in particular
-        self.way_out: tuple[int, ...] = ()  # of a cell that is none to stand in, as a way; () elsewhere
+        self.wish: Point | None = None  # m; None: no particular place
+        self.way_out: tuple[int, ...] = ()  # the way out of a cell in which no robot can stand; () elsewhere
         self._place_for: tuple[CellMap, int, Point] | None = None
         self._place: Point = (0.0, 0.0)
 
     def set(self, wish: Point | None, progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> bool:
-        """Take the place wanted [m]; return True if that changes the cell of a robot that wants to be somewhere.
+        """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
-        Where no way of the map leads from its head to it, the nearest cell is taken that can be reached. ``radius`` [m]
-        is the footprint's.
+        If no way leads from the head to that point, the nearest reachable cell is taken. ``radius`` [m] is that of the
+        footprint.
         """
         changed = False
         if wish is None:
@@ -42,7 +42,7 @@ class Goal:
         return changed
 
     def place(self, wish: Point, room: float, cells: CellMap) -> Point:
-        """Return the place in the goal's cell nearest to ``wish`` where a disc of a radius ``room`` fits [m]."""
+        """Return the point in the goal cell nearest to ``wish`` where a disc with the radius ``room`` fits [m]."""
         asked = (cells, self.cell, wish)
         if asked != self._place_for:
             self._place_for = asked
@@ -51,9 +51,10 @@ class Goal:
 
 
 def _way_out(progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> tuple[int, ...]:
-    """Return the cell to drive to, as a way, where an edit has left the body in a cell that is none to stand in.
+    """Return the cell to drive to, as a way, if an edit has left the body in a cell where no robot can stand.
 
-    No way of the map leads from there. () where it stands in a cell of the map, or every cell beside is shut off.
+    No way over cells leads out of such a cell. The result is () if the robot stands in a proper cell, or if every cell
+    beside it is shut off.
     """
     head = progress.head
     if cells.stands[head] or any(step != BESIDE for step in progress.steps[:-1]):

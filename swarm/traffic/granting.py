@@ -1,4 +1,4 @@
-"""Where a robot may drive after one step, and how: its waypoints, and what it is doing in one word."""
+"""Where a robot may drive after one step, and how: its waypoints and its activity."""
 
 from collections.abc import Collection, Sequence
 
@@ -13,7 +13,7 @@ from swarm.traffic.settings import TrafficSettings
 def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
     """List the held cells to drive through in order, from the one at ``place`` to the head or to the next stop.
 
-    With nobody near, those of the route that are in view follow.
+    If no other robot is near, the cells of the route that are in view follow.
     """
     ahead = doing.progress.reservations.held[place:]
     if doing.floor:
@@ -22,17 +22,17 @@ def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
 
 
 def stops_in(doing: Doing, ahead: Sequence[int]) -> bool:
-    """Return True if one of the cells ahead is that of its next stop: it is driven over, whatever comes then."""
+    """Return True if one of the cells ahead holds the next stop: the robot drives over it, whatever comes then."""
     return doing.goal.cell in ahead and not doing.inputs.done and doing.inputs.goal is not None
 
 
 def waypoints(
     doing: Doing, ahead: Sequence[int], alone: Collection[int], cells: CellMap, settings: TrafficSettings
 ) -> tuple[Point, ...]:
-    """Return where to drive, in order [m]. ``alone`` are the held cells that no other robot holds too."""
+    """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
     progress, goal = doing.progress, doing.goal
     points = [cells.centre(cell) for cell in ahead]
-    if ahead[0] not in alone:  # not to the middle of a cell in which somebody else is too
+    if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
         points = points[1:] or [(doing.inputs.pose.x, doing.inputs.pose.y)]
     if stops_in(doing, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
@@ -46,7 +46,7 @@ def waypoints(
 
 
 def looks(doing: Doing, settings: TrafficSettings) -> bool:
-    """Return True if the robot has to come to a certain place in its cell, where it claims or looks from."""
+    """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
     if not doing.progress.route:
         return False
     if settings.in_sight or doing.leans_to is not None:
@@ -55,7 +55,7 @@ def looks(doing: Doing, settings: TrafficSettings) -> bool:
 
 
 def activity(doing: Doing) -> TrafficActivity:
-    """Return what the robot is doing: the first of these that holds."""
+    """Return the activity of the robot: the first in this order that applies."""
     progress, joint = doing.progress, doing.joint
     if doing.stopped:
         return TrafficActivity.HALTED

@@ -1,4 +1,4 @@
-"""Layer 0: stopping before a body that is not where the others, the silent ones too, said they are."""
+"""Layer 0: stops before an unexpected obstacle: a body that is not where a robot, even a silent one, said it is."""
 
 from collections.abc import Callable, Collection, Iterable
 from math import hypot
@@ -13,21 +13,21 @@ from swarm.traffic.look import Known, Reading, hit_by, strange, unexplained
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.threat import WATCH, Threat, Threats
 
-HALTED: Final = 10  # ticks stopped for something unknown, after which it is taken to stay
-STILL: Final = 0.1  # m; what seems to have moved farther in that time is on its way: that time begins again,
-AT_LAST: Final = 60  # ticks, but not for ever: to a robot that turns, other edges of a body come into view
-CLOSE: Final = 0.15  # m, from the edge: what came so near is still near when the sensors have turned away from it,
-LINGERS: Final = 10  # ticks for which that is believed
-ABOUT: Final = 0.15  # m, how exactly a ray tells where something is
-MOVES: Final = 1.5  # s for which a robot that is not heard is taken to drive on,
-RESTS: Final = 0.6  # s, and as far as that in them where it has been silent for long: it came to rest
+HALTED: Final = 10  # ticks stopped before an unexpected obstacle, after which it is taken to stay
+STILL: Final = 0.1  # m; an obstacle that moves farther in HALTED ticks does not stay: the ticks are counted again
+AT_LAST: Final = 60  # ticks after which they are not counted again: a robot that turns sees other edges of a body
+CLOSE: Final = 0.15  # m, from the edge; an obstacle this near is still near when the sensors have turned away from it
+LINGERS: Final = 10  # ticks for which a close obstacle is assumed to be there still
+ABOUT: Final = 0.15  # m, the accuracy with which a ray locates an obstacle
+MOVES: Final = 1.5  # s for which a robot that is not heard is assumed to drive on
+RESTS: Final = 0.6  # s for which a robot long silent is assumed to have driven on before it came to rest
 
 
 def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: TrafficSettings) -> Callable[[Point], bool]:
-    """Return the test whether the body of a robot that was heard may be at a place [m] at a tick.
+    """Return a test: True if the body of a robot that was heard may be at a point [m] at ``tick``.
 
-    It is near where it was heard last, in cells that it holds or, if that is old news, was about to take. Who has been
-    silent for long has come to rest.
+    The body is near where it was heard last, in cells that it holds. If the record is old, the cells that the robot was
+    about to take count too. A robot that has been silent for long has come to rest.
     """
     known = []
     for record in others:
@@ -41,27 +41,27 @@ def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: Traf
 
 
 class Halt(NamedTuple):
-    """What one look says."""
+    """The result of one look."""
 
     stopped: bool
-    found: Point | None = None  # m, where something seems to stay: said once
-    threat: Threat | None = None  # what comes towards the robot
+    found: Point | None = None  # m, where an obstacle seems to stay: reported once
+    threat: Threat | None = None  # the obstacle that comes towards the robot
 
 
 class Halting:
-    """Watches for unexpected obstacles, for one robot."""
+    """The obstacle detector of one robot."""
 
     def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
         self.cells = cells
         self._settings = settings
-        self._since: int | None = None  # tick at which it stopped,
-        self._still: tuple[int, Point] = (0, (0.0, 0.0))  # and since when there is something at a place
+        self._since: int | None = None  # tick at which it stopped
+        self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
         self._lingers_until = 0
-        self._found: list[tuple[int, Point]] = []  # until when it is believed in, and where it is
+        self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
         self._threats = Threats(settings.tick)
 
     def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
-        """Judge what the rays show. ``others`` is the newest of everybody; in ``mine``, cells, nobody else is."""
+        """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
@@ -72,7 +72,7 @@ class Halting:
         return halt._replace(threat=self._threats.look(tick, inputs.pose, hits))
 
     def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
-        """Say whether to stop for what is near, and whether it stays."""
+        """Return whether to stop for what is near, and where it stays."""
         tick, settings = inputs.tick, self._settings
         place = unexplained(seen, inputs.pose, self.cells, known, settings)
         if place is None:
@@ -90,11 +90,11 @@ class Halting:
         return Halt(stopped=True, found=place)
 
     def places(self, tick: int) -> tuple[Point, ...]:
-        """Return where things stay that were found lately [m]."""
+        """Return where obstacles stay that were found lately [m]."""
         return tuple([place for until, place in self._found if until > tick])
 
     def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
-        """List bodies that need no explaining: robots near where they were last heard, and things found before."""
+        """List bodies that are expected: robots near where they were last heard, and obstacles found before."""
         (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
         farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at
         known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
@@ -103,7 +103,7 @@ class Halting:
             within = settings.radius + ABOUT + settings.speed * age
             if hypot(record.x - x, record.y - y) > farthest + within:
                 continue
-            silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: no reason to brush past
+            silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it
             known.append(
                 Known((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)
             )

@@ -1,4 +1,4 @@
-"""A joint plan made quicker: a few robots are taken out of it, and find new ways through what the others do.
+"""Makes a joint plan quicker: takes a few robots out of it and finds new ways for them past the others.
 
 Large neighbourhood search (MAPF-LNS: Li et al., IJCAI 2021). The new ways are found one robot after the other, each by
 A* over cells and time steps.
@@ -15,15 +15,15 @@ from swarm.traffic.lacam import Steps
 from swarm.traffic.pibt import Joined, Tables
 
 MOST: Final = 3  # robots taken out at once
-LONGER: Final = 4  # time steps that the plan may take more: a way round can be quicker than one back
-POPS: Final = 1_000  # places that the search for one way looks at
-CHANCE: Final = 0.01  # steps; of equal ways any may be found
+LONGER: Final = 4  # time steps by which the plan may become longer: a way round can be quicker than a way back
+POPS: Final = 1_000  # expansions of the search for one way
+CHANCE: Final = 0.01  # steps, a random cost that decides between equal ways
 
 State = tuple[int, int, int]  # time step, cell, and the cell from which it was entered
 
 
 class Improving:
-    """One change of a plan; ``pops`` is what it cost."""
+    """One change of a plan; ``pops`` counts its expansions."""
 
     def __init__(self, neighbours: Joined, tables: Tables, random: Random) -> None:
         self.pops = 0
@@ -32,7 +32,7 @@ class Improving:
         self._random = random
 
     def changed(self, steps: Steps) -> Steps | None:
-        """Return the plan with new ways for some robots, None where one of them finds none."""
+        """Return the plan with new ways for some robots, or None if one of them finds no way."""
         ways = [[*way, *(way[-1],) * LONGER] for way in zip(*steps, strict=True)]
         out = self._random.sample(range(len(ways)), self._random.randint(1, min(MOST, len(ways))))
         others = [way for robot, way in enumerate(ways) if robot not in out]
@@ -48,7 +48,7 @@ class Improving:
         return plan if not any(_turns_a_ring(a, b) for a, b in pairwise(plan)) else None
 
     def _way(self, table: Sequence[int], old: Sequence[int], others: Sequence[Sequence[int]]) -> list[int] | None:
-        """Find a quickest way, a cell a time step, past the others; it begins and ends where the old one does."""
+        """Return a quickest way past the others, a cell per time step, from the old start to the old end, or None."""
         start, goal, end = old[0], old[-1], len(old) - 1
         at = [dict(zip(spots, range(len(spots)), strict=True)) for spots in zip(*others, strict=True)]
         at = at or [{} for _ in old]
@@ -92,7 +92,7 @@ def _back(came: dict[State, State], state: State) -> list[int]:
 
 
 def _turns_a_ring(old: Iterable[int], new: Iterable[int]) -> bool:
-    """Return True if robots move into each other's cells in a ring: each would wait for the next for ever."""
+    """Return True if robots move into each other's cells in a ring: each would wait for the next forever."""
     moves = {a: b for a, b in zip(old, new, strict=True) if a != b}
     for start in moves:
         cell, seen = start, set[int]()

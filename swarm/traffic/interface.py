@@ -1,4 +1,4 @@
-"""What goes into one robot's traffic each tick, and what comes out of it."""
+"""The inputs and outputs of one robot's traffic in each tick."""
 
 from collections.abc import Sequence
 from enum import StrEnum
@@ -20,47 +20,47 @@ NO_RAYS: Final = Scan()
 class TrafficActivity(StrEnum):
     """What a robot is doing about others, in one word."""
 
-    LISTENING = "listening"  # just started or woken: hears who is near before it claims anything
+    LISTENING = "listening"  # just started or woken: it hears who is near before it claims anything
     DRIVING = "driving"
     WAITING = "waiting"  # for those in ``waits``
-    STANDING = "standing"  # for a joint plan to come
-    LEADING = "leading"  # making one
+    STANDING = "standing"  # still, until a joint plan comes
+    LEADING = "leading"  # making a joint plan
     HALTED = "halted"  # before an unexpected obstacle
-    LOOKING = "looking"  # whether a silent robot's cell is empty
+    LOOKING = "looking"  # checking whether the cell of a silent robot is empty
     CUT_OFF = "cut_off"  # no way leads to the goal
     ARRIVED = "arrived"  # in the goal's cell, or there is no goal
 
 
 class TrafficInputs(NamedTuple):
-    """What one step is given."""
+    """The inputs of one step."""
 
     tick: int
     pose: Pose
-    goal: Point | None  # m, where it wants to be; None: to stay, but make room for others
-    # m, (n, 2): the path on which the body would come to rest; empty when it stands
+    goal: Point | None  # m, where it wants to be; None: it stays, but makes room for others
+    # m, (n, 2): the path on which the body would come to rest; empty if it stands
     braking: NDArray[np.float64] | tuple[Point, ...] = ()
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
-    sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it were given them, nearest in time first
-    done: bool = False  # no stop is left: the goal is only where to stand
-    path: Sequence[Point] = ()  # m, to the goal as the robot's own planner found it; (): any shortest way
+    sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it had them, the soonest first
+    done: bool = False  # no stop is left: the goal is only a place to stand
+    path: Sequence[Point] = ()  # m, to the goal, from the robot's own planner; (): any shortest way
 
 
 class TrafficOutputs(NamedTuple):
-    """What one step gives."""
+    """The outputs of one step."""
 
-    broadcast: TrafficBroadcast | None  # when it is this robot's turn
+    broadcast: TrafficBroadcast | None  # None if it is not this robot's turn
     held: tuple[int, ...]  # cells the body is in or may enter; the last is the head
-    drivable: tuple[int, ...]  # those of them to drive into: none in which somebody else stands with a part of it too
-    unconstrained: bool  # nobody is near: the cells about the body are drivable too
-    waypoints: tuple[Point, ...]  # m, where to drive, in order: from the cell it is in to the head
-    beside: tuple[Point, ...]  # m, robots that reach into the cell it is in, and bodies that nobody speaks for
+    drivable: tuple[int, ...]  # cells to drive into: its own, free-drive cells, and held ones that no other robot holds
+    unconstrained: bool  # no robot is near: the free-drive cells are drivable too
+    waypoints: tuple[Point, ...]  # m, in the order to drive: from the cell it is in to the head
+    beside: tuple[Point, ...]  # m, other robots that hold the cell it is in, and silent robots and obstacles near
     may_drive: bool  # False: no forward speed; turning on the spot is safe
-    threat: Threat | None  # what comes towards the robot: it has to get out of its way
+    threat: Threat | None  # the obstacle that comes towards the robot, which must get out of its way
     room: tuple[int, ...]  # cells asked for beside the way
-    looks: bool  # it has to come to a place to look or to claim from, slowly
-    exactly: bool  # the last waypoint is to be come to: a stop, or a place to look from
-    face: Point | None  # m, turn to this before anything else
+    looks: bool  # it drives slowly to a point from which it looks or claims
+    exactly: bool  # the last waypoint must be reached: a stop, or a point to look from
+    face: Point | None  # m, the point to turn to first
     waits: tuple[str, ...]
     activity: TrafficActivity
     events: tuple[Event, ...]

@@ -1,6 +1,6 @@
 """One robot's part in joint plans: two state machines side by side.
 
-The call that it stands for. A robot goes on in the plan that it follows while it stands for the next one:
+The call that it takes part in. A robot goes on in the plan that it follows while it stands for the next one:
 
     Free --called--> Frozen --plan_came, stood_in_vain--> Free
     Free --named--> Collecting --all_stand--> Searching --found, gave_up--> Free
@@ -12,8 +12,8 @@ The plan that it follows, if any:
     none --adopts--> Following --leaves--> none
                      Following --adopts--> Following
 
-There is no leader election: the lowest id in range leads. A leader that falls silent is not fresh, so the next need
-names the next one. A plan never gives a right to a cell: lost, late or half adopted it costs time only.
+There is no leader election: the lowest id in range leads. If a leader falls silent, the next request
+names the next id. A plan gives no right to any cell: a plan that is lost, late or half adopted costs time only.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ from swarm.traffic.situation import Situation
 
 
 class Transition(NamedTuple):
-    """One arrow of the drawing: in a state, if something happens, the robot goes on to another state."""
+    """One arrow of the drawing: if something happens, the robot goes from one state to another."""
 
     of: type[Call]
     happens: Callable[[Part, Any, Situation], Move | None]
@@ -40,7 +40,7 @@ class Transition(NamedTuple):
 
 
 # fmt: off
-TRANSITIONS: Final = (  # tried in each tick from top to bottom, each from the state that those above have led to
+TRANSITIONS: Final = (  # tried in each tick from top to bottom, in the state that the ones above have led to
     #          in          what happens            to
     Transition(Free,       standing.called,        Frozen),
     Transition(Frozen,     standing.called,        Frozen),
@@ -59,14 +59,14 @@ TRANSITIONS: Final = (  # tried in each tick from top to bottom, each from the s
 
 
 class Decision(NamedTuple):
-    """What one step decides."""
+    """The decisions of one step."""
 
-    way: tuple[int, ...] | None = None  # of a plan adopted just now, from the head on
+    way: tuple[int, ...] | None = None  # of a plan adopted in this step, from the head on
     events: tuple[Event, ...] = ()
 
 
 class JointPlanning:
-    """The two machines of one robot."""
+    """The two state machines of one robot."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.call: Call = Free()
@@ -74,7 +74,7 @@ class JointPlanning:
         self.part = Part(me, cells, settings)
 
     def step(self, situation: Situation) -> Decision:
-        """Follow calls, lead when named, search a little, adopt what came."""
+        """Answer calls, lead if named, continue the search, and adopt a plan that came."""
         plan, events = None, leading.ignored(self.part, situation)
         for state, happens, _ in TRANSITIONS:
             move = happens(self.part, self.call, situation) if isinstance(self.call, state) else None
@@ -87,7 +87,7 @@ class JointPlanning:
         return Decision(adopted.way, events + adopted.events)
 
     def ask(self, own: Record, situation: Situation) -> str | None:
-        """Return whom the robot asks to lead, None where it needs no plan; call it each time the robot broadcasts."""
+        """Return the robot that it asks to lead, None if it needs no plan; call it each time the robot broadcasts."""
         if not isinstance(self.call, Free):
             return None
         part = self.part
@@ -98,56 +98,56 @@ class JointPlanning:
         return self.call.need
 
     def leave(self) -> None:
-        """Follow no plan any more."""
+        """Stop following the plan."""
         self.following = None
 
     def void(self) -> None:
-        """Drop the plan followed and the call stood for: they were for another floor."""
+        """Drop the plan followed and the call taken part in: they were for another floor."""
         self.leave()
         self._stand_for_nobody()
 
     def reset(self, tick: int) -> None:
-        """Stand for nobody's plan and ask nobody any more: the robot was away.
+        """Leave the call, and ask nobody to lead: the robot was away.
 
-        It leads nobody until it has listened.
+        The robot leads nobody until it has listened.
         """
         self.call = self._stand_for_nobody()._replace(need=None)
         self.part.leads_from = tick + self.part.settings.listen
 
     def take_cells(self, cells: CellMap) -> None:
-        """Take another floor."""
+        """Use the cells of another floor."""
         self.part.cells = cells
 
     # ---- what the robot tells
 
     @property
     def epoch(self) -> Epoch | None:
-        """The plan followed."""
+        """The epoch of the plan followed."""
         return self.following.epoch if self.following is not None else None
 
     @property
     def frozen(self) -> Epoch | None:
-        """The plan to come for which the robot stands, its own too."""
+        """The epoch of the plan to come for which the robot stands, or which it makes."""
         return None if isinstance(self.call, Free) else self.call.epoch
 
     @property
     def collect(self) -> Collect | None:
-        """The robot's own call, as long as it leads."""
+        """The robot's own call, while it leads."""
         return self.call.collect if isinstance(self.call, Collecting | Searching) else None
 
     def carried(self, tick: int) -> JointPlan | None:
-        """Return the plan that this robot made, as long as its record carries it."""
+        """Return the plan that this robot made, while its record carries it."""
         return leading.carried(self.part, tick)
 
     def refused(self, tick: int) -> Refusal | None:
-        """Return the refusal to tell, as long as its leader can still be told."""
+        """Return the refusal to tell, while the leader may still need it."""
         refused = self.part.refused
         return refused.refusal if refused and tick - refused.tick <= self.part.settings.carry else None
 
     # ---- from state to state
 
     def _go(self, to: Call) -> None:
-        """Enter a state; a call once left is not stood for again."""
+        """Enter a state; the robot never takes part again in a call that it has left."""
         if not isinstance(self.call, Free) and (isinstance(to, Free) or to.epoch != self.call.epoch):
             self.part.spent.add(self.call.epoch)
         self.call = to
@@ -158,7 +158,7 @@ class JointPlanning:
         return free
 
     def _adopt(self, plan: JointPlan, situation: Situation) -> Decision:
-        """Follow a plan if it begins where the robot stands, and its map has all the joins of the way."""
+        """Follow a plan if it begins where the robot stands; refuse it if the map lacks a join of the robot's way."""
         part, way = self.part, plan.ways.get(self.part.me)
         if way is None or way[0] != situation.head:
             return Decision()
@@ -174,7 +174,7 @@ class JointPlanning:
         return Decision(way)
 
     def _refuse(self, plan: JointPlan, way: tuple[int, ...], tick: int) -> Event:
-        """Tell the leader which joins of the plan are shut, those of the own way first."""
+        """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
         part = self.part
         shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, part.cells)))
         part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), tick)

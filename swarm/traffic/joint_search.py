@@ -1,10 +1,11 @@
 """The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan improved.
 
-When no plan turns up soon, each pair of robots is tried alone: two that cannot both arrive even with nobody else there
-prove in moments that there is no plan, where a search over all would try everything the others can do meanwhile.
+If no plan is found soon, each pair of robots is tried alone. If two robots cannot both arrive even with nobody else
+there, there is no plan. This proof takes moments; a search over all robots would try everything that the others can do
+meanwhile.
 
-Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but going straight on
-at any price jams narrow places. A plan is judged by when its last robot arrives if each goes as soon as the order of
+Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but always going
+straight jams narrow places. A plan is judged by when its last robot arrives, if each robot goes as soon as the order of
 entries lets it.
 """
 
@@ -20,21 +21,21 @@ from swarm.traffic.improving import Improving
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Configuration, Joined, Tables, Ties
 
-PATIENCE = 4  # once there is a plan, a restart may cost so many times its openings: what takes longer is rarely better
-TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of one start after the other
-SPARE = 30  # openings any start may cost, beyond its share
+PATIENCE = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
+TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
+SPARE = 30  # expansions that any start may cost, beyond its share
 LATE = 4  # starts without a plan, after which each pair is tried alone
-PAIR = 2_000  # openings for one pair at most
-POP = 3  # openings of one robot that take as long as one place looked at in improving
-FRUITLESS = 20  # changes in a row that make the plan no quicker, after which it is taken as it is
-BEST_FIRST = 10_000  # openings for one question to the search that moves one robot at a time
+PAIR = 2_000  # expansions for one pair at most
+POP = 3  # expansions of one robot that take as long as one expansion in improving
+FRUITLESS = 20  # changes in a row that make the plan no quicker, after which improving ends
+BEST_FIRST = 10_000  # expansions for one question to the search that moves one robot at a time
 
 
-Plan = tuple[tuple[float, float], Steps, Order]  # and before it, how it is judged
+Plan = tuple[tuple[float, float], Steps, Order]  # last arrival and sum of arrivals; steps; order
 
 
 class Outcome(Enum):
-    """What came of it: a plan in the first two cases, a proof in the third."""
+    """The outcome of a search: a plan in the first two cases, a proof in the third."""
 
     SOLVED = "solved"
     FOR_ONE = "solved for one"  # one robot arrives, the others only make room
@@ -44,11 +45,11 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How much may be spent, in openings of a joint position."""
+    """The limits of a search, in expansions of configurations."""
 
-    starts: int = 4  # searches from scratch, of which the quickest plan is kept
+    starts: int = 4  # searches from scratch; the quickest plan is kept
     expansions: int = 20_000  # in all
-    enough: int = 20_000  # once there is a plan, no further start after so many; it is improved for as many again
+    enough: int = 20_000  # once there is a plan: no further start after so many; improving may cost as many again
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,15 +59,18 @@ class Result:
     outcome: Outcome
     steps: Steps  # when solved
     order: Order | None
-    who: tuple[int, ...] = ()  # unsolvable: who cannot all arrive, whatever the others do; solved for one: who does
+    who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive in any case; solved for one: that one
     expansions: int = 0
 
 
 class JointSearch:
-    """A search for a joint plan, to be advanced a little each control step until ``result`` is there.
+    """A search for a joint plan, to be advanced a little in each control step until ``result`` is set.
 
-    ``eager`` are the robots that still have to be at their goals, who has waited longest first; the others only have to
-    stand somewhere. None: all that are not there.
+    ``eager`` are the robots that still have to reach their goals, the longest waiting first; the others only have to
+    stand somewhere. None: all robots that are not at their goals.
+
+    Raises:
+        ValueError: Two robots have the same start or the same goal.
     """
 
     def __init__(
@@ -91,18 +95,18 @@ class JointSearch:
         self._search: Search | None = None
         self._pairs = list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
-        self._improving = 0  # openings that changes of the plan have cost,
-        self._fruitless = 0  # and how many there were since it was made quicker last
-        self._least = 0  # openings of the cheapest plan so far
+        self._improving = 0  # expansions that changes of the plan have cost
+        self._fruitless = 0  # changes since the plan last became quicker
+        self._least = 0  # expansions of the cheapest plan so far
         self._best_first: BestFirst | None = None
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
         self._eager = tuple(away if eager is None else eager)
         self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
-        self._together = True  # it is not proven that they cannot all be at their goals at once
+        self._together = True  # False once it is proven that they cannot all be at their goals at once
         self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
 
     def advance(self, expansions: int) -> Result | None:
-        """Spend at most that many openings; give the result once there is one."""
+        """Spend at most ``expansions``; return the result once there is one."""
         while self.result is None and expansions > 0:
             if self._best is not None and (self._satisfied or self._is_lost):
                 expansions -= self._improve(self._best)
@@ -131,9 +135,9 @@ class JointSearch:
         return self.result
 
     def _allowance(self, search: Search) -> int:
-        """Return how many openings this start may still cost: short tries first, twice as long every fourth time.
+        """Return how many expansions this start may still cost: short tries first, twice as many every fourth time.
 
-        Depth-first search now and then loses itself, and chance is cheaper than patience: restarts cut that tail.
+        Depth-first search sometimes takes very long. A restart with other random choices is then cheaper than going on.
         """
         left = self._budget.expansions - self._spent
         if self._best is not None:
@@ -142,10 +146,7 @@ class JointSearch:
         return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
-        """See whether each of two robots could arrive with nobody else there; return what it cost, in openings of all.
-
-        The other one only has to make room: who has been at its goal may leave it again.
-        """
+        """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all."""
         neighbours, tables, starts, _ = self._problem
         pair = self._pairs.pop()
         spent = 0
@@ -159,9 +160,10 @@ class JointSearch:
         return 1 + 2 * spent // len(starts)
 
     def _try_best_first(self, expansions: int) -> int:
-        """Search on for any plan at all, one robot moving at a time; return what it cost.
+        """Search for any plan at all, one robot moving at a time; return what it cost in expansions.
 
-        First for one in which all arrive, then for one in which the robot does that has waited longest, and so on.
+        The first question is a plan in which all arrive. The next is a plan in which the robot that has waited longest
+        arrives, and so on.
         """
         neighbours, tables, starts, _ = self._problem
         eager = self._questions[0]
@@ -193,7 +195,7 @@ class JointSearch:
 
     @property
     def _is_lost(self) -> bool:
-        """Whether nothing more is to be hoped for from a search for all goals at once."""
+        """True if a search for all goals at once cannot find anything more."""
         return self._spent >= self._budget.expansions or not self._together
 
     @property
@@ -214,7 +216,7 @@ class JointSearch:
         self._search = None
 
     def _improve(self, best: Plan) -> int:
-        """Change the plan a little, and keep what is no slower; return what it cost, in openings of all."""
+        """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots."""
         neighbours, tables, starts, _ = self._problem
         if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
             self._finish(Outcome.SOLVED)

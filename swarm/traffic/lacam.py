@@ -1,10 +1,12 @@
 """LaCAM: lazy constraints addition search for many robots at once (Okumura, AAAI 2023).
 
-A search over joint positions, depth first. Each is opened by one step of PIBT; when that leads nowhere new, the next
-opening adds one more order ("robot 3 goes there"), until every possible step from there was tried. So a plan is found
-where there is one, and when nothing is left to open, there is none: proven, of plans without rings of movers.
+The search goes over configurations, depth first. It expands a configuration by one step of PIBT. If that leads to no
+new configuration, the next expansion adds a constraint ("robot 3 goes there"), until every possible step has been
+tried. So it finds a plan if there is one. If nothing is left to expand, it is proven that there is no plan without
+rings of movers.
 
-The search counts its openings ("expansions") and stops when told: it goes on later where it stood, the same everywhere.
+The search counts its expansions and stops when told. It can continue later from where it stopped, and its result is the
+same on every machine.
 """
 
 from collections import deque
@@ -15,20 +17,20 @@ from typing import Final
 
 from swarm.traffic.pibt import Configuration, Joined, StepGenerator, Tables, Ties
 
-Orders = tuple[tuple[int, int], ...]
-Steps = list[Configuration]  # joint positions, one a time step
+Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
+Steps = list[Configuration]  # configurations, one per time step
 
 
 class State(Enum):
-    """How a search stands."""
+    """The state of a search."""
 
     RUNNING = "running"
     SOLVED = "solved"
-    UNSOLVABLE = "unsolvable"  # proven: every joint position within reach was opened in every way
+    UNSOLVABLE = "unsolvable"  # proven: every configuration within reach was expanded in every way
 
 
 class _Node:
-    """One joint position: how it was reached, who goes first, and which orders are still to be tried."""
+    """One configuration: how it was reached, the priority of the robots, and the constraints still to be tried."""
 
     __slots__ = ("at", "orders", "parent", "priority", "urgency")
 
@@ -41,7 +43,7 @@ class _Node:
 
 
 class Search:
-    """One search from ``starts`` to ``goals``; ``tables[i]`` holds robot i's steps to its goal from every cell."""
+    """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell."""
 
     def __init__(
         self,
@@ -65,10 +67,10 @@ class Search:
         self._open: list[_Node] = [root]
         self._known: dict[Configuration, _Node] = {starts: root}
         if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
-            self.state = State.UNSOLVABLE  # a goal that no way leads to
+            self.state = State.UNSOLVABLE  # no way leads to a goal
 
     def advance(self, expansions: int) -> State:
-        """Open at most that many joint positions more; ``steps`` holds the plan once solved."""
+        """Expand at most ``expansions`` more configurations; ``steps`` holds the plan once solved."""
         limit = self.expansions + expansions
         while self.state is State.RUNNING and self.expansions < limit:
             self._expand()
@@ -100,7 +102,7 @@ class Search:
         self._open.append(known)
 
     def _add_orders(self, node: _Node, orders: Orders) -> None:
-        """Put off, for later, every way to order the next robot about on top of these orders."""
+        """Queue every constraint on the next robot, on top of these constraints, for later expansions."""
         if len(orders) == len(node.at):
             return
         robot = node.priority[len(orders)]
@@ -110,7 +112,7 @@ class Search:
         node.orders.extend([(*orders, (robot, cell)) for cell in cells])
 
     def _urgency(self, node: _Node, at: Configuration) -> list[float]:
-        """Raise the urgency of all that are not home; whoever arrives falls back below one."""
+        """Return the urgencies one step later: robots not at their goals gain 1, robots at their goals fall below 1."""
         return [
             urgency % 1.0 if cell == goal else urgency + 1.0
             for urgency, cell, goal in zip(node.urgency, at, self._goals, strict=True)
@@ -127,9 +129,9 @@ def _way_to(node: _Node) -> Steps:
 
 
 def without_detours(steps: Sequence[Configuration]) -> Steps:
-    """Let a robot that left a cell and came back to it, with nobody there in between, stay instead.
+    """Return the plan without detours: a robot stays in a cell if it would return before another robot enters it.
 
-    Nobody is touched by it: the cell was free, and what the robot no longer enters stays free.
+    No other robot is affected: the cell was free, and cells that the robot no longer enters stay free.
     """
     if not steps:
         return []

@@ -1,6 +1,6 @@
 """Leading: a robot calls the others, waits until they stand, searches for a plan, and publishes it.
 
-The functions named in the table of ``joint`` return what comes of a transition, or None where it does not happen.
+The functions named in the table of ``joint`` return the result of a transition, or None if it does not happen.
 """
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
@@ -14,7 +14,7 @@ from swarm.traffic.situation import Situation
 
 
 def named(part: Part, call: Free, situation: Situation) -> Move | None:
-    """Call all in hearing, if somebody asks me to lead, or a member refuses the plan that I published last."""
+    """Call all robots in hearing if one asks me to lead, or if a member refuses the plan that I published last."""
     if situation.tick < part.leads_from:
         return None
     asked = call.need == part.me or part.me in [record.need for record in situation.fresh.values()]
@@ -28,7 +28,7 @@ def named(part: Part, call: Free, situation: Situation) -> Move | None:
 
 
 def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None:
-    """Begin to search once all members stand, or the others have had their time to."""
+    """Begin to search when all members stand, or when the time for this is over."""
     epoch, members = call.collect
     late = situation.tick - epoch.tick >= part.settings.gather
     if late or all(
@@ -40,7 +40,7 @@ def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None
 
 
 def searched_on(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Spend this tick's share of openings on the search."""
+    """Spend this tick's share of expansions on the search."""
     openings = part.settings.robot_openings // max(1, len(call.question.members))
     return Move(call._replace(answer=call.search.advance(max(1, openings))))
 
@@ -54,12 +54,12 @@ def found(part: Part, call: Searching, situation: Situation) -> Move | None:
     part.published = part.unconfirmed = Published(plan, situation.tick)
     part.leads_from = situation.tick + part.settings.again
     names, ticks = call.question.members, situation.tick - call.epoch.tick
-    said = Event("joint_plan", names, f"leads {len(names)} robots by a joint plan, made in {ticks} ticks")
+    said = Event("joint_plan", names, f"made a joint plan for {len(names)} robots in {ticks} ticks")
     return Move(Free(), plan, (said,))
 
 
 def found_none(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Put an easier question, unless it is proven that there is no plan."""
+    """Ask an easier question, unless it is proven that there is no plan."""
     if call.answer is None or _is_proof(call, call.answer):
         return None
     attempts = range(call.question.attempt + 1, len(ATTEMPTS))
@@ -68,7 +68,7 @@ def found_none(part: Part, call: Searching, situation: Situation) -> Move | None
 
 
 def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Say that there is no plan, once for the same robots, and wait before leading again."""
+    """Report that there is no plan, once for the same robots, and wait before leading again."""
     if call.answer is None:
         return None
     part.leads_from = situation.tick + part.settings.backoff
@@ -85,7 +85,7 @@ def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
 
 
 def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
-    """Name, once, the members heard that have not taken up the plan I made: the others go on without them."""
+    """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
     if part.unconfirmed is None or situation.tick - part.unconfirmed.tick <= 2 * SETTLE:
         return ()
     (plan, published), part.unconfirmed = part.unconfirmed, None
@@ -120,7 +120,7 @@ def _refusals(part: Part, situation: Situation) -> list[Refusal]:
 def _searching(
     part: Part, collect: Collect, number: int, asked: frozenset[object], situation: Situation
 ) -> Searching | None:
-    """Put the question of an attempt, on the floor as members have corrected it; None where it was asked before."""
+    """Ask the question of an attempt, on the floor as members have corrected it; None if it was asked before."""
     cells, members = part.cells.without(part.shut), members_of(collect.epoch, part.me, situation)
     question = question_of(number, members, situation, cells, part.settings)
     if not question.members or question.asks in asked:
@@ -129,12 +129,12 @@ def _searching(
 
 
 def _moves(answer: Result) -> bool:
-    """Return True if the plan moves anybody."""
+    """Return True if the plan moves any robot."""
     return answer.order is not None and any(len(way) > 1 for way in answer.order.ways)
 
 
 def _is_proof(call: Searching, answer: Result) -> bool:
-    """Return True if it is proven that there is no plan, whatever the question."""
+    """Return True if it is proven that there is no plan, for any question."""
     return answer.outcome is Outcome.UNSOLVABLE and call.question.exact
 
 

@@ -1,4 +1,4 @@
-"""What the proximity rays show of cells: an unexpected obstacle, or a silent robot's cell that is empty."""
+"""What the proximity rays show of cells: an unexpected obstacle, or that the cell of a silent robot is empty."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from enum import Enum
@@ -11,14 +11,14 @@ from swarm.maps.occupancy import Point
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
-SHORT: Final = 0.05  # m, readings differ by less
-BESIDE: Final = pi / 6  # rad; what is farther round to a side is driven past, not into
+SHORT: Final = 0.05  # m; readings that differ by less count as equal
+BESIDE: Final = pi / 6  # rad; the robot drives past what is farther to a side, not into it
 HIT: Final = 0.8  # of a body's radius; a ray that passes its middle nearer hits it for sure
-EDGE: Final = 0.1  # m, a hit this near a cell may be on a body in it
+EDGE: Final = 0.1  # m; a hit this near a cell may be on a body in it
 
 
 class Reading(NamedTuple):
-    """One ray: what it measures, and what it would if there were the map's walls alone."""
+    """One ray: what it measures, and what it would measure if there were only the map's walls."""
 
     measured: float  # m, from the robot's edge
     expected: float  # m
@@ -30,7 +30,7 @@ class Reading(NamedTuple):
 
 
 class Scan:
-    """The rays of one tick. What the map would let them measure is worked out only for those that somebody asks for."""
+    """The rays of one tick. The distances that the map predicts are computed only for rays that are asked for."""
 
     def __init__(
         self,
@@ -45,11 +45,11 @@ class Scan:
 
     @cached_property
     def readings(self) -> tuple[Reading, ...]:
-        """Every ray."""
+        """All rays."""
         return tuple(map(Reading, self._measured, self._expected(self._bearings), self._bearings))
 
     def bodies(self, settings: TrafficSettings, within: float) -> list[Reading]:
-        """Return the rays that show something within some distance [m] that is not on the map."""
+        """Return the rays that show something nearer than ``within`` [m] that is not on the map."""
         if self.nearest >= within:
             return []
         near = [(read, angle) for read, angle in zip(self._measured, self._bearings, strict=True) if read < within]
@@ -59,15 +59,15 @@ class Scan:
 
 
 class Known(NamedTuple):
-    """A body that was told of, or found before: somewhere about a point."""
+    """A body that was reported, or found before: somewhere around a point."""
 
     at: Point  # m, its centre
-    within: float  # m, how far off that it may be seen
-    cells: Collection[int] | None = None  # and only in these; None: anywhere
-    nearest: float = 0.0  # m, from my edge: nearer than that, and ahead, it is none of what is known
+    within: float  # m, how far from there it may be seen
+    cells: Collection[int] | None = None  # it is only in these cells; None: anywhere
+    nearest: float = 0.0  # m, from my edge; what is nearer than this, and ahead, is another body
 
     def may_be_at(self, place: Point, cells: CellMap) -> bool:
-        """Return True if what a ray shows at a place [m] can be this body."""
+        """Return True if what a ray shows at a point [m] can be this body."""
         if distance(self.at, place) > self.within:
             return False
         return self.cells is None or any(cell in self.cells for cell in cells.touched(*place, EDGE))
@@ -78,8 +78,8 @@ def unexplained(
 ) -> Point | None:
     """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
 
-    A near body that is not where a ``known`` one can be, such as a robot that was never heard or a box, is a reason not
-    to drive.
+    A near body is unexpected if it is not where a ``known`` one can be: a box, or a robot that was never heard. The
+    robot must not drive on then.
     """
     first = next(strange(bodies, pose, cells, known, settings), None)
     return None if first is None else _hit(pose, first, settings)
@@ -88,7 +88,7 @@ def unexplained(
 def strange(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
 ) -> Iterator[Reading]:
-    """Return those of ``bodies`` that no ``known`` one explains."""
+    """Yield those of ``bodies`` that no ``known`` one explains."""
     for reading in bodies:
         hit = _hit(pose, reading, settings)
         beside = abs(reading.bearing) > BESIDE
@@ -111,7 +111,7 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, rad
         enters, leaves = _crossing(pose, reading.bearing, cells.centre(cell), cells.side)
         wall = radius + reading.expected
         if leaves <= enters or wall <= enters:
-            continue  # it goes past, or the map's own wall is before it
+            continue  # the ray misses the cell, or a wall of the map is in front of the cell
         hit = radius + reading.measured
         if hit >= min(leaves, wall) - SHORT:
             through += 1
@@ -123,7 +123,7 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, rad
 
 
 def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
-    """Return True if a ray points at where a body [m, its centre] was, and sees beyond its near edge."""
+    """Return True if a ray points at where a body was [m, its centre], and sees beyond its near edge."""
     away, direction = distance(pose, body), bearing(pose, body)
     for reading in readings:
         off = wrap(direction - reading.bearing)
@@ -137,13 +137,13 @@ def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float
 
 
 def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
-    """Return True if a body [m, its centre] is so far off that no ray shows whether it has gone."""
-    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, where a ray hits it last
+    """Return True if a body [m, its centre] is so far away that no ray shows whether it has gone."""
+    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest hit on it
     return near_edge + 2 * SHORT > settings.sensor_range
 
 
 def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:
-    """Return how far [m] a ray from the robot's centre goes before it enters a square, and before it leaves it."""
+    """Return how far [m] from the robot's centre a ray enters a square, and how far it leaves it."""
     enters, leaves = 0.0, inf
     heading = pose.yaw + off
     for start, middle, slope in ((pose.x, centre[0], cos(heading)), (pose.y, centre[1], sin(heading))):
@@ -164,5 +164,5 @@ def hit_by(pose: Pose, reading: Reading, radius: float) -> Point:
 
 
 def _hit(pose: Pose, reading: Reading, settings: TrafficSettings) -> Point:
-    """Return where the body that a ray shows has its middle [m], if it is as large as half a robot."""
+    """Return where the body that a ray shows has its middle [m], if its radius is half a robot's."""
     return hit_by(pose, reading, 1.5 * settings.radius)

@@ -1,4 +1,4 @@
-"""What a robot makes of silent robots: where they may stand, and a look at a cell that only they keep."""
+"""What a robot does about silent robots: where they may stand, and a look at a cell that only they keep."""
 
 from collections.abc import Collection, Mapping
 from typing import Final, NamedTuple
@@ -15,14 +15,14 @@ from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 
-FACING: Final = 0.1  # rad, off the cell looked at
-CENTRED: Final = 0.25  # m, off the middle of the cell looked from
+FACING: Final = 0.1  # rad, how far off its heading a cell may be for a look
+CENTRED: Final = 0.25  # m, how far a robot may be from the middle of its cell for a look
 
 
 class Look(NamedTuple):
-    """What one look decides."""
+    """The result of one look."""
 
-    face: Point | None = None  # m, turn to this before anything else
+    face: Point | None = None  # m, the point to turn to first
     seen: Sighting | None = None
 
 
@@ -33,14 +33,14 @@ class Lookout:
         self.cells = cells
         self.leans_to: int | None = None  # the cell that cannot be judged from the middle of this one
         self._settings = settings
-        self._gone: dict[str, int] = {}  # silent robots that are not where they said last, and when they said it
+        self._gone: dict[str, int] = {}  # robots that left where they were heard last -> stamp of that record
 
     def look(
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
     ) -> Look:
-        """Turn to the next cell when only robots long silent keep it, and judge it by what the rays see."""
+        """Turn to the next cell if only robots long silent keep it, and judge it by what the rays show."""
         cell, pose = progress.route[0] if progress.route else OUTSIDE, inputs.pose
-        wants = bool(waits) or self.leans_to == cell  # where it leans to look it may not be heard: it asks for nothing
+        wants = bool(waits) or self.leans_to == cell  # a robot that leans to look may not be heard: it claims nothing
         if not wants or len(progress.reservations.held) > 1 or not self._is_long_silent(cell, waits, situation):
             self.leans_to = None
             return Look()
@@ -69,7 +69,7 @@ class Lookout:
         return self._seen(cell, empty=seen is View.EMPTY, tick=inputs.tick)
 
     def remembered(self, silent: Mapping[str, Record]) -> frozenset[int]:
-        """Return the cells that silent robots were in when they spoke last, but for those seen to have gone."""
+        """Return the cells in which silent robots were last heard, except robots seen to have gone."""
         found: set[int] = set()
         for robot, record in silent.items():
             if self._gone.get(robot) != record.stamp:
@@ -77,7 +77,7 @@ class Lookout:
         return frozenset(found)
 
     def still_bodies(self, silent: Mapping[str, Record], found: Collection[Point], pose: Pose) -> tuple[Point, ...]:
-        """Return where bodies stand near the robot that nobody speaks for: silent robots, and things found [m]."""
+        """Return where bodies stand near the robot [m]: silent robots, and obstacles found before."""
         if not silent and not found:
             return ()
         near = 2 * self.cells.side
@@ -89,7 +89,7 @@ class Lookout:
         return Look(self.cells.centre(cell), Sighting(cell, empty, tick))
 
     def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
-        """Return True if robots keep a cell, and all of them, and all waited for, have been silent for long."""
+        """Return True if robots keep a cell, and they and all robots waited for have long been silent."""
         others, oldest = situation.others, situation.tick - self._settings.surmise
         if max([others[robot].stamp for robot in waits], default=-1) >= oldest:
             return False
@@ -101,7 +101,7 @@ class Lookout:
     def _remembered_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Return where a silent robot was last heard with a part of its body in a cell, unless it is seen to have gone.
 
-        Who dies or falls asleep while driving comes to rest some way beyond the place that it last told.
+        A robot that dies or falls asleep while driving comes to rest some way beyond the place that it last told.
         """
         reach = self._settings.radius + self._settings.margin
         for robot, record in situation.others.items():

@@ -1,4 +1,4 @@
-"""When a robot asks for a joint plan, and whom: its way is shut by somebody who will not open it without one."""
+"""When a robot asks for a joint plan, and whom: its way is blocked by a robot that does not clear it without one."""
 
 from itertools import pairwise
 
@@ -7,11 +7,14 @@ from swarm.traffic.calls import NEVER, Free, Part
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 
-AT_REST = 20  # ticks somebody has stood at its goal before it counts as resting there
+AT_REST = 20  # ticks a robot has stood at its goal before it counts as resting there
 
 
 def named_leader(part: Part, free: Free, situation: Situation) -> Free:
-    """Name who shall lead: the lowest id that is fresh, me included. A leader that does not answer is passed over."""
+    """Return the state with the robot that should lead: the lowest id that is fresh, me included.
+
+    A leader that does not answer is passed over.
+    """
     candidates = sorted([part.me, *situation.fresh])
     leader = next((robot for robot in candidates if part.passed_over.get(robot, NEVER) < situation.tick), part.me)
     if leader == part.me:
@@ -24,7 +27,7 @@ def named_leader(part: Part, free: Free, situation: Situation) -> Free:
 
 
 def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str | None:
-    """Return the reason for which a robot needs a joint plan, if there is one. ``own`` is what it is about to tell."""
+    """Return why a robot needs a joint plan, or None. ``own`` is the record that it is about to send."""
     if not own.ahead:
         return None
     strangers = [robot for robot in own.waits if robot in situation.fresh and not _same_plan(robot, own, situation)]
@@ -47,9 +50,9 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
 
 
 def _patience(own: Record, situation: Situation, settings: TrafficSettings) -> int:
-    """Return how long to stand before it is stuck [ticks]: where all waited for are silent, until it has looked.
+    """Return how long a robot may stand before it is stuck [ticks]: longer if all robots waited for are silent.
 
-    No plan makes a dead robot move; but a look may show that the cell which it keeps is empty.
+    The robot first looks then: no plan makes a dead robot move, but its cell may be empty.
     """
     looks = not any(robot in situation.fresh for robot in own.waits)
     return settings.stuck + (settings.surmise if looks else 0)
@@ -60,9 +63,10 @@ def _same_plan(robot: str, own: Record, situation: Situation) -> bool:
 
 
 def _will_meet(own: Record, record: Record) -> bool:
-    """Return True if the ways that two robots tell lead over the same joins in opposite directions at the same time.
+    """Return True if the ways that two robots tell use the same joins in opposite directions at the same time.
 
-    Neither will open the way of the other. A plan that is made while they are far apart leads them past each other.
+    Neither makes way for the other without a plan. A plan that is made while they are far apart leads them past each
+    other.
     """
     mine = {join: place for place, join in enumerate(pairwise((*own.held[-1:], *own.ahead)))}
     theirs = pairwise((*record.held[-1:], *record.ahead))
@@ -74,14 +78,14 @@ def _will_meet(own: Record, record: Record) -> bool:
 
 
 def _rests(record: Record, tick: int, settings: TrafficSettings) -> bool:
-    """Return True if a robot stands where it wants to be; one that has stops left may go on by itself soon."""
+    """Return True if a robot rests at its goal. One with stops left rests only after longer: it may go on by itself."""
     lasts = AT_REST if record.done or record.idle else settings.stuck
     standing = not record.ahead and not record.claims and len(record.held) == 1
     return standing and tick - record.moved > lasts
 
 
 def _circle(own: Record, robot: str, situation: Situation) -> bool:
-    """Return True if following who waits for whom from ``robot`` on comes back to the robot that asks."""
+    """Return True if the chain of robots that wait, from ``robot`` on, leads back to the robot that asks."""
     seen, front = {robot}, [robot]
     while front:
         record = situation.fresh.get(front.pop())
@@ -95,7 +99,7 @@ def _circle(own: Record, robot: str, situation: Situation) -> bool:
 
 
 def _plan_stands(own: Record, situation: Situation, settings: TrafficSettings) -> bool:
-    """Return True if the robot has waited long and nobody of its plan, as far as it hears, has got on."""
+    """Return True if the robot has waited long and, as far as it hears, no member of its plan has made progress."""
     limit = situation.tick - settings.plan_stuck
     members = [record for record in situation.fresh.values() if record.epoch == own.epoch]
     return own.moved < limit and all(record.moved < limit for record in members)

@@ -1,4 +1,4 @@
-"""What a robot knows of the others: the newest record of each, by how many hops, and whether it can be believed."""
+"""What a robot knows of the others: the newest record of each, how far it was relayed, and if it is believable."""
 
 from collections.abc import Iterable, Sequence
 from itertools import chain
@@ -12,16 +12,16 @@ from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import TrafficSettings
 
-SKEW = 20  # ticks; clocks may differ by so much before a record counts as from the future
+SKEW = 20  # ticks by which clocks may differ before a record counts as from the future
 MOST_CELLS = 64  # cells in one record's lists
 SILENCE = 100  # ticks between two events about the same fault of the same robot
-OLD_NEWS = 8  # broadcasts, of which one passes on the records of robots long silent
-SLACK = 0.5  # m; a jump is more than this beyond what a robot can drive
+OLD_NEWS = 8  # one in so many broadcasts relays the records of robots long silent
+SLACK = 0.5  # m; a robot that moved farther than it can drive by more than this has jumped
 FOREVER = 1 << 60  # ticks
 
 
 class Event(NamedTuple):
-    """Something worth a line: what kind, about whom, and a sentence."""
+    """Something to report: its kind, the robots concerned, and a sentence."""
 
     kind: str
     robots: tuple[str, ...]
@@ -32,16 +32,16 @@ class Known(NamedTuple):
     """The newest record of a robot."""
 
     record: Record
-    hops: int  # 1: heard from itself
+    hops: int  # 1: heard from the robot itself
 
 
 class Live(NamedTuple):
-    """Those who are not silent at a tick, and as long as nothing new is heard."""
+    """The robots that are not silent at a tick; valid until ``until`` if nothing new is heard."""
 
     tick: int
     until: int  # tick at which the first of them falls silent
     records: dict[str, Record]
-    silent: dict[str, Record]  # of all others
+    silent: dict[str, Record]  # of all other robots
     held: frozenset[int]  # cells that any of them holds
     listens: bool  # one of them does
 
@@ -50,7 +50,7 @@ NOBODY = Live(0, -1, {}, {}, frozenset(), listens=False)
 
 
 class PeerRecords:
-    """Everything heard so far, merged: the newest stamp wins, whichever way it came."""
+    """Everything heard so far, merged: the newest stamp wins, however the record came."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
         self.me = me
@@ -58,15 +58,15 @@ class PeerRecords:
         self._live = NOBODY
         self._news = False  # a record was taken since ``others`` was made
         self._known: dict[str, Known] = {}
-        self._direct: dict[str, int] = {}  # stamp of the last record heard from each itself
+        self._direct: dict[str, int] = {}  # stamp of the last record heard from each robot itself
         self._told: dict[tuple[str, str], int] = {}
         self._woke = -1
         self.cells = cells
         self._settings = settings
-        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m, of a cell kept from its robot
+        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
 
     def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
-        """Merge what came in; what cannot be true is left out, and named."""
+        """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
         refused: list[Event] = []
         for broadcast in broadcasts:
             self._hear_one(tick, broadcast, refused)
@@ -83,7 +83,7 @@ class PeerRecords:
 
     @property
     def _surmises(self) -> bool:
-        """Whether something is known only from before the robot woke: what is made of it depends on the tick."""
+        """True if a record is from before the robot woke: what is concluded from it depends on the tick."""
         return self._woke > 0 and any(known.record.stamp < self._woke for known in self._known.values())
 
     def _live_at(self, tick: int) -> Live:
@@ -100,37 +100,37 @@ class PeerRecords:
         return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
 
     def wake(self, tick: int) -> None:
-        """Note that nothing was heard for a while before now."""
+        """Record that nothing was heard for a while before this tick."""
         self._woke = tick
 
     def _as_known(self, record: Record, tick: int) -> Record:
-        """Add to a silent robot's holds what it may have taken while I heard nothing: the next cells of its way."""
+        """Add to a silent robot's cells those it may have taken while I heard nothing: the next cells of its way."""
         if record.stamp >= self._woke or tick - record.stamp <= self._settings.fresh:
             return record
         further = record.ahead[: self._settings.horizon]
         return replace(record, held=(*further, *record.held)) if record.held else record
 
     def silent(self, robot: str, tick: int) -> bool:
-        """Return True if a robot has said nothing, as far as known, for so long that it cannot be asked."""
+        """Return True if, as far as known, a robot has said nothing for so long that it counts as silent."""
         return tick - self._known[robot].record.stamp > self._settings.fresh
 
     def fresh(self, tick: int) -> dict[str, Record]:
-        """Return the records of all that are not silent."""
+        """Return the records of all robots that are not silent."""
         return self._live_at(tick).records
 
     def fallen_silent(self, tick: int) -> dict[str, Record]:
-        """Return the records of all that are silent."""
+        """Return the records of all robots that are silent."""
         return self._live_at(tick).silent
 
     def somebody_listens(self, tick: int) -> bool:
-        """Return True if one that is not silent has just begun, and claims nothing yet."""
+        """Return True if a robot that is not silent has just started, and claims nothing yet."""
         return self._live_at(tick).listens
 
     def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
-        """Choose the records to pass on: nearest first, none that came too far.
+        """Choose the records to relay: nearest robots first, none that took too many hops.
 
-        Old ones, of robots long silent, go out now and then, and at once where somebody listens: who comes new has to
-        know of the dead.
+        Records of robots long silent are relayed now and then, and at once if a robot listens: a new robot has to know
+        of dead ones.
         """
         settings = self._settings
         oldest = -1 if self.somebody_listens(tick) or tick // settings.every % OLD_NEWS == 0 else tick - settings.keep
@@ -142,7 +142,7 @@ class PeerRecords:
         return tuple([Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed]])
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
-        """Leave out of my cells what a live robot holds too, as at a start where two stand in the corners of one."""
+        """Return my cells without those that a live robot holds too: two robots may start in one cell."""
         theirs = self._live_at(tick).held
         return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 
@@ -156,7 +156,7 @@ class PeerRecords:
     def _hear_one(self, tick: int, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
         own = broadcast.own
         if own.robot == self.me:
-            self._name(tick, own.robot, "another robot goes by my id", refused)
+            self._name(tick, own.robot, "another robot uses my id", refused)
             return
         if own.stamp <= self._direct.get(own.robot, -1):
             self._name(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
@@ -196,10 +196,10 @@ class PeerRecords:
             refused.append(Event("refused", (robot,), f"dropped a record of {robot}: {fault}"))
 
     def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
-        """Return why a record cannot be true, or nothing."""
+        """Return why a record cannot be true, or None."""
         settings, cells = self._settings, self.cells
         if record.stamp > tick + SKEW:
-            return "a record from the future"
+            return "it is from the future"
         x, y = record.x, record.y
         if before is not None and (before.x, before.y, before.held, before.claims) == (
             x,
@@ -207,7 +207,7 @@ class PeerRecords:
             record.held,
             record.claims,
         ):
-            return None  # it stands, and what it keeps was judged before
+            return None  # it stands, and its cells were checked before
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"

@@ -1,8 +1,8 @@
-"""One step for everybody: priority inheritance with backtracking, and the swap operation.
+"""One step of all robots: priority inheritance with backtracking, and the swap operation.
 
 PIBT: Okumura et al., Artificial Intelligence 310, 2022. Swap: Okumura, "Improving LaCAM for scalable eventually optimal
-multi-agent pathfinding", IJCAI 2023. Apart from these, a ring of robots that all move into each other's cell at once is
-refused: carried out as "enter after the other has left" each would wait for the next for ever.
+multi-agent pathfinding", IJCAI 2023. One addition: a ring of robots that all move into each other's cells at once
+is refused. Each would enter only after the next one has left, so all would wait forever.
 
 Robots are numbered 0..N-1 here, cells are numbers of a CellMap.
 """
@@ -18,19 +18,19 @@ Configuration = tuple[int, ...]  # [robot] -> cell
 
 NOBODY: Final = -1
 UNDECIDED: Final = -1
-TURN_COST: Final = 0.5  # of a tie: between straight on (0) and nothing known; less than a step
+TURN_COST: Final = 0.5  # steps, added to a cell that is not favoured; less than 1, so that it only breaks ties
 
 
 class Ties(Enum):
-    """Which of two cells equally near the goal is taken."""
+    """Which of two cells equally near the goal is preferred."""
 
     RANDOM = "random"
     STRAIGHT = "straight on"
-    LANES = "with the lane"  # rows lead east and west, columns north and south, in turn: opposite streams keep apart
+    LANES = "with the lane"  # rows lead east or west, columns north or south, in turn: opposite streams stay apart
 
 
 class StepGenerator:
-    """Makes the next positions of all robots from the present ones, under priorities and some orders given."""
+    """Computes the next configuration of all robots from the present one, under priorities and constraints (orders)."""
 
     def __init__(self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: Ties, random: Random) -> None:
         self.neighbours = neighbours
@@ -39,16 +39,16 @@ class StepGenerator:
         self.ties = ties
         self.lanes = lanes(neighbours) if ties is Ties.LANES else ()
         self.random = random
-        self._now: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who stands there
-        self._next: list[int] = [NOBODY] * len(neighbours)  # [cell] -> who will
-        self._to: list[int] = [UNDECIDED] * len(goals)  # [robot] -> where it goes
+        self._now: list[int] = [NOBODY] * len(neighbours)  # [cell] -> robot that stands there
+        self._next: list[int] = [NOBODY] * len(neighbours)  # [cell] -> robot that will stand there
+        self._to: list[int] = [UNDECIDED] * len(goals)  # [robot] -> cell that it goes to
         self._at: Configuration = ()
         self._before: Configuration = ()
 
     def step(
         self, at: Configuration, before: Configuration, priority: Sequence[int], orders: Sequence[tuple[int, int]]
     ) -> Configuration | None:
-        """Move everybody one step, or None where this priority and these orders (robot, cell) do not allow it."""
+        """Return the configuration a step later, or None if the priority and the orders (robot, cell) forbid it."""
         self._at, self._before = at, before
         now, then, to = self._now, self._next, self._to
         for robot, cell in enumerate(at):
@@ -75,7 +75,7 @@ class StepGenerator:
         return tuple(to)
 
     def _clashes(self, robot: int, cell: int) -> bool:
-        """Return True if entering would swap places with somebody, or close a ring of movers."""
+        """Return True if entering the cell would swap places with another robot, or close a ring of movers."""
         home = self._at[robot]
         if cell == home:
             return False
@@ -91,7 +91,7 @@ class StepGenerator:
         return False
 
     def _move(self, robot: int) -> bool:
-        """Find a cell for a robot, pushing those in the way; on failure it stays and says so."""
+        """Return True if a robot finds a cell, pushing the robots in its way; if it finds none, it stays."""
         home = self._at[robot]
         wishes = self._wishes(robot)
         partner = self._swap_partner(robot, wishes[0]) if wishes[0] != home else NOBODY
@@ -121,7 +121,7 @@ class StepGenerator:
         return False
 
     def _wishes(self, robot: int) -> list[int]:
-        """Sort the cells it can go to: nearer the goal first; ties as ``ties`` says, then by chance."""
+        """Return the cells it can go to, nearest to the goal first; ties as ``ties`` says, then by chance."""
         home = self._at[robot]
         table, chance = self.tables[robot], self.random.random
         if self.ties is Ties.LANES:
@@ -137,10 +137,10 @@ class StepGenerator:
         cost[home] = float(table[home])
         return sorted(cost, key=cost.__getitem__)
 
-    # ---- swap: two robots in a passage change places where it widens, the one in front backing out
+    # ---- swap: two robots in a passage change places where it widens: the one in front backs out
 
     def _swap_partner(self, robot: int, wish: int) -> int:
-        """Name the robot to pull along while backing out to another cell, or NOBODY."""
+        """Return the robot to pull along while backing out to another cell, or NOBODY."""
         home = self._at[robot]
         now = self._now
         other = now[wish]
@@ -151,7 +151,7 @@ class StepGenerator:
             and self._can_swap(wish, home)
         ):
             return other
-        for cell in self.neighbours[home]:  # somebody behind wants past: make room
+        for cell in self.neighbours[home]:  # a robot behind wants to pass: make room
             other = now[cell]
             if (
                 other != NOBODY
@@ -164,7 +164,7 @@ class StepGenerator:
         return NOBODY
 
     def _onward(self, pusher_at: int, puller_at: int) -> tuple[int, int]:
-        """Count the ways on for the puller, dead ends with their owner at rest left out, and name the last of them."""
+        """Return the number of ways on for the puller, except dead ends whose owner rests, and the last of them."""
         ways, onward = 0, UNDECIDED
         for cell in self.neighbours[puller_at]:
             if cell == pusher_at:
@@ -176,7 +176,7 @@ class StepGenerator:
         return ways, onward
 
     def _must_swap(self, pusher: int, puller: int, pusher_at: int, puller_at: int) -> bool:
-        """Push in thought until a side way opens: is changing places needed to get both to their goals?"""
+        """Return True if two robots must change places to reach their goals: no side way opens while one pushes."""
         push, pull = self.tables[pusher], self.tables[puller]
         while push[puller_at] < push[pusher_at]:
             ways, onward = self._onward(pusher_at, puller_at)
@@ -188,7 +188,7 @@ class StepGenerator:
         return pull[pusher_at] < pull[puller_at] and (push[pusher_at] == 0 or push[puller_at] < push[pusher_at])
 
     def _can_swap(self, pusher_from: int, puller_from: int) -> bool:
-        """Pull back in thought: is there a junction where the two can change places?"""
+        """Return True if the two robots reach a junction to change places at while one pulls the other back."""
         pusher_at, puller_at = pusher_from, puller_from
         while puller_at != pusher_from:
             ways, onward = self._onward(pusher_at, puller_at)
@@ -201,7 +201,7 @@ class StepGenerator:
 
 
 def lanes(neighbours: Joined) -> tuple[tuple[int, int], ...]:
-    """Return the two ways each cell leads: even rows towards +1, odd ones back; odd columns up, even ones down."""
+    """Return the two lanes of each cell: even rows lead to +1, odd ones to -1; odd columns up, even ones down."""
     columns = max((abs(other - cell) for cell, near in enumerate(neighbours) for other in near), default=1)
     return tuple(
         (

@@ -1,4 +1,4 @@
-"""A judge of joint plans that shares no line with the planner."""
+"""A check of joint plans that shares no code with the planner."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -10,9 +10,10 @@ def faults(
     goals: Sequence[int],
     joined: Mapping[int, Collection[int]],
 ) -> list[str]:
-    """List everything that is wrong with a joint plan, in words; a good plan gives an empty list.
+    """List everything that is wrong with a joint plan, in words; the list for a good plan is empty.
 
-    ``joined`` maps each cell one can stand in to those it can pass to. Positions are one a robot and time step.
+    ``joined`` maps each cell to stand in to the cells joined to it. ``steps`` holds one cell per robot for each time
+    step.
     """
     found: list[str] = []
     if not steps:

@@ -1,4 +1,4 @@
-"""The body and its cells: what a robot has to hold because it is there, whatever it wants."""
+"""The body and its cells: what a robot has to hold because its body is there, whatever it wants."""
 
 from collections.abc import Mapping
 from math import hypot
@@ -12,12 +12,12 @@ from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 
-VIEW: Final = 2  # cells about the body that are thought of when nobody is near
-OFF_WAY: Final = 30  # ticks off its way after which a robot begins it again where it is
+VIEW: Final = 2  # cells around the body that count while no robot is near
+OFF_WAY: Final = 30  # ticks off its way after which a robot begins its way again where it is
 
 
 class Body(NamedTuple):
-    """Where a robot's body is."""
+    """The body of a robot: where it is, and which cells it reaches into."""
 
     tick: int
     pose: Pose
@@ -35,21 +35,21 @@ def body_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Body:
 
 
 def begun(number: int, body: Body, touched: frozenset[int], cells: CellMap) -> RouteProgress:
-    """Begin a way where the robot is, and hold no more than it touches. ``number`` is that of its next claim."""
+    """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim."""
     head = cells.nearest_standable(body.pose.x, body.pose.y, touched)
     held = (*sorted(touched - {head}), head)
     return RouteProgress(Reservations(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
 
 
 def begun_again(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
-    """Begin the way again where the robot is, with no cell that it did not hold unless it holds none of those."""
+    """Begin the way again where the robot is. It holds new cells only if it touches none of those held."""
     return begun(
         progress.reservations.number, body, body.touched & set(progress.reservations.held) or body.touched, cells
     )
 
 
 def awoken(progress: RouteProgress | None, body: Body, cells: CellMap) -> RouteProgress:
-    """Return the progress of a robot that has just started, or was away."""
+    """Return the progress of a robot that has just started or was away."""
     if progress is None:
         return begun(body.tick * 64 + 1, body, body.touched, cells)
     if body.touched <= set(progress.reservations.held) and not progress.strayed(body.cell):
@@ -58,7 +58,7 @@ def awoken(progress: RouteProgress | None, body: Body, cells: CellMap) -> RouteP
 
 
 def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> RouteProgress:
-    """Hold what the body is in though it was not held: the robot was pushed, or drove badly."""
+    """Hold also the cells that the body is in without holding them: the robot was pushed, or drove badly."""
     if body.touched.issubset(progress.reservations.held):
         return progress
     under = frozenset(cells.touched(body.pose.x, body.pose.y, radius)) - {OUTSIDE}
@@ -66,8 +66,8 @@ def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float)
 
 
 def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
-    """Give up the way, the claims, and what is held ahead of the braking path."""
-    if BESIDE in progress.steps:  # the one further back need not be one to stand in
+    """Give up the way, the claims, and the held cells ahead of the braking path."""
+    if BESIDE in progress.steps:  # the cell behind may not be one to stand in
         return begun_again(progress, body, cells)
     return progress.given_back(body.touched)
 
@@ -75,7 +75,7 @@ def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProg
 def spread(
     progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings
 ) -> tuple[RouteProgress, Body]:
-    """Hold all that the body could reach within two ticks: it is not kept inside the cells that it holds."""
+    """Hold all cells that the body could reach within two ticks: in free drive it may leave the cells held so far."""
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
     body = body_of(inputs, radius, cells)
     progress = progress.widened(body.touched)
@@ -87,9 +87,9 @@ def spread(
 def free_drive_cells(
     body: Body, others: Mapping[str, Record], fresh: Mapping[str, Record], cells: CellMap, settings: TrafficSettings
 ) -> tuple[int, ...]:
-    """List the cells about the body, if nobody is so near that any of them could be asked for, else ().
+    """List the free-drive cells: those around the body, if no robot is near enough to ask for any of them, else ().
 
-    The body then holds what it and its brake need, and nothing hems in the fuzzy tables.
+    The robot then holds what its body and its brake need, and nothing constrains the fuzzy tables.
     """
     (x, y, _), alone = body.pose, settings.alone
     for record in fresh.values():
@@ -105,18 +105,19 @@ class Presence:
 
     def __init__(self) -> None:
         self._last_tick = -1
-        self._fled = False  # off its way, from something that came towards it
+        self._fled = False  # off its way, because it fled from a threat
         self._on_way = 0  # tick
 
     def was_away(self, tick: int, gap: int) -> bool:
-        """Return True if it was not asked for more than ``gap`` ticks; ask once a tick."""
+        """Return True if more than ``gap`` ticks have passed since the last call; call it once a tick."""
         away, self._last_tick = tick - self._last_tick > gap, tick
         return away
 
     def kept_on_way(self, progress: RouteProgress, body: Body, cells: CellMap, *, threatened: bool) -> RouteProgress:
-        """Begin the way again where the robot is if it has been off it for long.
+        """Begin the way again where the robot is, if it has been off it for long.
 
-        Off the way of a plan only if it fled, or is not next to it: who makes use of room comes back.
+        A robot in a joint plan begins again only if it fled, or is not next to its way: if it uses room beside its way,
+        it comes back.
         """
         strayed = progress.strayed(body.cell)
         self._fled = strayed and (self._fled or threatened)

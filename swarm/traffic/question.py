@@ -1,4 +1,4 @@
-"""The questions that a leader puts to its search: who moves from where to where, and which cells are in the way."""
+"""The questions that a leader asks its search: who moves from where to where, and which cells are blocked."""
 
 from collections.abc import Collection, Mapping
 from enum import Enum, auto
@@ -15,24 +15,24 @@ from swarm.traffic.situation import Situation
 
 
 class Round(Enum):
-    """What is planned round of robots that take no part. Members look into such a cell before they drive into it."""
+    """The cells of robots that take no part that a plan avoids. Members look into the others before they enter them."""
 
     HELD = auto()  # all cells that they hold or claim
     BODIES = auto()  # cells that their bodies reached into when they were heard last
-    MIDDLES = auto()  # cells that the middles of their bodies were in: they may have driven out of the others
+    MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
 
 
 class Attempt(NamedTuple):
-    """How a leader puts the question to its search; an easier one follows where there is no answer."""
+    """How a leader asks its search; an easier question follows if there is no answer."""
 
     round: Round
-    everybody: bool  # those that are where they want to be move too, where they are in the way
+    everybody: bool  # robots at their goals move too, if they are in the way
     aside: Aside
 
 
 ATTEMPTS: Final = (
     Attempt(Round.HELD, True, Aside.NEAR),
-    Attempt(Round.HELD, False, Aside.NEAR),  # a smaller question: a search among many now and then loses itself
+    Attempt(Round.HELD, False, Aside.NEAR),  # a smaller question: a search for many robots sometimes takes too long
     Attempt(Round.BODIES, True, Aside.NEAR),
     Attempt(Round.HELD, True, Aside.STAY),
     Attempt(Round.HELD, False, Aside.STAY),
@@ -48,26 +48,26 @@ class Member(NamedTuple):
     goal: int  # cell
     idle: bool
     done: bool
-    moved: int  # tick at which it last got on
+    moved: int  # tick of its last progress
     wants: int  # tick since which it has had this goal
 
 
 class Question(NamedTuple):
-    """What a leader asks its search, and what it needs to write the answer down."""
+    """What a leader asks its search, and what it needs to write down the plan."""
 
     attempt: int  # which of ATTEMPTS
     members: tuple[str, ...]  # those that move
     starts: tuple[int, ...]
     goals: tuple[int, ...]
     blocked: frozenset[int]
-    eager: tuple[int, ...]  # numbers of the members that have to come to their own goals, longest wait first
-    exact: bool  # walls alone are in the way and each has its own goal: "unsolvable" is true of the mission
-    at_rest: Mapping[str, int]  # who stays where it is, and where that is
-    until: tuple[str, ...]  # for whom the others make room
+    eager: tuple[int, ...]  # indices of the members that must reach their own goals, the longest waiting first
+    exact: bool  # only walls are in the way, and each has its own goal: "unsolvable" is true of the mission
+    at_rest: Mapping[str, int]  # robots that stay, and their cells
+    until: tuple[str, ...]  # members for which the others make room
 
     @property
     def asks(self) -> object:
-        """What tells it from other questions."""
+        """What distinguishes it from other questions."""
         return self.members, self.goals, self.blocked
 
     def search(self, epoch: Epoch, cells: CellMap, settings: TrafficSettings) -> JointSearch:
@@ -87,7 +87,7 @@ class Question(NamedTuple):
 
 
 def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
-    """Return all that stand for a plan, ``me`` too; of robots that share a head only the first."""
+    """Return all that stand for a plan, ``me`` included; of robots that share a head, only the first."""
     now = situation
     members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants)}
     for robot, record in situation.fresh.items():
@@ -134,9 +134,9 @@ def question_of(
 
 
 def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]) -> tuple[int, ...]:
-    """Return the numbers of the members that have to come to their own goals, those that have waited longest first.
+    """Return the indices of the members that must reach their own goals, the longest waiting first.
 
-    Those that have stops left: the others only go back to where they stood.
+    If any of them have stops left, only those count: the others only go back to where they stood.
     """
     waiting = sorted(
         (wanting[robot].done, wanting[robot].wants, number)
@@ -147,7 +147,7 @@ def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str
 
 
 def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
-    """Return the cells that bodies of silent robots are known, or are likely, to be in."""
+    """Return the cells in which bodies of silent robots are likely to be."""
     if round_ is not Round.MIDDLES:
         return situation.bodies
     return situation.bodies & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
@@ -156,7 +156,7 @@ def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[in
 def _strangers(
     situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficSettings
 ) -> frozenset[int]:
-    """Return the cells of those near the members that take no part."""
+    """Return the cells of robots that are near the members but take no part."""
     return frozenset(
         cell
         for robot, record in situation.others.items()
@@ -169,7 +169,7 @@ def _strangers(
 def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficSettings) -> bool:
     """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
 
-    A robot that was farther off has gone out of hearing, and on: it is nowhere that could be planned round.
+    A robot that was farther away has driven out of hearing, and its place is not known.
     """
     near = settings.radio_range / 2
     return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)

@@ -1,10 +1,11 @@
-"""Claim, acknowledge, hold, release: how a cell is nobody's but one robot's, over a radio that loses messages.
+"""Claim, acknowledge, hold, release: how a robot reserves a cell for itself, over a radio that loses messages.
 
-One-way broadcasts cannot exclude anybody: of two claimants each can miss the other. So a claim turns into a hold only
-when every robot in reach has acknowledged that very claim. The rules are tables: ``tests/traffic/test_claim_model.py``
-takes them, tries every order and loss of messages, and shows an overlap for each rule that is left out.
+One-way broadcasts cannot exclude another robot: of two claimants each can miss the other. So a claim becomes a hold
+only when every robot in reach has acknowledged that very claim. The rules are tables:
+``tests/traffic/test_claim_model.py`` takes them, tries every order and loss of messages, and shows an overlap for each
+rule that is left out.
 
-Claims are ordered by (stamp, robot). Safety needs no common clock: any order that all agree on will do.
+Claims are ordered by (stamp, robot). Safety needs no common clock: any order works if all robots agree on it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -16,11 +17,11 @@ Acks = tuple[tuple[str, int], ...]  # (robot, number of its claim)
 
 
 class Reservations(NamedTuple):
-    """What one robot holds and claims."""
+    """The cells that one robot holds and claims."""
 
     held: tuple[int, ...] = ()  # cells in the order of its way; the last is the head
     claims: tuple[Claim, ...] = ()
-    number: int = 1  # of the next claim; each is used once
+    number: int = 1  # of the next claim; each number is used once
     beside: tuple[Claim, ...] = ()  # claims for cells beside its way
 
     @property
@@ -29,15 +30,15 @@ class Reservations(NamedTuple):
         return self.claims + self.beside
 
     def claim(self, cell: int, tick: int) -> "Reservations":
-        """Ask for a cell."""
+        """Add a claim for a cell."""
         return self._replace(claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number + 1)
 
     def claim_beside(self, cell: int, tick: int) -> "Reservations":
-        """Ask for a cell beside the way."""
+        """Add a claim for a cell beside the way."""
         return self._replace(beside=(*self.beside, Claim(cell, self.number, tick)), number=self.number + 1)
 
     def withdraw(self, claims: Iterable[Claim]) -> "Reservations":
-        """Give up claims; their numbers are void for ever."""
+        """Withdraw claims; their numbers are never used again."""
         gone = set(claims)
         if not gone:
             return self
@@ -47,23 +48,23 @@ class Reservations(NamedTuple):
         )
 
     def take(self, claim: Claim) -> "Reservations":
-        """Turn a claim into a hold, at the head."""
+        """Turn a claim into a hold; its cell becomes the head."""
         return self.withdraw([claim])._replace(held=(*self.held, claim.cell))
 
     def keep(self, held: tuple[int, ...]) -> "Reservations":
-        """Release what is not in ``held``."""
+        """Hold the cells ``held``, and release all others."""
         return self._replace(held=held)
 
 
 class Case(NamedTuple):
-    """What a rule judges: one claim, of ``who``, as ``me`` sees the world."""
+    """What a rule judges: one claim, made by ``who``, as far as ``me`` knows."""
 
     claim: Claim
     who: str
     me: str
     own: Reservations
-    others: Mapping[str, Notice]  # the newest of every other robot ever heard
-    near: frozenset[str] = frozenset()  # those who could claim the same cell and are not silent
+    others: Mapping[str, Notice]  # the newest record of every other robot ever heard
+    near: frozenset[str] = frozenset()  # robots that could claim the same cell and are not silent
     cleared: frozenset[tuple[str, int]] = frozenset()  # cells of silent robots that a look found empty
     age: int = 1 << 30  # ticks since the claim was made
     ripe: int = 0  # ticks a claim has to be known before it counts
@@ -122,7 +123,7 @@ GRANT: Final[dict[str, Rule]] = {  # I acknowledge another's claim, unless
     "I hold the cell":                      _i_do_not_hold,
     "I have an older claim":                _i_have_no_older_claim,
 }
-ASK: Final[dict[str, Rule]] = {    # I claim a cell, unless (safe without: they only save claims made in vain)
+ASK: Final[dict[str, Rule]] = {    # I claim a cell, unless (not needed for safety: it saves claims made in vain)
     "somebody claims it":                   _nobody_claims,
     "somebody holds it":                    _nobody_holds,
 }
@@ -136,7 +137,7 @@ TAKE: Final[dict[str, Rule]] = {   # my claim becomes a hold, unless
 
 
 def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
-    """Name the first rule that forbids, or None where all allow."""
+    """Return the name of the first rule that is violated, or None if all allow the claim."""
     for name, allows in rules.items():
         if not allows(case):
             return name
@@ -144,7 +145,7 @@ def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
 
 
 def acknowledged(me: str, own: Reservations, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:
-    """List the claims of others, (robot, number), that I do not object to."""
+    """List the claims of others, (robot, number), to which I do not object."""
     return tuple(
         (robot, claim.number)
         for robot in sorted(others)

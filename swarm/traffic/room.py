@@ -1,4 +1,4 @@
-"""Room: cells beside the way in which a robot would drive, had it them. Nobody is kept from a cell by that."""
+"""Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that none needs."""
 
 from collections.abc import Mapping
 
@@ -13,9 +13,9 @@ from swarm.traffic.threat import Threat
 def room_beside(
     progress: RouteProgress, inputs: TrafficInputs, fresh: Mapping[str, Record], threat: Threat | None, cells: CellMap
 ) -> tuple[int, ...]:
-    """List the cells to ask for, as far as nobody else needs them: where the tables would drive, or away from a threat.
+    """List the cells to ask for that no other robot needs: where the tables would drive, or away from a threat.
 
-    Beside the one cell that it stands in the tables have nowhere to go.
+    A robot in its head cell asks for none: it has no cell ahead to drive to.
     """
     if threat is not None:
         wished = _away(threat, inputs.pose, cells)
@@ -30,9 +30,9 @@ def room_beside(
 
 
 def _away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:
-    """List the cells about the robot that are farther from the threat than it is, of those to stand in.
+    """List the cells around the robot that it can stand in and that are farther from the threat than it is.
 
-    From any other it would find no way on.
+    From a cell that it cannot stand in, it would find no way on.
     """
     near, about = distance(threat, pose), cells.around(cells.cell_of(pose.x, pose.y), 1)
     return [cell for cell in about if cells.stands[cell] and distance(threat, cells.centre(cell)) > near]

@@ -1,4 +1,4 @@
-"""A robot's own way over the cells: along the path its planner found, or else a shortest one near the straight line."""
+"""A robot's own way over the cells: along the path of its planner, or else a shortest one near the straight line."""
 
 from collections.abc import Collection, Sequence
 from heapq import heappop, heappush
@@ -12,15 +12,15 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.situation import Situation
 
-STRAY = 0.7  # steps it is worth to come a cell's side nearer to the path
-RETRY: Final = 20  # ticks between two tries to find a way where there was none
+STRAY = 0.7  # steps, the cost of a cell that lies one cell side off the path
+RETRY: Final = 20  # ticks before the next attempt after no way was found
 
 
 class OwnWay:
-    """Gives a robot that follows no joint plan a way of its own, and not a new one in each tick."""
+    """Finds a way for a robot that follows no joint plan, and keeps it while it is valid."""
 
     def __init__(self) -> None:
-        self._found_for: tuple[int, frozenset[int]] | None = None  # goal, and cells that were blocked
+        self._found_for: tuple[int, frozenset[int]] | None = None  # goal, and the cells that were blocked
         self._retry_at = 0  # tick
 
     def find(
@@ -33,7 +33,7 @@ class OwnWay:
     ) -> RouteProgress:
         """Return the progress with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
 
-        ``way_out`` is taken instead where there is one: of a cell from which no way of the map leads.
+        If ``way_out`` is not empty, it is taken instead: it leads out of a cell from which no way over cells leads.
         """
         goal, blocked, tick = situation.goal, situation.blocked, situation.tick
         complete = progress.route[-1] == goal if progress.route else progress.head == goal
@@ -47,11 +47,11 @@ class OwnWay:
 def own_way(
     cells: CellMap, start: int, goal: int, without: Collection[int] = (), path: Sequence[Point] = ()
 ) -> tuple[int, ...]:
-    """List the cells from ``start``, itself left out, to ``goal``; empty where no way leads there.
+    """List the cells from ``start``, itself left out, to ``goal``; empty if no way leads there.
 
-    ``path`` [m] is what the way shall keep to; without one, the straight line from cell to cell. Staying near a
-    slanting line makes a staircase, which a robot drives without turning in it. Of equal ways the choice is always the
-    same. A* with the steps left as its estimate (Hart, Nilsson, Raphael 1968).
+    The way keeps near ``path`` [m]; without a path, near the straight line from cell to cell. A way near a slanting
+    line is a staircase, which a robot drives without turning on the spot. Of equal ways the choice is always the same.
+    A* with the steps left as its heuristic (Hart, Nilsson, Raphael 1968).
     """
     steps = cells.distances(goal, without)
     if steps[start] >= FAR:
@@ -83,7 +83,7 @@ def own_way(
 
 
 def _off(line: Sequence[Point], point: Point) -> float:
-    """Measure from a point to a polyline [m]."""
+    """Return the distance from a point to a polyline [m]."""
     x, y = point
     least = float("inf")
     for (x0, y0), (x1, y1) in pairwise(line):

@@ -1,4 +1,4 @@
-"""Where one robot stands on its way: the cells it holds, those to come, and what it has left behind."""
+"""How far a robot is on its way: the cells it holds, those to come, and what it has left behind."""
 
 from collections.abc import Collection, Sequence
 from itertools import pairwise
@@ -8,29 +8,29 @@ from swarm.messages.traffic import Claim
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.reservations import Reservations
 
-ALONE = -1  # the step of a cell that belongs to no joint plan
-BESIDE = -2  # the step of a cell that is not on the way: the body, or its brake, reaches into it
+ALONE = -1  # step of a cell that belongs to no joint plan
+BESIDE = -2  # step of a cell that is not on the way: the body or its brake reaches into it, or it is room
 
 
 Join = tuple[int, int]  # two cells between which a robot passes
 
 
 def shut_joins(way: Sequence[int], cells: CellMap) -> tuple[Join, ...]:
-    """List the joins of a way over cells that a floor does not have."""
+    """List the joins of a way that a floor does not have."""
     return tuple((a, b) for a, b in pairwise(way) if a != b and b not in cells.neighbours[a])
 
 
 class RouteProgress(NamedTuple):
-    """A way over the cells: ``reservations.held`` is under the robot and before it, ``route`` follows.
+    """A way over the cells: ``reservations.held`` is under the robot and ahead of it, ``route`` follows.
 
-    ``steps`` numbers the held cells within the joint plan followed, ALONE where there is none, BESIDE off the way.
+    ``steps`` holds the step of each held cell in the joint plan followed: ALONE without a plan, BESIDE off the way.
     """
 
     reservations: Reservations
     steps: tuple[int, ...]
     route: tuple[int, ...] = ()
     following: bool = False
-    sought: bool = False  # the route, which may be empty, is all that a search for a way of one's own found
+    sought: bool = False  # the route, even if it is empty, comes from a search for a way of its own
 
     @property
     def head(self) -> int:
@@ -39,7 +39,7 @@ class RouteProgress(NamedTuple):
 
     @property
     def left(self) -> int:
-        """How many cells of the joint plan lie behind."""
+        """The number of cells of the joint plan that lie behind."""
         for step in self.steps:
             if step != BESIDE:
                 return max(0, step)
@@ -47,29 +47,29 @@ class RouteProgress(NamedTuple):
 
     @property
     def on_way(self) -> int:
-        """How many of the cells held are on the way."""
+        """The number of held cells that are on the way."""
         return len(self.steps) - self.steps.count(BESIDE)
 
     @property
     def next_step(self) -> int:
-        """The step, within the joint plan, of the first cell of the route."""
+        """The step in the joint plan of the first cell of the route."""
         return self.steps[-1] + 1
 
     def place(self, body: int) -> int:
-        """Find where in the held cells the body is: the latest of them that is its cell."""
+        """Return the index of the body's cell in the held cells, the last one if it is there twice; 0 if it is not."""
         held = self.reservations.held
         return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
     def onto(self, way: tuple[int, ...]) -> "RouteProgress":
-        """Follow a joint plan's way; it begins at the head."""
+        """Return the progress on the way of a joint plan, which begins at the head."""
         return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
 
     def alone(self, route: tuple[int, ...]) -> "RouteProgress":
-        """Follow a way of one's own, as a search found it."""
+        """Return the progress on a way of its own, as a search found it."""
         return self._replace(steps=self._as_if_alone(), route=route, following=False, sought=True)
 
     def nowhere(self) -> "RouteProgress":
-        """Give up the way."""
+        """Return the progress without a way."""
         return self._replace(steps=self._as_if_alone(), route=(), following=False, sought=False)
 
     def _as_if_alone(self) -> tuple[int, ...]:
@@ -80,12 +80,12 @@ class RouteProgress(NamedTuple):
         return self.steps[self.place(body)] == BESIDE
 
     def is_beside(self, body: int, cells: CellMap) -> bool:
-        """Tell whether a cell is next to one of the way that is held."""
+        """Return True if a cell is next to a held cell of the way."""
         way = {cell for cell, step in zip(self.reservations.held, self.steps, strict=True) if step != BESIDE}
         return body != OUTSIDE and not way.isdisjoint(cells.neighbours[body])
 
     def grown(self, reservations: Reservations) -> "RouteProgress":
-        """Go on to the first cell of the route, which ``reservations`` has at its head now."""
+        """Go on to the first cell of the route, which is now the head in ``reservations``."""
         step = self.next_step if self.following else ALONE
         return self._replace(reservations=reservations, steps=(*self.steps, step), route=self.route[1:])
 
@@ -105,7 +105,7 @@ class RouteProgress(NamedTuple):
         return self if reservations is self.reservations else self._replace(reservations=reservations)
 
     def without_stale_claims(self) -> "RouteProgress":
-        """Withdraw claims for cells that the route does not begin with."""
+        """Withdraw the claims that do not match the beginning of the route."""
         claims = self.reservations.claims
         good = 0
         while good < min(len(claims), len(self.route)) and claims[good].cell == self.route[good]:
@@ -113,16 +113,16 @@ class RouteProgress(NamedTuple):
         return self._replace(reservations=self.reservations.withdraw(claims[good:])) if good < len(claims) else self
 
     def with_room(self, claim: Claim) -> "RouteProgress":
-        """Take a cell beside the way that has been granted."""
+        """Hold a cell beside the way whose claim was granted."""
         reservations = self.reservations.withdraw([claim])
         return self._replace(
             reservations=reservations.keep((claim.cell, *reservations.held)), steps=(BESIDE, *self.steps)
         )
 
     def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "RouteProgress":
-        """Let go of what lies behind the body, once the braking path is clear of it or it is held again further on.
+        """Release the cells behind the body, once the braking path is clear of them or they are held again further on.
 
-        Cells beside the way stay as long as they are in ``room``.
+        Cells beside the way stay while they are in ``room``.
         """
         held = self.reservations.held
         place = self.place(body)
@@ -140,9 +140,9 @@ class RouteProgress(NamedTuple):
         return self._replace(reservations=reservations, steps=tuple(self.steps[index] for index in keep))
 
     def over(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
-        """Return the progress on another floor: held cells stay as far as they connect, all that is ahead is void.
+        """Return the progress on another floor: held cells stay as far as they are joined; all that is ahead is void.
 
-        What the body and its brake are in is kept anyhow. Nothing is held that was not held before.
+        Cells that the body and its brake are in stay in any case. No new cell is held.
         """
         held, place = self.reservations.held, self.place(body)
         end = place + 1
@@ -160,16 +160,16 @@ class RouteProgress(NamedTuple):
         return shut_joins((*ahead, *(self.route if route else ())), cells)
 
     def awoken(self, touched: Collection[int]) -> "RouteProgress":
-        """Give up the claims and what is held ahead of the body, to be asked for again; the way stays the same."""
+        """Give up the claims and the held cells ahead of the body, to be claimed again; the way stays the same."""
         held = self.reservations.held
         end = 1 + max(index for index, cell in enumerate(held) if cell in touched)
         reservations = Reservations(held[:end], (), self.reservations.number)
         return self._replace(reservations=reservations, steps=self.steps[:end], route=(*held[end:], *self.route))
 
     def given_back(self, touched: Collection[int]) -> "RouteProgress":
-        """Give up the plan, the claims, and what is held ahead of the braking path; then turn round where that helps.
+        """Give up the plan, the claims, and the held cells ahead of the braking path; then turn round if that helps.
 
-        Stopped across two cells, the way out is back: the one further back becomes the head.
+        A robot that has stopped across two cells drives back: the cell further back becomes the head.
         """
         held = self.reservations.held
         last = max((index for index, cell in enumerate(held) if cell in touched), default=0)

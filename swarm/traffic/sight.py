@@ -1,4 +1,4 @@
-"""Where walls stop the radio: from which cells a cell may be entered so that all who want it hear each other."""
+"""Cells for a radio that walls stop: all robots that want to enter a cell must hear each other."""
 
 from itertools import combinations
 
@@ -9,11 +9,11 @@ Joined = tuple[tuple[int, ...], ...]
 
 
 def without_unheard(cells: CellMap, room: float) -> CellMap:
-    """Return the cells without joins by which two robots could want one cell and not hear each other round a corner.
+    """Return the cells without joins over which two robots could want one cell and not hear each other round a corner.
 
-    A robot claims a cell from the middle of its own, or leaning towards it where walls hide somebody from the middle;
-    ``room`` [m] is what it keeps to the edge then. Where two robots that want one cell do not even see each other so,
-    the cell is entered from one side only: the one with the lower number.
+    A robot claims a cell from the middle of its own. If walls hide another robot from there, it leans towards the cell
+    that it claims; ``room`` [m] is what it then keeps to the edge. If two robots that want one cell do not even see
+    each other then, the cell is entered from one side only: from the cell with the lower number.
     """
     parted = True
     while parted:

@@ -1,4 +1,4 @@
-"""What robots have seen of cells, told to each other: bodies that nobody spoke for, and silent robots' empty cells."""
+"""What robots have seen in cells and tell each other: unexpected bodies, and empty cells of silent robots."""
 
 from collections.abc import Iterable, Mapping
 
@@ -9,7 +9,7 @@ Cleared = frozenset[tuple[str, int]]  # (silent robot, cell that was seen empty 
 
 
 class Sightings:
-    """The newest sighting of each cell, one's own and those heard of."""
+    """The newest sighting of each cell, the robot's own and those heard."""
 
     def __init__(self, settings: TrafficSettings) -> None:
         self._settings = settings
@@ -17,11 +17,11 @@ class Sightings:
         self._cleared: Cleared = frozenset()
 
     def note(self, cell: int, *, empty: bool, tick: int) -> None:
-        """Take down what a robot has seen itself."""
+        """Record what the robot has seen itself."""
         self._newest[cell] = Sighting(cell, empty, tick)
 
     def hear(self, tick: int, records: Iterable[Record]) -> None:
-        """Take in what others have seen, where it is newer; what is too old is forgotten."""
+        """Take over newer sightings of others, and forget those that are too old."""
         for record in records:
             for sighting in record.seen:
                 known = self._newest.get(sighting.cell)
@@ -31,13 +31,13 @@ class Sightings:
             self._newest = {cell: one for cell, one in self._newest.items() if tick - one.tick < self._lasts(one)}
 
     def occupied(self) -> frozenset[int]:
-        """Return the cells in which a body stands that nobody speaks for."""
+        """Return the cells in which an unexpected body stands."""
         return frozenset([cell for cell, sighting in self._newest.items() if not sighting.empty])
 
     def cleared(self, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Cleared:
         """Return the cells of silent robots that were seen empty after the robot spoke last.
 
-        Such a cell stays cleared until the robot is heard again.
+        Such a cell stays cleared until its robot is heard again.
         """
         if not self._newest and not self._cleared:
             return self._cleared
@@ -55,7 +55,7 @@ class Sightings:
         return self._cleared
 
     def told(self) -> tuple[Sighting, ...]:
-        """Return what to tell others, newest first."""
+        """Return the sightings to tell others, newest first."""
         if not self._newest:
             return ()
         newest = sorted(self._newest.values(), key=lambda one: (-one.tick, one.cell))

@@ -8,17 +8,17 @@ from swarm.traffic.sightings import Cleared
 
 
 class Situation(NamedTuple):
-    """Where it stands, where it wants to be, and what the others last said."""
+    """Where the robot stands, where it wants to be, and what the others last said."""
 
     tick: int
     head: int  # cell
     goal: int  # cell
-    idle: bool  # stands there only because it has to stand somewhere
-    moved: int  # tick at which it last got on
-    blocked: frozenset[int]  # cells in which somebody saw a body that nobody speaks for
-    cleared: Cleared  # silent robots' cells that somebody saw empty
+    idle: bool  # it has no goal and only needs a place to stand
+    moved: int  # tick of its last progress
+    blocked: frozenset[int]  # cells in which a robot saw an unexpected body
+    cleared: Cleared  # cells of silent robots that a robot saw empty
     others: Mapping[str, Record]
     fresh: Mapping[str, Record]
-    done: bool = False  # has no stop left
+    done: bool = False  # it has no stop left
     wants: int = 0  # tick since which it has had this goal
-    bodies: frozenset[int] = frozenset()  # cells in which silent robots were heard last, and may still stand
+    bodies: frozenset[int] = frozenset()  # cells in which silent robots were last heard, and may still stand

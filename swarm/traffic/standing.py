@@ -1,6 +1,6 @@
-"""Standing for another robot's plan: whose call a robot follows, and for how long.
+"""Standing for another robot's plan: which call a robot follows, and for how long.
 
-The functions named in the table of ``joint`` return what comes of a transition, or None where it does not happen.
+The functions named in the table of ``joint`` return the result of a transition, or None if it does not happen.
 """
 
 from swarm.traffic.calls import Call, Free, Frozen, Move, Part
@@ -8,7 +8,7 @@ from swarm.traffic.situation import Situation
 
 
 def called(part: Part, call: Call, situation: Situation) -> Move | None:
-    """Stand for the lowest leader that calls me. A robot that stands or leads gives that up for a lower one."""
+    """Stand for the lowest leader that calls me. A robot that already stands or leads changes to a lower leader."""
     calls = [
         record.collect.epoch
         for robot, record in situation.fresh.items()
@@ -24,7 +24,7 @@ def called(part: Part, call: Call, situation: Situation) -> Move | None:
 
 
 def plan_came(part: Part, call: Frozen, situation: Situation) -> Move | None:
-    """Adopt the plan stood for."""
+    """Adopt the plan that the robot stands for."""
     leader = situation.others.get(call.epoch.leader)
     if leader is None or leader.plan is None or leader.plan.epoch != call.epoch:
         return None
@@ -32,7 +32,7 @@ def plan_came(part: Part, call: Frozen, situation: Situation) -> Move | None:
 
 
 def stood_in_vain(part: Part, call: Frozen, situation: Situation) -> Move | None:
-    """Stand no longer: it took too long, or the leader has given the call up or fallen silent."""
+    """Stop standing: it took too long, or the leader has given the call up or fallen silent."""
     leader = situation.fresh.get(call.epoch.leader)
     calls = leader is not None and leader.collect is not None and leader.collect.epoch == call.epoch
     if calls and situation.tick - call.since <= part.settings.freeze:

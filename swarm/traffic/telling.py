@@ -15,17 +15,15 @@ class Telling:
         self.me = me
         self._settings = settings
         self._slot = slot
-        self._agreed_for: tuple[Reservations, Mapping[str, Record]] | None = (
-            None  # what it holds and what others claim,
-        )
-        self._agreed: Acks = ()  # and to which of their claims it agrees
+        self._agreed_for: tuple[Reservations, Mapping[str, Record]] | None = None  # what ``_agreed`` depends on
+        self._agreed: Acks = ()  # claims of others that it acknowledges
 
     def is_due(self, tick: int, *, often: bool) -> bool:
         """Return True if it is this robot's turn to broadcast."""
         return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
 
     def record(self, doing: Doing, seen: tuple[Sighting, ...]) -> Record:
-        """Return the record, but for whom the robot asks to lead: that depends on the record itself."""
+        """Return the record, but without the robot that is asked to lead: this depends on the record itself."""
         inputs, progress, joint = doing.inputs, doing.progress, doing.joint
         return Record(
             robot=self.me,
@@ -54,7 +52,7 @@ class Telling:
         )
 
     def _acks(self, reservations: Reservations, others: Mapping[str, Record]) -> Acks:
-        """Return the claims of others that this robot acknowledges. Kept until its reservations or a record changes."""
+        """Return the claims of others that this robot acknowledges, cached until reservations or records change."""
         if self._agreed_for is None or self._agreed_for[0] is not reservations or self._agreed_for[1] is not others:
             self._agreed_for = (reservations, others)
             self._agreed = acknowledged(self.me, reservations, others)

@@ -1,9 +1,9 @@
-"""One robot's part in traffic: told each tick what it senses and hears, it says what it holds and where it may drive.
+"""One robot's part in traffic: from what it senses and hears in a tick, to what it holds and where it may drive.
 
-Three layers, each safe without the one above. 0: the body stays in the cells held, and stops for unexpected obstacles
-(``presence``, ``halting``). 1: a cell is held only once all near have acknowledged the claim (``claiming``, ``holds``).
-2: which way to go, alone (``route``) or by a joint plan (``joint``). Pure in its state: no clock, no I/O, no chance of
-its own.
+Three layers, each safe without the one above. Layer 0: the body stays in the held cells, and stops before unexpected
+obstacles (``presence``, ``halting``). Layer 1: a cell is held only once all robots near have acknowledged the claim
+(``claiming``, ``reservations``). Layer 2: which way to go, alone (``route``) or by a joint plan (``joint``). The state
+is pure: no clock, no I/O, no randomness of its own.
 """
 
 from collections.abc import Callable, Mapping
@@ -40,7 +40,7 @@ Halted = tuple[RouteProgress, Halt, tuple[Event, ...]]
 
 
 class Traffic:
-    """One robot's traffic. ``slot`` is its place in the round of broadcasts."""
+    """The traffic of one robot. ``slot`` is its place in the round of broadcasts."""
 
     def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, *, slot: int = 0) -> None:
         if settings.claim_radius < LEAST_CLAIM * cells.side:
@@ -64,21 +64,21 @@ class Traffic:
         self._goal = Goal()
         self._progress: RouteProgress | None = None
         self._listen_until = 0  # tick
-        self._moved = 0  # tick at which it last got on
-        self._threat: Threat | None = None  # what comes towards it
+        self._moved = 0  # tick of its last progress
+        self._threat: Threat | None = None  # the obstacle that comes towards it
         self._kept = Kept()
         self._new_cells: CellMap | None = None
 
     def take_cells(self, cells: CellMap) -> None:
-        """Take another floor, on the same lattice, from the next step on.
+        """Use the cells of another floor, on the same lattice, from the next step on.
 
-        What is held and what is known of others stays; claims, the way and a joint plan are void. Where robots learn
-        the floor, only what the new cells break is.
+        Held cells and what is known of others stay; claims, the way and a joint plan are void. If robots learn the
+        floor, only what the new cells break is void.
         """
         self._new_cells = cells
 
     def step(self, inputs: TrafficInputs) -> TrafficOutputs:
-        """Take one tick's inputs; call it each tick, before the motors run."""
+        """Compute the outputs of one tick; call it each tick, before the motors run."""
         # where it is, and what the others say
         tick, cells_changed = inputs.tick, self._swap_cells()
         body = body_of(inputs, self.settings.radius + self.settings.margin, self.cells)
@@ -132,7 +132,7 @@ class Traffic:
     # ---- the floor, the body and its cells
 
     def _swap_cells(self) -> bool:
-        """Take the new floor, if there is one, in every part that knows the cells; return True if joins differ."""
+        """Use the new floor, if there is one, in every part that knows the cells; return True if joins differ."""
         cells, self._new_cells = self._new_cells, None
         if cells is None:
             return False
@@ -143,7 +143,7 @@ class Traffic:
         return changed
 
     def _over_new_cells(self, progress: RouteProgress, body: Body) -> RouteProgress:
-        """Return the progress on new cells: what is ahead is void; on a floor that is learned, only if it is broken."""
+        """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
         self._goal.wish = None  # the goal's cell is chosen again
         if self.settings.learns:
             if not progress.shut(self.cells, body.cell):
@@ -155,7 +155,7 @@ class Traffic:
         return progress.over(self.cells, body.touched, body.cell)
 
     def _present(self, body: Body) -> RouteProgress:
-        """Bring the progress up to now: begin, wake up, or own up to having left the held cells."""
+        """Return the progress at this tick: begun, awoken, or with the cells that the body has strayed into."""
         progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
         if progress is not None and not away:
             return owned_up(progress, body, self.cells, self.settings.radius)
@@ -165,9 +165,9 @@ class Traffic:
         return awoken(progress, body, self.cells)
 
     def _free_drive_cells(self, progress: RouteProgress, body: Body, fresh: Mapping[str, Record]) -> tuple[int, ...]:
-        """List the cells to drive in beside those held, while nobody is so near that any of them could be asked for.
+        """List the free-drive cells, beside those held, if no robot is near enough to ask for any of them.
 
-        () where others are near, and where the goal is: it is come to rest at inside held cells.
+        The result is () if other robots are near, or if the route has ended: a robot comes to rest inside held cells.
         """
         listens = body.tick < self._listen_until
         if listens or self._joint.frozen is not None or not progress.route or self.settings.in_sight:
@@ -183,24 +183,24 @@ class Traffic:
     # ---- unexpected obstacles
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
-        """Return the test whether another robot's body may be at a place [m] at a tick.
+        """Return a test: True if another robot's body may be at a point [m] at ``tick``.
 
-        While it listens for who is near, it may be anywhere.
+        While this robot listens, others may be anywhere.
         """
         if self._progress is None or tick < self._listen_until:
             return lambda place: True
         return robot_at(self._peers.others.values(), tick, self.cells, self.settings)
 
     def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Body) -> Halted:
-        """Stop before an unexpected obstacle; where it stays, give back what is ahead and plan round it."""
+        """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
-            return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands
+            return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
         halt = self._halting.look(inputs, self._peers.others.values(), mine)
         kept_from = self._kept.look(progress, body.cell, threatened=halt.threat is not None)
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
-            text = f"gave up cell {kept_from}: a moving obstacle keeps it out"
+            text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
             return given_back(progress, body, self.cells), halt, (Event("halted", (self.me,), text),)
         if halt.found is None:
             return progress, halt, ()
@@ -235,7 +235,7 @@ class Traffic:
     def _find_way(
         self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, inputs: TrafficInputs
     ) -> RouteProgress:
-        """Take the way of the joint plan adopted just now, or keep to the plan, or find a way of its own."""
+        """Take the way of the joint plan adopted in this step, or keep to the plan, or find a way of its own."""
         if adopted is not None:
             if situation.idle:
                 self._goal.cell = adopted[-1]
@@ -250,7 +250,7 @@ class Traffic:
     def _look(
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
     ) -> Point | None:
-        """Look at the next cell if only silent robots keep it, and return what to turn to [m]."""
+        """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
         face, seen = self._lookout.look(progress, situation, waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
@@ -261,7 +261,7 @@ class Traffic:
     # ---- what it tells, and where it may drive
 
     def _broadcast(self, doing: Doing) -> TrafficBroadcast | None:
-        """Return what to tell the others, when it is this robot's turn."""
+        """Return the broadcast, or None if it is not this robot's turn."""
         tick, pose = doing.inputs.tick, doing.inputs.pose
         if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
             return None

@@ -1,4 +1,4 @@
-"""A checker that sees every robot and knows nothing of how they plan: do holds overlap, do bodies stay in them?"""
+"""A checker that sees every robot and shares nothing with their planners: do holds overlap, do bodies stay in them?"""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from swarm.geometry import Pose
 from swarm.traffic.cells import CellMap
 from swarm.traffic.peer_records import Event
 
-STUCK = 10.0  # s of standing in a circle of waits that count as a deadlock
+STUCK = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
 NUMERIC = 1e-6  # m, what rounding may add to a body's radius
 
 
@@ -18,10 +18,10 @@ class Seen(NamedTuple):
     """One robot at one tick."""
 
     pose: Pose
-    held: Sequence[int]  # cells it declares to hold
+    held: Sequence[int]  # cells that it says it holds
     wants_to_move: bool  # it has a way and is not at its end
-    moved: bool  # it got on since the last tick
-    waits: Sequence[str] = ()  # for whom
+    moved: bool  # it made progress since the last tick
+    waits: Sequence[str] = ()  # the robots that it waits for
     live: bool = True  # its process runs; False: killed or suspended
 
 
@@ -29,7 +29,7 @@ Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
 
 
 class Fault(NamedTuple):
-    """Something that must not be, when it began."""
+    """A violation, when it began."""
 
     tick: int
     kind: str  # "overlap", "outside", "contact"
@@ -39,7 +39,7 @@ class Fault(NamedTuple):
 
 @dataclass
 class Watch:
-    """Fed every tick, it lists the faults as they begin, and counts for the report."""
+    """The faults as they begin, and the counts for the report; it is fed every tick."""
 
     cells: CellMap
     radius: float  # m
@@ -49,16 +49,16 @@ class Watch:
     joint_plans: int = 0
     deadlocks: int = 0  # times robots that stood waited for each other in a circle for 10 s
     longest_wait: float = 0.0  # s
-    waiting: dict[str, float] = field(default_factory=dict)  # s, of each robot, in all
+    waiting: dict[str, float] = field(default_factory=dict)  # s, of each robot, total
     least_gap: float = float("inf")  # m, between two bodies
     _running: set[tuple[str, tuple[str, ...]]] = field(default_factory=set)
-    _still: dict[str, int] = field(default_factory=dict)  # ticks since it last got on, while it wants to
+    _still: dict[str, int] = field(default_factory=dict)  # ticks since its last progress, while it wants to move
     _waits: dict[str, Sequence[str]] = field(default_factory=dict)
-    _circling: dict[str, int] = field(default_factory=dict)  # ticks in a circle of waits among those that stand
+    _circling: dict[str, int] = field(default_factory=dict)  # ticks in a circle of waits among robots that stand
     _stuck: set[str] = field(default_factory=set)
 
     def look(self, tick: int, robots: Mapping[str, Seen], events: Iterable[Event] = ()) -> list[Fault]:
-        """Judge one tick; give the faults that begin in it."""
+        """Check one tick; return the faults that begin in it."""
         now = [*self._overlaps(robots), *self._outside(robots), *self._contacts(robots)]
         begun = [Fault(tick, *what) for what in now if what[:2] not in self._running]
         self._running = {what[:2] for what in now}
@@ -68,7 +68,7 @@ class Watch:
         return begun
 
     def count(self, kind: str, *, of: Collection[str] | None = None) -> int:
-        """Count the faults of a kind in which only robots of ``of`` had a part; None: all."""
+        """Return the number of faults of a kind in which only robots of ``of`` took part; None: all of the kind."""
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
     def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
@@ -124,7 +124,7 @@ class Watch:
         self._stuck = stuck
 
     def _circles_back(self, robot: str, still_long: Collection[str]) -> bool:
-        """Follow who waits for whom, among those that stand, from ``robot`` back to it."""
+        """Return True if the waits among robots that stand lead from ``robot`` back to it."""
         seen: set[str] = set()
         front = list(self._waits.get(robot, ()))
         while front:

@@ -58,9 +58,9 @@ LIES: dict[str, tuple[Change, str]] = {
     "denies where it is":            (lambda own, tick: replace(own, held=(), claims=()),
                                       "is in a cell that it does not hold"),
     "speaks for another":            (lambda own, tick: replace(own, robot="r2"),
-                                      "another robot goes by my id"),
+                                      "another robot uses my id"),
     "is ahead of its time":          (lambda own, tick: replace(own, stamp=own.stamp + 500),
-                                      "a record from the future"),
+                                      "it is from the future"),
 }
 # fmt: on
 

@@ -147,16 +147,16 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
 
 def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> None:
     """It reached into d when it was heard last; its middle was in f. A look into d shows whether it is still there."""
-    square = Drawn("abe", "cdf")
-    a, b, d, f = square.at("abdf")
+    square = Drawn("abe", "#df")
+    a, e, d, f = square.at("aedf")
     x, y = square.cells.centre(f)
     dead = Record(robot="r3", stamp=0, x=x - square.cells.side / 2 + 0.1, y=y, goal=-1)
     joint = JointPlanning("r1", square.cells, TrafficSettings())
     joint.call = Free(need="r1")
     for tick in range(TICKS):
-        x, y = square.cells.centre(b)
-        other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
-        found = situation(tick, a, b, other | {"r3": dead}, other)._replace(bodies=frozenset({d, f}))
+        x, y = square.cells.centre(e)
+        other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.frozen)}
+        found = situation(tick, a, e, other | {"r3": dead}, other)._replace(bodies=frozenset({d, f}))
         events = joint.step(found).events
         if joint.following is not None:
             break

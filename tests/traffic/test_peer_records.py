@@ -74,7 +74,7 @@ def test_lies_are_named_and_dropped() -> None:
 
 def test_two_robots_of_one_id_are_noticed() -> None:
     peers = PeerRecords("r0", CELLS, SETTINGS)
-    assert "by my id" in kinds(peers, 10, told(record(9, "r0")))[0]
+    assert "uses my id" in kinds(peers, 10, told(record(9, "r0")))[0]
     assert kinds(peers, 10, told(record(9, "r2"), record(9))) == []
     texts = kinds(peers, 11, told(replace(record(9), goal=A)))
     assert "two different records" in texts[0]
