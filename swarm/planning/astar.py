@@ -1,5 +1,6 @@
 """A* on a grid: 8-connected, no corner cutting, lengths in cells."""
 
+from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
@@ -11,6 +12,8 @@ from swarm.planning.steps import legal_moves
 
 SQRT2 = sqrt(2.0)
 NO_COSTS = np.empty(0, np.int64)
+
+Kernel = Callable[..., int]  # a compiled search
 
 
 class Lattice:
@@ -42,27 +45,25 @@ class Lattice:
 
         There is no path if the start or the goal is not free or is outside the grid.
         """
-        if not (self._stands(start) and self._stands(goal)):
-            return None
-        rows, columns = self.shape
-        first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
-        stamp = self._next_stamp()
-        args = (self._state, stamp, self._entries, self._counts)
-        return self._traced(search(self._flat, NO_COSTS, 1, rows, columns, first, last, *args), first, last)
+        return self._searched(search, NO_COSTS, 1, start, goal)
 
     def cheapest(self, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
         """Return the cheapest path under ``costs`` (rows, columns), each from ``unit`` to 7 * ``unit``; None if none.
 
         The result is as in ``shortest``: the length is geometric, in cells, and does not include the costs.
         """
+        return self._searched(search_costs, costs.reshape(-1), unit, start, goal)
+
+    def _searched(
+        self, kernel: Kernel, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell
+    ) -> tuple[float, list[Cell]] | None:
         if not (self._stands(start) and self._stands(goal)):
             return None
         rows, columns = self.shape
         first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
         stamp = self._next_stamp()
         args = (self._state, stamp, self._entries, self._counts)
-        flat = costs.reshape(-1)
-        return self._traced(search_costs(self._flat, flat, unit, rows, columns, first, last, *args), first, last)
+        return self._traced(kernel(self._flat, costs, unit, rows, columns, first, last, *args), first, last)
 
     def _stands(self, cell: Cell) -> bool:
         return 0 <= cell[0] < self.shape[0] and 0 <= cell[1] < self.shape[1] and bool(self.free[cell])
