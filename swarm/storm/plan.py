@@ -1,7 +1,7 @@
 """A plan: everything one run of a storm needs, as plain data that a person can read, edit and run again."""
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, get_args
 
 import msgspec
 import yaml
@@ -23,6 +23,7 @@ Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
 
 
 FaultKind = Literal["held_up", "suspended", "away", "dead"]
+FAULTS: Final = {kind: kind.replace("_", " ") for kind in get_args(FaultKind)}  # and how a summary names them
 
 
 class PlannedFault(Section, frozen=True, kw_only=True):
@@ -69,7 +70,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "movers": bool(settings.movers),
             "shared targets": bool(settings.targets),
             "unknown floor": not settings.map.known,
-            **{kind.replace("_", " "): kind in kinds for kind in ("held_up", "suspended", "away", "dead")},
+            **{name: kind in kinds for kind, name in FAULTS.items()},
         }
         return frozenset(name for name, there in flags.items() if there)
 

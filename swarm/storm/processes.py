@@ -13,7 +13,7 @@ from swarm.launch.table import EarlyEnd
 from swarm.storm.draw import draw
 from swarm.storm.history import record
 from swarm.storm.laws import judge
-from swarm.storm.plan import StormPlan
+from swarm.storm.plan import FAULTS, StormPlan
 from swarm.storm.results import Job, Result, compared, summed
 
 LOOK: Final = 0.2  # s
@@ -21,7 +21,7 @@ LOOK: Final = 0.2  # s
 
 def only_simulated(plan: StormPlan) -> str:
     """Return why a plan can run only in the simulation, or "" if processes can run it too."""
-    features = {"late", "leader killed", "held up", "suspended", "away", "dead"} & plan.features()
+    features = {"late", "leader killed", *FAULTS.values()} & plan.features()
     return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 
 
