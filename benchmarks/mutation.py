@@ -47,7 +47,7 @@ ROOMS: Final[dict[str, tuple[str, ...]]] = {  # room: folders and files from whi
     "swarm/robot":   ("swarm/robot",),
     "swarm/traffic": ("swarm/traffic",),
     "world":         ("world",),
-    "swarm/storm":   ("swarm/storm",),
+    "world/storm":   ("world/storm",),
     "processes":     PROCESSES,
 }
 DRIVER: Final = (
@@ -61,7 +61,7 @@ TESTS: Final[dict[str, tuple[str, ...]]] = {  # start of a file's path: its test
     "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),
     "swarm/traffic":          ("tests/traffic", "tests/scenario"),
     "world":                  ("tests/world", "tests/ground/test_movers.py", "tests/ground/test_edits.py"),
-    "swarm/storm":            ("tests/storm",),
+    "world/storm":            ("tests/storm",),
     **dict.fromkeys(PROCESSES[:4], ("tests/launch",)),
 }
 # fmt: on

@@ -231,7 +231,7 @@ def joint_plan() -> str:
 
 
 def _turns(cells: CellMap, agreed: JointPlan) -> list[str]:
-    """Say each turn of a plan in words."""
+    """Return each turn of a plan in words."""
     return [
         f"{name} enters cell {agreed.ways[name][turn.step]} after {turn.robot} has left it"
         for name, turns in agreed.after.items()

@@ -17,8 +17,8 @@ from typing import Final
 from docs import concepts, fields, figure5, speeds
 from docs.markdown import rows, said
 from swarm.launch import table as processes
-from swarm.storm.laws import LAWS
-from swarm.storm.profiles import PROFILES
+from world.storm.laws import LAWS
+from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = ("architecture.md", "fuzzy.md", "scenarios.md", "storm.md", "wire.md")

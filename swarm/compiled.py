@@ -4,13 +4,19 @@ import importlib
 import sys
 from typing import Final
 
-KERNELS: Final = (
-    "swarm.planning.grid",
-    "swarm.planning.path",
-    "swarm.planning.rays",
-    "swarm.fuzzy",
+KERNELS: Final = (  # a test compares this list with the code
+    "swarm.fuzzy.kernel",
+    "swarm.motion.drive",
     "swarm.motion.sweep",
+    "swarm.planning.distance",
+    "swarm.planning.rays",
+    "swarm.planning.search",
+    "swarm.planning.steps",
+    "swarm.planning.sweep",
+    "swarm.robot.flight",
     "swarm.robot.rollout",
+    "swarm.traffic.fitting",
+    "swarm.traffic.footprint",
     "world.rays",
 )
 

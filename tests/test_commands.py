@@ -81,7 +81,7 @@ def marked(command: str) -> object:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Give a folder with the files that commands name, in which no other fleet of this machine is seen."""
+    """Return a folder with the files that commands name. No other fleet of this machine is seen in it."""
     copytree(ROOT / "tests" / "storm", tmp_path / "tests" / "storm")
     (tmp_path / "fleets").mkdir()
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "fleets"))
@@ -91,7 +91,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def started(command: str, more: str = "") -> list[str]:
-    """Give the words of a command as this Python runs them."""
+    """Return the words of a command as this Python runs them."""
     first, *rest = shlex.split(f"{command} {more}")
     return [sys.executable, *(["-m", "swarm.cli"] if first == "swarm" else []), *rest]
 
@@ -170,7 +170,7 @@ def test_the_tables_name_only_commands_that_the_pages_have() -> None:
 
 
 def others() -> Iterator[tuple[str, str]]:
-    """Give the blocks that are no sh, each with the name of its page."""
+    """Return the blocks that are not `sh`, each with the name of its page."""
     for page in PAGES:
         for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
             if language not in {"sh", "console"}:

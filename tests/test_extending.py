@@ -14,10 +14,10 @@ from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.fuzzy import Controller, load_profile
 from swarm.scenario.load import load
-from swarm.storm.plan import read
 from tests.shared import ROOT
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
+from world.storm.plan import read
 
 PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -202,8 +202,8 @@ def test_a_plan_file_holds_a_robot_up_and_a_storm_judges_it(
 FAULT: Final = """
 from pathlib import Path
 from swarm.cli import main
-from swarm.storm.plan import read
-from swarm.storm.processes import only_simulated
+from world.storm.plan import read
+from swarm.launch.storm import only_simulated
 from world.simulate import Simulation
 
 plan = read(Path("mute.yaml"))

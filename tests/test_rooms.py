@@ -9,6 +9,8 @@ from typing import Final
 
 import pytest
 
+from swarm.compiled import KERNELS
+
 ROOT: Final = Path(__file__).parents[1]
 TOPS: Final = ("swarm", "world", "dashboard")
 LONGEST: Final = 300  # lines of a file
@@ -31,7 +33,6 @@ ORDER: Final = (
     "world",
     "dashboard",
     "swarm.launch",
-    "swarm.storm",
     "swarm.cli",
 )
 LIBRARIES: Final = {"zenoh": "swarm/bus", "pymunk": "world/physics.py", "rerun": "dashboard/view"}
@@ -82,6 +83,19 @@ def test_one_room_touches_each_library(library: str) -> None:
 def test_loading_a_scenario_does_not_go_down_into_traffic() -> None:
     code = "import sys, swarm.scenario.load; print([name for name in sys.modules if name.startswith('swarm.traffic')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_every_kernel_is_compiled_before_robots_start() -> None:
+    """A kernel with a signature is compiled when its module is imported; without one, in the middle of a run."""
+    found = {}
+    for file in FILES:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            for one in node.decorator_list if isinstance(node, ast.FunctionDef) else ():
+                if ast.unparse(one).startswith("njit"):
+                    assert isinstance(one, ast.Call), f"{named(file)}: {node.name}"
+                    assert one.args, f"{named(file)}: {node.name} has no signature"
+                    found[".".join(file.relative_to(ROOT).with_suffix("").parts)] = node.name
+    assert set(KERNELS) == set(found)
 
 
 @pytest.mark.parametrize("file", FILES, ids=named)

@@ -10,7 +10,7 @@ from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
-    from swarm.storm.plan import StormPlan
+    from world.storm.plan import StormPlan
 
 DEFAULT: Final = 100  # seeds
 LARGEST: Final = 2**53
@@ -18,7 +18,8 @@ LARGEST: Final = 2**53
 
 def storm(options: argparse.Namespace) -> int:
     """Run the plans of seeds, or plan files, and print every broken law."""
-    from swarm.storm import command
+    from swarm.launch.storm import perform_both
+    from world.storm import command
 
     profiles = tuple(options.profile.split(","))
     if options.show is not None:
@@ -39,7 +40,7 @@ def storm(options: argparse.Namespace) -> int:
             files=tuple(options.plan),
             jobs=_jobs(options.jobs),
             twice=options.twice,
-            processes=options.over == "processes",
+            over=perform_both if options.over == "processes" else None,
             results=options.results,
             plans=options.plans,
             as_json=options.json,
@@ -80,8 +81,8 @@ def _seed(flag: str, text: str) -> int:
 
 def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
     """Draw a seed's plan, or read a plan file."""
-    from swarm.storm.draw import draw
-    from swarm.storm.plan import read
+    from world.storm.draw import draw
+    from world.storm.plan import read
 
     return read(Path(text)) if text.endswith((".yaml", ".yml")) else draw(_only(profiles), _seed("--shrink", text))
 

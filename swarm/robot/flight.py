@@ -39,7 +39,11 @@ CLOSE: Final = 0.1  # m; a gap during STOPPED that is enough, even where standin
 NO_WAY: Final = np.nan
 
 
-@njit(cache=True)
+@njit(
+    "b1(f8, i8, i8, f8, f8, f8[:, ::1], f8[::1], f4[:, ::1], f8, f8[::1], f8[:, ::1], f8, f8[::1], f8[::1], "
+    "f8, f8, f8, f8[::1], f8[::1])",
+    cache=True,
+)
 def _gaps(
     heading: float,
     drive: int,

@@ -66,7 +66,7 @@ def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float)
 
 
 def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
-    """Give up the way, the claims, and the held cells ahead of the braking path."""
+    """Drop the way, the claims, and the held cells ahead of the braking path."""
     if BESIDE in progress.steps:  # the cell behind may not be one to stand in
         return begun_again(progress, body, cells)
     return progress.given_back(body.touched)

@@ -160,14 +160,14 @@ class RouteProgress(NamedTuple):
         return shut_joins((*ahead, *(self.route if route else ())), cells)
 
     def awoken(self, touched: Collection[int]) -> "RouteProgress":
-        """Give up the claims and the held cells ahead of the body, to be claimed again; the way stays the same."""
+        """Drop the claims and the held cells ahead of the body, to be claimed again; the way stays the same."""
         held = self.reservations.held
         end = 1 + max(index for index, cell in enumerate(held) if cell in touched)
         reservations = Reservations(held[:end], (), self.reservations.number)
         return self._replace(reservations=reservations, steps=self.steps[:end], route=(*held[end:], *self.route))
 
     def given_back(self, touched: Collection[int]) -> "RouteProgress":
-        """Give up the plan, the claims, and the held cells ahead of the braking path; then turn round if that helps.
+        """Drop the plan, the claims, and the held cells ahead of the braking path; then turn round if that helps.
 
         A robot that has stopped across two cells drives back: the cell further back becomes the head.
         """

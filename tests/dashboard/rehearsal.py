@@ -233,13 +233,13 @@ class Rehearsal:
             yield TRUTH, self.truth(tick, all_at), {}
 
     def clock(self, tick: int) -> Clock:
-        """Say where the run stands."""
+        """Return where the run stands."""
         phase = Phase.OVER if tick >= self.ticks else Phase.RUNNING
         names = list(self.names)
         return Clock(run=self.run, tick=tick, time=tick / RATE, phase=phase, robots=names, present=names)
 
     def state(self, number: int, tick: int) -> State:
-        """Say where a robot's mission stands."""
+        """Return where a mission stands."""
         now = self.at(number, tick)
         return State(
             robot=self.names[number],
@@ -260,7 +260,7 @@ class Rehearsal:
         return Plan(robot=self.names[number], run=self.run, tick=tick, points=points)
 
     def truth(self, tick: int, all_at: list[At] | None = None) -> Truth:
-        """Say where all are."""
+        """Return where all robots are."""
         all_at = all_at or [self.at(number, tick) for number in range(len(self.names))]
         bodies = []
         for number, (name, now) in enumerate(zip(self.names, all_at, strict=True)):

@@ -9,8 +9,8 @@ import msgspec
 
 from swarm.messages import Broadcast, Command
 from swarm.scenario.load import checked
-from swarm.storm.history import History, Moment, record
-from swarm.storm.plan import StormPlan
+from world.storm.history import History, Moment, record
+from world.storm.plan import StormPlan
 
 FLOOR = """\
 ###########################

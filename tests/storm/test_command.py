@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
-from swarm.storm.command import INTERRUPTED, Options, run
-from swarm.storm.output import Lines
-from swarm.storm.plan import read
-from swarm.storm.results import Job, Result, perform
 from tests.storm import works
 from tests.storm.shared import plan_of
+from world.storm.command import INTERRUPTED, Options, run
+from world.storm.output import Lines
+from world.storm.plan import read
+from world.storm.results import Job, Result, perform
 
 Capture = pytest.CaptureFixture[str]
 

@@ -9,14 +9,14 @@ from msgspec.structs import replace as changed
 
 from swarm.messages import Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
-from swarm.storm.history import History, Moment, record
-from swarm.storm.laws import LAWS, judge
-from swarm.storm.results import is_silent
-from swarm.storm.seen import cells_at
 from swarm.traffic.cells import OUTSIDE
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.faults import Health
 from world.physics import Contact
+from world.storm.history import History, Moment, record
+from world.storm.laws import LAWS, judge
+from world.storm.results import is_silent
+from world.storm.seen import cells_at
 
 TICK = 60  # by then both robots drive
 LATER = 2000  # ticks, 100 s

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from benchmarks.mutants import BROKE, MUTANTS, ROOT, Mutant, mend, missing, plant
-from swarm.storm.profiles import PROFILES
+from world.storm.profiles import PROFILES
 
 GONE = Mutant("gone", "all", "swarm/traffic/reservations.py", "a text that is in no file", "pass")
 OFTEN = Mutant("often", "all", "swarm/traffic/reservations.py", "claim", "pass")

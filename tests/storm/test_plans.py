@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
-from swarm.storm.draw import draw
-from swarm.storm.plan import StormPlan, read
-from swarm.storm.profiles import PROFILES
-from swarm.storm.results import NOBODY_DEAD, Job, perform
 from tests.storm.shared import plan_of
+from world.storm.draw import draw
+from world.storm.plan import StormPlan, read
+from world.storm.profiles import PROFILES
+from world.storm.results import NOBODY_DEAD, Job, perform
 
 seeds = st.integers(0, 2**53)
 profiles = st.sampled_from(sorted(PROFILES))

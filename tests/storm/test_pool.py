@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from swarm.storm.pool import Lost, answers
 from tests.storm import works
+from world.storm.pool import Lost, answers
 
 JOBS = list(range(12))
 

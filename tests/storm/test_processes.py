@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
-from swarm.storm import processes
-from swarm.storm.processes import only_simulated, perform_both
-from swarm.storm.results import Job
+from swarm.launch import storm
+from swarm.launch.storm import perform_both
 from tests.storm.shared import plan_of
+from world.storm.plan import only_simulated
+from world.storm.results import Job
 
 Capture = pytest.CaptureFixture[str]
 
@@ -53,7 +54,7 @@ REPORTS = {
 @pytest.mark.parametrize("name", REPORTS)
 def test_another_digest_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     report, part = REPORTS[name]
-    monkeypatch.setattr(processes, "over_processes", lambda plan, limit, stop: report)
+    monkeypatch.setattr(storm, "over_processes", lambda plan, limit, stop: report)
     (violation,) = perform_both(Job("test", 1, plan_of()), lambda: False).violations
     assert violation.law == "same digest"
     assert violation.text.startswith(part)

@@ -7,9 +7,9 @@ from typing import Final
 
 import pytest
 
-from swarm.storm.plan import read
-from swarm.storm.pool import Lost, answers
-from swarm.storm.results import Job, perform
+from world.storm.plan import read
+from world.storm.pool import Lost, answers
+from world.storm.results import Job, perform
 
 pytestmark = pytest.mark.slow
 

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm.storm import laws
-from swarm.storm.draw import can_be_driven, draw
-from swarm.storm.history import History
-from swarm.storm.plan import StormPlan
-from swarm.storm.profiles import PROFILES
-from swarm.storm.seen import Found
-from swarm.storm.shrink import Trial, breaks, first_broken, first_of, shrink
-from swarm.storm.simpler import CUTS, faults, lanes, robots, simpler, size
 from tests.storm.shared import plan_of
+from world.storm import laws
+from world.storm.draw import can_be_driven, draw
+from world.storm.history import History
+from world.storm.plan import StormPlan
+from world.storm.profiles import PROFILES
+from world.storm.seen import Found
+from world.storm.shrink import Trial, breaks, first_broken, first_of, shrink
+from world.storm.simpler import CUTS, faults, lanes, robots, simpler, size
 
 PLANTED = "nobody east of 5 m"
 

@@ -9,9 +9,9 @@ import pytest
 
 import swarm.robot.cell_pilot as pilot
 from swarm.robot.pilot import fuzzy_speeds
-from swarm.storm.draw import draw
-from swarm.storm.history import record
-from swarm.storm.laws import LAWS
+from world.storm.draw import draw
+from world.storm.history import record
+from world.storm.laws import LAWS
 
 SAFE = (
     "no exception", "no contact", "no overlap", "no hold without a claim", "takes only what is free", "no body outside",

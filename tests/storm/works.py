@@ -6,8 +6,8 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from swarm.storm.laws import Violation
-from swarm.storm.results import Job, Result
+from world.storm.laws import Violation
+from world.storm.results import Job, Result
 
 
 def doubled(number: int) -> int:

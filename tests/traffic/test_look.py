@@ -258,7 +258,7 @@ APPROACHES: dict[str, tuple[float, float, bool]] = {  # m/s, of the thing and of
 
 
 def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
-    """Tell, tick by tick, whether a thing 1.3 m ahead is a threat; noise alternates."""
+    """Return for each tick whether a thing 1.3 m ahead is a threat; noise alternates."""
     halting, away = Halting(FLOOR.cells, SETTINGS), 1.3
     said = []
     for tick in range(2 * NOTED):

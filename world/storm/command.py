@@ -9,18 +9,18 @@ from typing import Final
 
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
-from swarm.storm import summary
-from swarm.storm.draw import draw
-from swarm.storm.output import Lines, Say, shown, write_plan
-from swarm.storm.plan import StormPlan, read
-from swarm.storm.pool import Lost, answers
-from swarm.storm.processes import only_simulated, perform_both
-from swarm.storm.results import Job, Result, lost, perform
-from swarm.storm.shrink import deadline, first_broken, first_of, shrink
+from world.storm import summary
+from world.storm.draw import draw
+from world.storm.output import Lines, Say, shown, write_plan
+from world.storm.plan import StormPlan, only_simulated, read
+from world.storm.pool import Lost, answers
+from world.storm.results import Job, Result, lost, perform
+from world.storm.shrink import deadline, first_broken, first_of, shrink
 
 INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell
 
 Results = Iterator[tuple[Job, Result]]
+Over = Callable[[Job, Callable[[], bool]], Result]  # the job, and whether to stop
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Options:
     files: tuple[Path, ...] = ()  # plans, instead of seeds
     jobs: int = 1
     twice: bool = False
-    processes: bool = False  # over real processes too
+    over: Over | None = None  # performs a job over real processes too
     results: Path | None = None
     plans: Path | None = None  # a folder for the plans that failed
     as_json: bool = False
@@ -49,7 +49,7 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
     found: list[Result] = []
     with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
         wrong = False
-        each = _over_processes(jobs, stop.is_set) if options.processes else None
+        each = _over_processes(jobs, options.over, stop.is_set) if options.over is not None else None
         for job, result in each or _each(jobs, options.jobs, work, stop.is_set):
             found.append(result)
             lines.add(result)
@@ -74,7 +74,7 @@ def jobs_of(options: Options) -> list[Job]:
     if options.files:
         plans = [read(path) for path in options.files]
         for path, plan in zip(options.files, plans, strict=True):
-            if options.processes and (why := only_simulated(plan)):
+            if options.over is not None and (why := only_simulated(plan)):
                 raise ConfigError(f"{path}: {why}; run it without --over processes")
         return [Job(plan.profile, plan.seed, plan, options.twice) for plan in plans]
     for profile in options.profiles:
@@ -87,10 +87,10 @@ def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Ca
         yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
 
 
-def _over_processes(jobs: list[Job], stop: Callable[[], bool]) -> Results:
+def _over_processes(jobs: list[Job], over: Over, stop: Callable[[], bool]) -> Results:
     """Run one plan after the other, because each needs many processes."""
     for job in jobs:
-        result = perform_both(job, stop)
+        result = over(job, stop)
         if stop():
             return
         yield job, result

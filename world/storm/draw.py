@@ -10,11 +10,11 @@ from swarm.errors import ConfigError
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, Point
 from swarm.scenario.load import checked
 from swarm.scenario.starts import names
-from swarm.storm.plan import FaultKind, PlannedFault, StormPlan
-from swarm.storm.profiles import PROFILES, Profile
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, short_of
+from world.storm.plan import FaultKind, PlannedFault, StormPlan
+from world.storm.profiles import PROFILES, Profile
 
 SIDE: Final = 1.2  # m, side of a cell
 THIRD: Final = 3  # thin walls are a third of a cell wide

@@ -6,12 +6,12 @@ from math import hypot
 from typing import Final
 
 from swarm.geometry import distance
-from swarm.storm.growth import growth
-from swarm.storm.history import History, Moment
-from swarm.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
-from swarm.storm.told import Told
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
+from world.storm.growth import growth
+from world.storm.history import History, Moment
+from world.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
+from world.storm.told import Told
 
 NEAR: Final = 2.5  # cells; a robot this near to a cell must acknowledge a claim for it, if the claimant heard it lately
 LATELY: Final = 20  # ticks for which a broadcast counts as heard lately

@@ -16,7 +16,7 @@ A = TypeVar("A")
 
 LOOK: Final = 0.2  # s between two checks whether to stop
 PATIENCE: Final = 900.0  # s of wall time for one job; the slowest seed of 2,000 took 150 s on a busy core
-PRELOAD: Final = ("swarm.storm.results",)
+PRELOAD: Final = ("world.storm.results",)
 
 
 class Lost(NamedTuple):

@@ -4,7 +4,7 @@ from collections import deque
 
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Epoch, JointPlan, Record
-from swarm.storm.history import History, Moment
+from world.storm.history import History, Moment
 
 
 class Told:

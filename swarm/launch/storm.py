@@ -10,19 +10,13 @@ from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.run import Options, start
 from swarm.launch.running import registered
 from swarm.launch.table import EarlyEnd
-from swarm.storm.draw import draw
-from swarm.storm.history import record
-from swarm.storm.laws import judge
-from swarm.storm.plan import FAULTS, StormPlan
-from swarm.storm.results import Job, Result, compared, summed
+from world.storm.draw import draw
+from world.storm.history import record
+from world.storm.laws import judge
+from world.storm.plan import StormPlan, only_simulated
+from world.storm.results import Job, Result, compared, summed
 
 LOOK: Final = 0.2  # s
-
-
-def only_simulated(plan: StormPlan) -> str:
-    """Return why a plan can run only in the simulation, or "" if processes can run it too."""
-    features = {"late", "leader killed", *FAULTS.values()} & plan.features()
-    return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 
 
 def perform_both(job: Job, stop: Callable[[], bool]) -> Result:

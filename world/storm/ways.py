@@ -3,12 +3,12 @@
 from itertools import combinations
 
 from swarm.geometry import Pose
-from swarm.storm.brute import can_all_arrive
-from swarm.storm.history import History, Moment
-from swarm.storm.seen import cells_at, dead_of
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near
+from world.storm.brute import can_all_arrive
+from world.storm.history import History, Moment
+from world.storm.seen import cells_at, dead_of
 
 
 class Ways:

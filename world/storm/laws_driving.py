@@ -7,9 +7,9 @@ from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Command, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.settings import RobotSettings
-from swarm.storm.history import History
-from swarm.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
 from swarm.traffic.cells import OUTSIDE, CellMap
+from world.storm.history import History
+from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
 
 CREEPS: Final = 0.3  # m/s; a slower robot stops within 2.5 cm, which the margin of its cells covers
 

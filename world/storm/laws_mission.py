@@ -5,9 +5,9 @@ from math import floor
 from typing import Final
 
 from swarm.geometry import distance
-from swarm.storm.history import History, Moment
-from swarm.storm.seen import EXACT, Found, dead_of
-from swarm.storm.ways import Ways
+from world.storm.history import History, Moment
+from world.storm.seen import EXACT, Found, dead_of
+from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s without progress after which a robot must be named; the world names it earlier
 ENDS: Final = 120.0  # s after the last stop; driving back over the largest floor, 19 m, takes half a minute

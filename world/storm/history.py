@@ -10,11 +10,11 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Broadcast, Command, Event, Sense
 from swarm.settings import Settings
-from swarm.storm.plan import StormPlan
 from swarm.traffic.watch import Fault
 from world.faults import Health
 from world.physics import Contact
 from world.simulate import Simulation
+from world.storm.plan import StormPlan
 
 HOPELESS: Final = 240.0  # s; a run in which no robot has made progress for so long is over
 

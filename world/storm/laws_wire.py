@@ -5,8 +5,8 @@ from typing import Any, Final
 from swarm.bus.codec import decode, encode
 from swarm.errors import PeerError
 from swarm.messages import COMMAND, RADIO, Message, Topic
-from swarm.storm.history import History
-from swarm.storm.seen import Found
+from world.storm.history import History
+from world.storm.seen import Found
 
 COMMANDS: Final = 4  # ticks between two commands of one robot that are looked at
 BROADCASTS: Final = 20  # the same of broadcasts: to decode one costs as much as a tick

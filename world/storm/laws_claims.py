@@ -8,11 +8,11 @@ from collections.abc import Collection
 from typing import Final
 
 from swarm.messages.traffic import Claim, Record, Sighting
-from swarm.storm.growth import AWAY, growth, has_new_process
-from swarm.storm.history import History, Moment
-from swarm.storm.seen import Found, claims_of
-from swarm.storm.told import Told
 from world.faults import SILENT
+from world.storm.growth import AWAY, growth, has_new_process
+from world.storm.history import History, Moment
+from world.storm.seen import Found, claims_of
+from world.storm.told import Told
 
 LISTENS: Final = 1.0  # s after a robot begins or wakes in which it claims nothing
 NO_ANSWER: Final = 8.0  # s of silence after which nobody waits for a robot's answer

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from swarm.errors import ConfigError
-from swarm.storm.plan import StormPlan
-from swarm.storm.results import Result
+from world.storm.plan import StormPlan
+from world.storm.results import Result
 
 Say = Callable[[str], None]
 

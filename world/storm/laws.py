@@ -6,8 +6,8 @@ The laws use nothing of the planner: they know only cells, poses and the broadca
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from swarm.storm.history import History
-from swarm.storm.laws_claims import (
+from world.storm.history import History
+from world.storm.laws_claims import (
     claims_numbered_once,
     listens_first,
     no_false_agreement,
@@ -15,9 +15,9 @@ from swarm.storm.laws_claims import (
     stands_without_claims,
     takes_only_what_is_free,
 )
-from swarm.storm.laws_driving import no_body_outside, room_to_brake
-from swarm.storm.laws_floor import no_contact, no_hold_without_claim, no_overlap
-from swarm.storm.laws_mission import (
+from world.storm.laws_driving import no_body_outside, room_to_brake
+from world.storm.laws_floor import no_contact, no_hold_without_claim, no_overlap
+from world.storm.laws_mission import (
     all_arrive,
     flags_stay,
     it_ends,
@@ -26,8 +26,8 @@ from swarm.storm.laws_mission import (
     report_agrees,
     truthful,
 )
-from swarm.storm.laws_wire import passes_the_wire
-from swarm.storm.seen import Law
+from world.storm.laws_wire import passes_the_wire
+from world.storm.seen import Law
 
 
 class Violation(NamedTuple):

@@ -142,6 +142,12 @@ def _without_defaults(section: Section) -> dict[str, Any]:
     return found
 
 
+def only_simulated(plan: StormPlan) -> str:
+    """Return why a plan can run only in the simulation, or "" if processes can run it too."""
+    features = {"late", "leader killed", *FAULTS.values()} & plan.features()
+    return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
+
+
 def read(path: Path) -> StormPlan:
     """Read a plan file.
 

@@ -6,11 +6,11 @@ from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
-from swarm.storm.history import record
-from swarm.storm.laws import Violation, judge
-from swarm.storm.plan import StormPlan
-from swarm.storm.pool import answers
-from swarm.storm.simpler import CUTS, simpler, size
+from world.storm.history import record
+from world.storm.laws import Violation, judge
+from world.storm.plan import StormPlan
+from world.storm.pool import answers
+from world.storm.simpler import CUTS, simpler, size
 
 LONGEST: Final = 120.0  # s of wall time for one shrinking
 SLACK: Final = 1.1  # a candidate's time limit is this factor times the time in which the plan broke its law

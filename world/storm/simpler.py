@@ -8,8 +8,8 @@ import msgspec
 
 from swarm.errors import ConfigError
 from swarm.scenario.load import checked
-from swarm.storm.draw import can_be_driven
-from swarm.storm.plan import StormPlan
+from world.storm.draw import can_be_driven
+from world.storm.plan import StormPlan
 
 T = TypeVar("T")
 Raw = dict[str, Any]  # a plan as plain data

@@ -5,11 +5,11 @@ from typing import Any, Final, NamedTuple
 
 from msgspec import Struct
 
-from swarm.storm.draw import draw
-from swarm.storm.history import History, record
-from swarm.storm.laws import Violation, judge
-from swarm.storm.plan import StormPlan
-from swarm.storm.seen import dead_of
+from world.storm.draw import draw
+from world.storm.history import History, record
+from world.storm.laws import Violation, judge
+from world.storm.plan import StormPlan
+from world.storm.seen import dead_of
 
 NOBODY_DEAD: Final = "known floor, nobody dead"
 SOME_DEAD: Final = "known floor, with the dead"

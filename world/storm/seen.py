@@ -6,10 +6,10 @@ from typing import Final
 
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Record
-from swarm.storm.history import History
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of
 from world.faults import Health
+from world.storm.history import History
 
 PUSHED: Final = 400  # ticks after a contact in which a body may be outside its cells: it creeps back
 EXACT: Final = 1e-6  # m and s

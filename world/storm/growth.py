@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Final
 
-from swarm.storm.history import History, Moment
-from swarm.storm.seen import pushes, was_pushed
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
+from world.storm.history import History, Moment
+from world.storm.seen import pushes, was_pushed
 
 AWAY: Final = 20  # ticks without a step after which a robot starts with new reservations
 

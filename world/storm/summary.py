@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 from math import sqrt
 from typing import Any, Final, NamedTuple
 
-from swarm.storm.laws import LAWS
-from swarm.storm.results import CLASSES, REPLAY, Result
+from world.storm.laws import LAWS
+from world.storm.results import CLASSES, REPLAY, Result
 
 Z: Final = 1.959964  # quantile of the normal distribution for 95 %
 
