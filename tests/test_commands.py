@@ -13,20 +13,19 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from shutil import copytree
-from time import monotonic, sleep
 from typing import Final
 
 import pytest
 import yaml
 
 from swarm.cli import main
+from tests.launch.actors import Fleet
 from tests.shared import ROOT
 
 PAGES: Final = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SPAN: Final = re.compile(r"`((?:swarm|python -m|make) [a-z][^`]*)`")
 STARTS: Final = ("swarm ", "python ", "make ", "docker ", "$ ")
-PATIENCE: Final = 30.0  # s, for a fleet to come up
 
 # fmt: off
 PARSED: Final = {  # command: why it is not run
@@ -46,7 +45,7 @@ PARSED: Final = {  # command: why it is not run
     "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
 }
-FLEET: Final = "swarm run office --wait"  # runs meanwhile, without a dashboard; these talk to it:
+FLEET: Final = "swarm run office --wait"  # runs meanwhile; these talk to it:
 TALK: Final = ("swarm go", "swarm status", "swarm edit ", "swarm stop")
 SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm storm":                                     "--seeds 2 --jobs 1",
@@ -111,23 +110,14 @@ def test_the_commands_that_talk_to_a_fleet_are_answered(folder: Path) -> None:
     talk = [command for command in COMMANDS if command.startswith(TALK)]
     assert {command.split()[1] for command in talk} == {"go", "status", "edit", "stop"}
     talk.sort(key=lambda command: command == "swarm stop")  # ground.md edits a fleet too
-    words = started(FLEET, "--dashboard off --pace 4")
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as fleet:
-        _wait_until_it_stands(fleet)
+    scenario, *arguments = FLEET.removeprefix("swarm run ").split()
+    with Fleet(Path(scenario), *arguments, "--pace", "4", runtime=folder / "fleets") as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
         for command in ["swarm status", *talk]:
             done = subprocess.run(started(command), capture_output=True, text=True, timeout=60, check=False)
             assert done.returncode == 0, f"{command}: {done.stderr}"
-        told, _ = fleet.communicate(timeout=60)
-    assert "not complete: stopped by command" in told
-    assert fleet.returncode == 1, "README: 1, the mission is not complete"
-
-
-def _wait_until_it_stands(fleet: "subprocess.Popen[str]") -> None:
-    deadline = monotonic() + PATIENCE
-    while subprocess.run(started("swarm status"), capture_output=True, check=False).returncode:
-        assert fleet.poll() is None
-        assert monotonic() < deadline
-        sleep(0.1)
+        assert fleet.end() == 1, "README: 1, the mission is not complete"
+        assert "not complete: stopped by command" in fleet.text
 
 
 class Parsed(Exception):  # noqa: N818, no error
