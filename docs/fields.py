@@ -139,7 +139,7 @@ def _one_type(part: dict[str, Any]) -> str:
         return "section" if name.endswith("Settings") else _link(name)
     if "enum" in part:
         return " or ".join(f"`{value}`" for value in part["enum"])
-    kind = part.get("type", "")
+    kind: str = part.get("type", "")
     if kind == "array" and "prefixItems" in part:
         inner = [_type(item) for item in part["prefixItems"]]
         return f"{len(inner)} numbers" if set(inner) == {"number"} else f"({', '.join(inner)})"
@@ -149,7 +149,7 @@ def _one_type(part: dict[str, Any]) -> str:
     if kind == "object":
         inner_type = _type(part["additionalProperties"]) if "additionalProperties" in part else ""
         return f"map of name to {inner_type}" if inner_type else "map"
-    return str({"string": "text", "boolean": "yes or no"}.get(kind, kind))
+    return {"string": "text", "boolean": "yes or no"}.get(kind, kind)
 
 
 def _bounds(shape: dict[str, Any]) -> str:

@@ -31,7 +31,7 @@ class Asked:
         return [name for name in lacking if now - self._first.get(name, now) > SILENT]
 
 
-class Answers:
+class LastMessages:
     """The last messages of the robots in one run. A restart begins with a new object."""
 
     def __init__(self) -> None:

@@ -34,7 +34,7 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
-from world.answers import SILENT, Answers, Asked
+from world.answers import SILENT, Asked, LastMessages
 from world.controls import pressed
 from world.lobby import Lobby
 from world.pace import Stopwatch, Timetable
@@ -96,7 +96,7 @@ class Host:
         self._lobby = Lobby(self._world.robots, watchers, monotonic())
         self.phase = Phase.WAITING
         self._held = wait  # waits until somebody presses go
-        self._answers = Answers()
+        self._last = LastMessages()
         self._linked = True
         self._reason = ""
         self._stopwatch = Stopwatch()
@@ -111,8 +111,8 @@ class Host:
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: self._speaker.floor(self._world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: self._clock()})
-        bus.keep(STATE, lambda: {STATE.key.format(robot=name): s for name, s in list(self._answers.states.items())})
-        bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(self._answers.plans.items())})
+        bus.keep(STATE, lambda: {STATE.key.format(robot=name): s for name, s in list(self._last.states.items())})
+        bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(self._last.plans.items())})
         bus.watch_presence()
         bus.announce("world", "world")
 
@@ -169,9 +169,9 @@ class Host:
             self._await_time(stop)
         if self.phase is Phase.OVER or self._world is not world or not self._linked:
             return  # stopped or restarted meanwhile; a pause begins after the tick
-        for event in world.step(self._answers.commands):
+        for event in world.step(self._last.commands):
             self._speaker.tell(event)
-        self._answers.commands = {}
+        self._last.commands = {}
         if world.floor is not self._speaker.scenario.map:  # the scenario has made an edit
             self._tell_map()
         if world.finished:
@@ -184,8 +184,8 @@ class Host:
         world, asked = self._world, Asked(self._lobby.present, monotonic())
         while self.phase is not Phase.OVER and self._world is world and self._linked and not stop.is_set():
             present = self._lobby.present
-            lacking = self._answers.lacking(present, world.tick)
-            if not self._answers.awaited(present):
+            lacking = self._last.lacking(present, world.tick)
+            if not self._last.awaited(present):
                 self._take(self._bus.receive(LOOK))  # no robot answers: wait for one to come back
                 return
             if not lacking:
@@ -193,7 +193,7 @@ class Host:
             for name in asked.again(lacking, monotonic()):
                 self._bus.send(SENSE, senses[name], robot=name)
             for name in asked.overdue(lacking, monotonic()):
-                self._answers.deaf.add(name)
+                self._last.deaf.add(name)
                 self._tell("silent", f"has not answered for {SILENT:g} s; the run goes on without it", name)
             self._take(self._bus.receive(LOOK))
 
@@ -209,7 +209,7 @@ class Host:
     def _take(self, arrived: Arrival | Presence | Link | Request | None) -> None:
         match arrived:
             case Arrival(ids=ids, message=message) if self._lobby.knows(ids["robot"]):
-                self._answers.take(ids["robot"], message, self._world.run, self._world.tick)
+                self._last.take(ids["robot"], message, self._world.run, self._world.tick)
             case Presence():
                 self._take_presence(arrived)
             case Request():
@@ -243,7 +243,7 @@ class Host:
     def _welcome(self, asked: str | None) -> Welcome:
         """Assign a robot process its place in the fleet."""
         name = self._lobby.place(asked, monotonic())
-        state = self._answers.states.get(name)
+        state = self._last.states.get(name)
         return Welcome(
             robot=name,
             scenario=self._speaker.settings,
@@ -282,7 +282,7 @@ class Host:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self._world
         self._world = World(self._speaker.scenario, old.starts, self._seed, run=old.run + 1, edits=old.edits)
-        self._answers = Answers()
+        self._last = LastMessages()
         self._stopwatch = Stopwatch()
 
     def report(self) -> dict[str, object]:
@@ -294,6 +294,6 @@ class Host:
             seed=self._seed,
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
             wall_time=self._stopwatch.seconds,
-            late_commands=self._answers.late,
+            late_commands=self._last.late,
             reason=self._reason or missing(self._world),
         )

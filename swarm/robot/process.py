@@ -58,7 +58,7 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
     radio = Radio(bus, scenario.settings.radio.range)
     radio.tune(start.x, start.y)
     inbox = Inbox(robot, radio, log)
-    answers = Answers(round(KEPT * scenario.settings.rate))
+    repeats = Repeats(round(KEPT * scenario.settings.rate))
     bus.listen(SENSE, robot=name)
     bus.announce("robot", name)
     sense: Sense | None = None
@@ -69,35 +69,35 @@ def _serve(bus: Bus, welcome: Welcome, world: str, stop: Flag, log: Callable[[st
                 return True
             sense = _newer(sense, inbox.sort(arrived))
         elif sense is not None:
-            if (again := answers.to(sense)) is not None:
+            if (again := repeats.to(sense)) is not None:
                 _say(bus, name, again, sure=sense.lockstep)
                 sense = None
                 continue
             if sense.run != robot.run:
                 radio.begin(sense.run)
-            sense = _step(bus, robot, inbox, answers, sense, log)
+            sense = _step(bus, robot, inbox, repeats, sense, log)
     return False
 
 
-class Answer(NamedTuple):
+class Given(NamedTuple):
     """A robot's answer to one sense, and the radio zone that it is sent from."""
 
     outputs: Outputs
     zone: tuple[int, int]
 
 
-class Answers:
+class Repeats:
     """The answers of the last ticks: a robot steps once per tick, and a repeated sense gets the same answer."""
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._given: dict[tuple[int, int], Answer] = {}  # by run and tick, oldest first
+        self._given: dict[tuple[int, int], Given] = {}  # by run and tick, oldest first
 
-    def to(self, sense: Sense) -> Answer | None:
+    def to(self, sense: Sense) -> Given | None:
         """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
 
-    def keep(self, sense: Sense, answer: Answer) -> None:
+    def keep(self, sense: Sense, answer: Given) -> None:
         """Store an answer; drop the oldest one if there are too many."""
         self._given[sense.run, sense.tick] = answer
         if len(self._given) > self._most:
@@ -138,7 +138,7 @@ def _newer(known: Sense | None, other: Sense | None) -> Sense | None:
 
 
 def _step(
-    bus: Bus, robot: Robot, inbox: Inbox, answers: Answers, sense: Sense, log: Callable[[str], None]
+    bus: Bus, robot: Robot, inbox: Inbox, repeats: Repeats, sense: Sense, log: Callable[[str], None]
 ) -> Sense | None:
     """Answer a sense; if a newer one arrives during the wait for broadcasts, return that one instead."""
     radio = inbox.radio
@@ -159,13 +159,13 @@ def _step(
         for floor in bus.fetch(MAP):
             robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
     zone = radio.tune(sense.x, sense.y)
-    answer = Answer(robot.step(Inputs(sense, heard)), zone)
-    answers.keep(sense, answer)
+    answer = Given(robot.step(Inputs(sense, heard)), zone)
+    repeats.keep(sense, answer)
     _say(bus, robot.name, answer, sure=sense.lockstep)
     return None
 
 
-def _say(bus: Bus, name: str, answer: Answer, *, sure: bool) -> None:
+def _say(bus: Bus, name: str, answer: Given, *, sure: bool) -> None:
     """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
     outputs, (zx, zy) = answer
     if outputs.broadcast is not None:

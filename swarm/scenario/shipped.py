@@ -4,9 +4,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
-from swarm import errors
-
-PACKAGE: Final = Path(errors.__file__).parent
+PACKAGE: Final = Path(__file__).parents[1]
 # inside an installed package; beside the package in a checkout
 FOLDER: Final = PACKAGE / "scenarios" if (PACKAGE / "scenarios").is_dir() else PACKAGE.parent / "scenarios"
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from swarm.messages import Activity, Command
-from world.answers import AGAIN, SILENT, Answers, Asked
+from world.answers import AGAIN, SILENT, Asked, LastMessages
 
 
 def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401
@@ -15,7 +15,7 @@ def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401
 
 
 def test_all_that_are_there_have_to_answer_this_tick() -> None:
-    answers = Answers()
+    answers = LastMessages()
     assert answers.lacking(["r1", "r2"], 3) == ["r1", "r2"]
     answers.take("r1", command(3), run=0, tick=3)
     assert answers.lacking(["r1", "r2"], 3) == ["r2"]
@@ -24,7 +24,7 @@ def test_all_that_are_there_have_to_answer_this_tick() -> None:
 
 
 def test_an_answer_to_an_earlier_tick_is_late_and_is_no_answer_to_this_one() -> None:
-    answers = Answers()
+    answers = LastMessages()
     answers.take("r1", command(2), run=0, tick=3)
     assert answers.late == 1
     assert answers.lacking(["r1"], 3) == ["r1"]
@@ -34,7 +34,7 @@ def test_an_answer_to_an_earlier_tick_is_late_and_is_no_answer_to_this_one() -> 
 
 
 def test_the_same_answer_again_counts_once() -> None:
-    answers = Answers()
+    answers = LastMessages()
     told = command(3, notes=[("halted", "stopped")])
     for _ in range(2):
         answers.take("r1", told, run=0, tick=3)
@@ -46,7 +46,7 @@ def test_the_same_answer_again_counts_once() -> None:
 
 
 def test_an_answer_of_another_run_or_of_a_tick_to_come_is_dropped() -> None:
-    answers = Answers()
+    answers = LastMessages()
     answers.take("r1", command(3, run=1), run=0, tick=3)
     answers.take("r1", command(4), run=0, tick=3)
     assert answers.commands == {}
