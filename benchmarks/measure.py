@@ -5,6 +5,9 @@ import platform
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import perf_counter
+from typing import Final
+
+DATA: Final = Path(__file__).parents[2] / "shared" / "data" / "mapf"  # public benchmark maps, beside the project
 
 
 def interleave(cases: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:

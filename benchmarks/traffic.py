@@ -30,7 +30,7 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from benchmarks.measure import machine, table
+from benchmarks.measure import DATA, machine, table
 from swarm.geometry import Pose
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
@@ -45,7 +45,6 @@ from world.simulate import Simulation
 from world.world import World
 
 ROOT: Final = Path(__file__).parents[1]
-DATA: Final = ROOT.parent / "shared" / "data" / "mapf"
 CIRCLES: Final = {8: 14.0, 16: 19.0, 32: 29.0}  # robots: diameter [m]
 HARD: Final = ("tree", "corners", "tunnel", "string")
 MAPS: Final = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")

@@ -13,7 +13,7 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
-from benchmarks.measure import machine, table
+from benchmarks.measure import DATA, machine, table
 from swarm.maps.movingai import load_movingai, load_scen
 from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import duration
@@ -22,7 +22,6 @@ from swarm.traffic.plan_check import faults
 from swarm.traffic.settings import TrafficSettings
 
 SETTINGS = TrafficSettings()
-DATA = Path(__file__).parents[2] / "shared" / "data" / "mapf"
 HARD = ("tree", "corners", "tunnel", "string")
 LARGE = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
 ROBOTS = (16, 32, 50, 100)

@@ -1,0 +1,188 @@
+"""What a robot costs over real processes as the fleet grows: ``python -m benchmarks.scale [--only ROW] [--seconds S]``.
+
+Each row runs a fleet in lockstep as fast as it can. The benchmark listens to the fleet's clock and reads the CPU time of
+all its processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots, world,
+router and launcher together), simulated over wall time, the mean length of a broadcast, and a robot's own memory.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import mean
+from time import monotonic
+from typing import Final, NamedTuple
+
+import psutil
+
+from benchmarks.measure import DATA, machine, table
+from swarm.bus import Arrival, Bus, Endpoint
+from swarm.bus.codec import encode
+from swarm.errors import ConfigError
+from swarm.messages import CLOCK, Clock, Phase
+from swarm.scenario.benchmark import from_benchmark
+from swarm.scenario.load import Scenario, load
+from swarm.scenario.shipped import found
+from world.simulate import Simulation
+
+FLEET: Final = "scale"
+RATE: Final = 20  # Hz of all rows
+WARMED: Final = 40  # ticks after which the measurement begins: all kernels have run
+PATIENCE: Final = 120.0  # s for a fleet to start
+
+
+class Row(NamedTuple):
+    """A fleet, and its bars."""
+
+    name: str
+    robots: int
+    where: tuple[str, ...]  # arguments of ``swarm run``
+    cost: float  # ms of CPU per robot-tick
+    pace: float | None  # times real time
+    length: int  # mean bytes of a broadcast
+    memory: float  # MB, own memory of a robot
+
+
+def _map(name: str) -> tuple[str, ...]:
+    return str(DATA / f"{name}.map"), "--scen", str(DATA / f"{name}-random-1.scen")
+
+
+WAREHOUSE: Final = "warehouse-10-20-10-2-1"
+# fmt: off
+ROWS: Final = (
+    Row("paper",           8,   ("paper",),                0.60, 15.0, 250, 15.0),
+    Row("random-32-32-20", 16,  _map("random-32-32-20"),   0.65, 8.0,  400, 15.0),
+    Row("random-32-32-20", 32,  _map("random-32-32-20"),   0.80, 3.0,  900, 17.0),
+    Row("warehouse",       64,  _map(WAREHOUSE),           0.70, None, 320, 20.0),
+    Row("warehouse",       128, _map(WAREHOUSE),           0.80, None, 450, 20.0),
+)
+# fmt: on
+
+
+class Sample(NamedTuple):
+    """A fleet's use of the machine at one tick."""
+
+    tick: int
+    wall: float  # s
+    cpu: float  # s, of all its processes
+    memory: list[float]  # MB, own memory of each robot's process
+
+
+@contextmanager
+def fleet(row: Row, limit: float, pace: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
+    """Run a row's fleet inside the block."""
+    endpoint = Endpoint("127.0.0.1", 0).claim()
+    command = [
+        sys.executable, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
+        "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
+        "--port", str(endpoint.port), "--fleet", FLEET,
+    ]  # fmt: skip
+    process = psutil.Popen(command, stdout=subprocess.DEVNULL)
+    try:
+        yield process, endpoint
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def connected(endpoint: Endpoint) -> Bus:
+    """Return a bus of the fleet, as soon as its router answers."""
+    deadline = monotonic() + PATIENCE
+    while True:
+        try:
+            return Bus(endpoint, FLEET, print).__enter__()
+        except ConfigError:
+            if monotonic() > deadline:
+                raise
+
+
+def clocks(bus: Bus) -> Iterator[Clock]:
+    """Yield the fleet's clock while it runs."""
+    bus.listen(CLOCK)
+    while isinstance(arrived := bus.receive(PATIENCE), Arrival):
+        if arrived.message.phase is Phase.OVER:
+            return
+        if arrived.message.phase is Phase.RUNNING and arrived.message.tick >= WARMED:
+            yield arrived.message
+
+
+def sample(tick: int, launcher: psutil.Process, robots: int) -> Sample:
+    """Read the CPU time and the memory of all processes of a fleet."""
+    members = [launcher, *launcher.children(recursive=True)]
+    deep = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)[-robots:]
+    cpu = sum(sum(one.cpu_times()[:2]) for one in members)
+    return Sample(tick, monotonic(), cpu, [one.memory_full_info().uss / 1e6 for one in deep])
+
+
+def lockstep(row: Row, seconds: float) -> tuple[Sample, Sample]:
+    """Run a fleet in lockstep; return the samples between which about ``seconds`` simulated seconds passed."""
+    with fleet(row, 10_000.0, "max") as (launcher, endpoint):
+        bus = connected(endpoint)
+        try:
+            samples = []
+            for clock in clocks(bus):
+                samples.append(sample(clock.tick, launcher, row.robots))
+                if samples[-1].tick - samples[0].tick >= seconds * RATE:
+                    break
+        finally:
+            bus.__exit__(None, None, None)
+    return samples[0], samples[-1]
+
+
+def scenario_of(row: Row) -> Scenario:
+    """Return the scenario that a row's arguments name."""
+    where = row.where
+    if len(where) == 1:
+        return load(found(Path(where[0])))
+    return from_benchmark(Path(where[0]), Path(where[2]), row.robots)
+
+
+def broadcast_length(row: Row, seconds: float) -> float:
+    """Return the mean length of a broadcast [bytes]; the same run in one process."""
+    simulation = Simulation.of(scenario_of(row), row.robots, 7)
+    lengths = []
+    while simulation.world.time < seconds and not simulation.world.finished:
+        lengths += [len(encode(message)) for message in simulation.step().spoken.values()]
+    return mean(lengths)
+
+
+def measured(row: Row, seconds: float) -> tuple[str, ...]:
+    """Return a line of the table."""
+    first, last = lockstep(row, seconds)
+    ticks = last.tick - first.tick
+    cost = (last.cpu - first.cpu) / ticks / row.robots * 1e3
+    pace = ticks / RATE / (last.wall - first.wall)
+    return (
+        f"{row.name} {row.robots}",
+        f"{cost:.2f}", f"{row.cost:.2f}",
+        f"{pace:.1f}", "" if row.pace is None else f"{row.pace:g}",
+        f"{broadcast_length(row, seconds):.0f}", f"{row.length}",
+        f"{max(last.memory):.1f}", f"{row.memory:g}",
+        f"{os.getloadavg()[0]:.1f}",
+    )  # fmt: skip
+
+
+HEAD: Final = (
+    "fleet in lockstep", "CPU per robot-tick [ms]", "bar", "x real time", "bar",
+    "bytes of a broadcast", "bar", "own memory [MB], largest", "bar", "load",
+)  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
+    parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
+    options = parser.parse_args()
+    rows = [row for row in ROWS if f"{row.name} {row.robots}".startswith(options.only)]
+    if not DATA.is_dir():
+        rows = [row for row in rows if len(row.where) == 1]
+        print(f"The rows on MAPF maps are left out: {DATA} is not there.\n")
+    print(machine(), "\n")
+    print(table([HEAD, *(measured(row, options.seconds) for row in rows)]))
+
+
+if __name__ == "__main__":
+    main()
