@@ -1,7 +1,7 @@
 """What a robot costs over real processes as the fleet grows: ``python -m benchmarks.scale [--only ROW] [--seconds S]``.
 
-Each row runs a fleet in lockstep as fast as it can. The benchmark listens to the fleet's clock and reads the CPU time of
-all its processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots, world,
+Each row runs a fleet in lockstep as fast as it can. The benchmark listens to the fleet's clock and reads the CPU time
+of all its processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots, world,
 router and launcher together), simulated over wall time, the mean length of a broadcast, and a robot's own memory.
 """
 

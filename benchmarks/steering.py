@@ -21,8 +21,8 @@ from functools import partial
 from statistics import mean
 from typing import Any, Final, NamedTuple
 
-from benchmarks.measure import machine, table
-from benchmarks.traffic import DATA, HARD, rows_for, scenario_of
+from benchmarks.measure import DATA, machine, table
+from benchmarks.traffic import HARD, rows_for, scenario_of
 from swarm.fuzzy import Profile, load_profile
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, with_consequents

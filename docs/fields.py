@@ -94,7 +94,7 @@ def _meanings() -> dict[str, list[tuple[str, str]]]:
 
 
 def _body(shape: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return the rows on the fields of one type."""
+    """Return the rows on the fields of one type; the page says once that each payload has a ``v``."""
     if shape["type"] == "array":
         items: list[dict[str, Any]] = shape["prefixItems"]
         return [
@@ -104,6 +104,7 @@ def _body(shape: dict[str, Any]) -> list[tuple[str, ...]]:
     return [
         (f"`{field}`", _type(item), _bounds(item), _default(item, field in required), _meaning(item))
         for field, item in shape["properties"].items()
+        if field != "v"
     ]
 
 

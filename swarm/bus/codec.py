@@ -1,22 +1,46 @@
 """The conversion of messages to payloads and back. Decoding returns a checked message or raises ``PeerError``."""
 
-from typing import Any, TypeVar
+from functools import cache
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 import msgpack
-import msgspec
+from msgspec import DecodeError, Meta, Raw, Struct, ValidationError
+from msgspec.msgpack import Decoder, Encoder
 
+from swarm.bus.records import OpenedRecords
 from swarm.errors import PeerError
-from swarm.messages import VERSION, Message
+from swarm.messages import Broadcast, Message, Relayed, TrafficBroadcast
 
 M = TypeVar("M", bound=Message)
+ENCODER: Final = Encoder()
+RECORDS: Final = OpenedRecords()
+
+
+class SealedTraffic(Struct):
+    """A ``TrafficBroadcast`` with unopened records."""
+
+    own: Raw
+    others: tuple[tuple[Annotated[int, Meta(ge=1, le=16)], Raw], ...] = ()
+
+
+class SealedBroadcast(Broadcast, frozen=True, kw_only=True):
+    """A ``Broadcast`` with unopened records."""
+
+    traffic: SealedTraffic | None = None  # type: ignore[assignment]
+
+
+FIELDS: Final = Decoder(dict[str, Raw])
+SEALED: Final = Decoder(SealedBroadcast)
+OTHER_FIELDS: Final = tuple(name for name in Broadcast.__struct_fields__ if name != "traffic")
 
 
 def encode(message: Message) -> bytes:
-    """Pack a message as a MessagePack map."""
-    fields: dict[str, Any] = msgspec.to_builtins(message, builtin_types=(bytes,))
-    fields["v"] = VERSION
-    packed: bytes = msgpack.packb(fields)
-    return packed
+    """Pack a message as a MessagePack map; records that came in bytes go out as the same bytes."""
+    if isinstance(message, Broadcast) and message.traffic is not None and message.traffic.others:
+        own, others = message.traffic.own, message.traffic.others
+        packed: Any = tuple([(hops, RECORDS.packed(record)) for hops, record in others])
+        message = _with_traffic(message, TrafficBroadcast(own=own, others=packed))
+    return ENCODER.encode(message)
 
 
 def decode(payload: bytes, kind: type[M], limit: int) -> M:
@@ -25,18 +49,43 @@ def decode(payload: bytes, kind: type[M], limit: int) -> M:
     Raises:
         PeerError: the payload is longer than ``limit`` bytes, is not a MessagePack map, or has another version or kind.
     """
-    name = kind.__name__.lower()
     if len(payload) > limit:
-        raise PeerError(f"{name}: expected at most {limit} bytes, got {len(payload)}")
+        raise PeerError(f"{kind.__name__.lower()}: expected at most {limit} bytes, got {len(payload)}")
     try:
-        fields = msgpack.unpackb(payload, max_ext_len=0)
-    except (ValueError, msgpack.UnpackException, RecursionError) as fault:
-        raise PeerError(f"{name}: expected a MessagePack map, got {payload[:16]!r} ({fault})") from None
-    if not isinstance(fields, dict):
-        raise PeerError(f"{name}: expected a MessagePack map, got {type(fields).__name__}")
-    if fields.get("v") != VERSION:
-        raise PeerError(f"{name}: expected version {VERSION}, got {fields.get('v')!r}")
+        if "v" not in FIELDS.decode(payload):  # the decoders of messages would let it be missing
+            raise ValidationError("expected a version, `v`, got none")
+        message: Any = _opened(SEALED.decode(payload)) if kind is Broadcast else _decoder(kind).decode(payload)
+    except (DecodeError, RecursionError, UnicodeDecodeError) as fault:
+        raise PeerError(f"{kind.__name__.lower()}: {_reason(payload, fault)}") from None
+    found: M = message
+    return found
+
+
+@cache
+def _decoder(kind: type[M]) -> Decoder[M]:
+    return Decoder(kind, ext_hook=_no_extension)
+
+
+def _no_extension(code: int, data: memoryview) -> NoReturn:
+    raise ValidationError(f"expected no extension type, got {code} of {len(data)} bytes")
+
+
+def _opened(sealed: SealedBroadcast) -> Broadcast:
+    traffic: Any = sealed.traffic
+    if traffic is not None:
+        others = tuple([Relayed(hops, RECORDS.open(record)) for hops, record in traffic.others])
+        traffic = TrafficBroadcast(own=RECORDS.open(traffic.own), others=others)
+    return _with_traffic(sealed, traffic)
+
+
+def _with_traffic(message: Broadcast, traffic: TrafficBroadcast | None) -> Broadcast:
+    return Broadcast(traffic=traffic, **{name: getattr(message, name) for name in OTHER_FIELDS})
+
+
+def _reason(payload: bytes, fault: Exception) -> str:
+    """Return why a payload is refused: for people, who know MessagePack better than this project's decoder."""
     try:
-        return msgspec.convert(fields, kind)
-    except (msgspec.ValidationError, RecursionError) as fault:
-        raise PeerError(f"{name}: {fault}") from None
+        whole = msgpack.unpackb(payload, max_ext_len=0)
+    except (ValueError, msgpack.UnpackException, RecursionError) as broken:
+        return f"expected a MessagePack map, got {payload[:16]!r} ({broken})"
+    return str(fault) if isinstance(whole, dict) else f"expected a MessagePack map, got {type(whole).__name__}"

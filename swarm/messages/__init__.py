@@ -25,7 +25,7 @@ from swarm.messages.table import (
     TRUTH,
     Topic,
 )
-from swarm.messages.traffic import TrafficBroadcast
+from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
     Accepted,
     Action,
@@ -74,6 +74,8 @@ __all__ = [
     "Phase",
     "Plan",
     "Point",
+    "Record",
+    "Relayed",
     "Sense",
     "State",
     "Steering",

@@ -24,5 +24,5 @@ def says(text: str) -> Meta:
     return Meta(description=text)
 
 
-class Message(Struct, frozen=True, kw_only=True):
-    """Base of all messages."""
+class Message(Struct, frozen=True, kw_only=True, tag_field="v", tag=VERSION):
+    """Base of all messages; each payload begins with ``v``, the version of the wire."""

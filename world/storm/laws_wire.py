@@ -9,7 +9,7 @@ from world.storm.history import History
 from world.storm.seen import Found
 
 COMMANDS: Final = 4  # ticks between two commands of one robot that are looked at
-BROADCASTS: Final = 20  # the same of broadcasts: to decode one costs as much as a tick
+BROADCASTS: Final = 20  # the same of broadcasts: they are long
 
 
 def passes_the_wire(history: History) -> Found:

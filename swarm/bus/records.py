@@ -1,0 +1,50 @@
+"""Records of traffic as the bytes they came in: each is opened once, and passed on without being packed again.
+
+A robot hears the newest record of another one many times: from itself, and from everybody who relays it. The bytes are
+the same each time, since nobody who relays a record packs it anew.
+"""
+
+from typing import Final
+
+from msgspec import Raw
+from msgspec.msgpack import Decoder
+
+from swarm.messages import Record
+
+ROOM: Final = 1_000_000  # bytes of records that are kept; the oldest ones are dropped
+
+
+class OpenedRecords:
+    """The records opened lately, found by their bytes, and their bytes, found by the record."""
+
+    def __init__(self) -> None:
+        self._decoder = Decoder(Record)
+        self._opened: dict[bytes, Record] = {}  # oldest first
+        self._packed: dict[int, Raw] = {}  # by the identity of a record in ``_opened``
+        self._size = 0
+
+    def open(self, packed: Raw) -> Record:
+        """Return the record in some bytes; equal bytes give the same object.
+
+        Raises:
+            msgspec.DecodeError: the bytes are no valid record.
+        """
+        content = bytes(packed)
+        record = self._opened.get(content)
+        if record is None:
+            record = self._decoder.decode(content)
+            self._opened[content] = record
+            self._packed[id(record)] = Raw(content)
+            self._size += len(content)
+            while self._size > ROOM:
+                self._drop_oldest()
+        return record
+
+    def packed(self, record: Record) -> Raw | Record:
+        """Return the bytes that a record came in, or the record itself if it did not come in bytes lately."""
+        return self._packed.get(id(record), record)
+
+    def _drop_oldest(self) -> None:
+        content = next(iter(self._opened))
+        del self._packed[id(self._opened.pop(content))]
+        self._size -= len(content)
