@@ -57,7 +57,7 @@ class CellPilot:
         self._settings = settings
         self._cells = cells
         self._controller = controller
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
         self._constants = traffic_settings(settings)

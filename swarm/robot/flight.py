@@ -113,7 +113,7 @@ class Flight:
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         self._robot = robot
         self._dt = 1.0 / settings.rate
         self._heading: float | None = None  # rad, of the way out under way

@@ -78,7 +78,7 @@ class SafetyFilter:
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         self._radius = robot.radius
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate

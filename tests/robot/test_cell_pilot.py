@@ -46,7 +46,7 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
         robot={"wheel_acceleration": 0.5},
     )  # fmt: skip
     simulation, cells, robot = Simulation.of(hall, 1, 1), cells_of(hall.map, hall.settings), hall.settings.robot
-    drive, dt = DifferentialDrive(robot.track_width, robot.wheel_radius), 1.0 / hall.settings.rate
+    drive, dt = DifferentialDrive(robot.track_width), 1.0 / hall.settings.rate
     while not simulation.world.finished:
         tick = simulation.step()
         sense, command = tick.senses["r1"], tick.commands["r1"]
