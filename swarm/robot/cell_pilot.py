@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from math import pi
+from typing import Final
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from swarm.traffic.look import Scan
 from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
-STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
+GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
 class CellPilot:
@@ -232,7 +233,7 @@ class CellPilot:
             return Activity.DONE
         if granted.activity is TrafficActivity.CUT_OFF:
             return Activity.BLOCKED
-        return Activity.GIVE_WAY if granted.activity in STANDING else Activity.DRIVE
+        return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE
 
     def _scan(self, situation: Situation) -> Scan:
         """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""
