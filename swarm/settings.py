@@ -53,7 +53,6 @@ class RobotSettings(Section, frozen=True, kw_only=True):
 
     radius: Annotated[float, _metres(0.01, 5, "of its round footprint")] = 0.2
     track_width: Annotated[float, _metres(0.01, 5, "between the two wheels' contact points")] = 0.4
-    wheel_radius: Annotated[float, _metres(0.001, 2, "of the driven wheels")] = 0.05
     wheel_acceleration: Annotated[float, Meta(gt=0, le=100, description="m/s2; largest change of a rim speed")] = 2.0
     speed_scale: Annotated[float, Meta(gt=0, le=1, description="share of the paper's wheel speeds (0..4 m/s)")] = 0.4
     distance_scale: Annotated[

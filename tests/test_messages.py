@@ -16,7 +16,7 @@ from swarm import messages
 from swarm.bus.codec import decode, encode
 from swarm.errors import PeerError
 from swarm.messages import REPLIES, TOPICS, VERSION, Accepted, Command, Message, Sense, Topic
-from swarm.robot.cell_pilot import DETOUR_SCALE, LEAST_SCALE, TIGHT_SCALE, TURNED
+from swarm.robot.tuning import SCALE
 from world.world import REST
 
 LARGE = 10_000_000  # bytes
@@ -89,7 +89,7 @@ def test_every_message_comes_back_as_it_went(message: Message) -> None:
     assert decode(encode(message), type(message), LARGE) == message
 
 
-@pytest.mark.parametrize("scale", [LEAST_SCALE, DETOUR_SCALE, TIGHT_SCALE * (1.0 - TURNED)])
+@pytest.mark.parametrize("scale", [SCALE.turning, SCALE.detour, SCALE.tight * (1.0 - SCALE.behind)])
 def test_every_scale_that_a_robot_chooses_passes_the_wire(scale: float) -> None:
     command = msgspec.structs.replace(REST, scale=scale)
     assert decode(encode(command), Command, LARGE) == command

@@ -85,19 +85,36 @@ def test_loading_a_scenario_does_not_go_down_into_traffic() -> None:
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+def kernels_of(file: Path) -> list[ast.FunctionDef]:
+    """List a file's functions that numba compiles."""
+    functions = [
+        node for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(node, ast.FunctionDef)
+    ]
+    return [node for node in functions if any(ast.unparse(one).startswith("njit") for one in node.decorator_list)]
+
+
 def test_every_kernel_is_compiled_before_robots_start() -> None:
     """A kernel with a signature is compiled when its module is imported; without one, in the middle of a run."""
     found = set()
     for file in FILES:
-        tree = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        functions = [node for node in tree if isinstance(node, ast.FunctionDef)]
-        for function in functions:
-            for one in function.decorator_list:
-                if ast.unparse(one).startswith("njit"):
-                    assert isinstance(one, ast.Call), f"{named(file)}: {function.name}"
-                    assert one.args, f"{named(file)}: {function.name} has no signature"
-                    found.add(".".join(file.relative_to(ROOT).with_suffix("").parts))
+        for kernel in kernels_of(file):
+            (njit,) = [one for one in kernel.decorator_list if ast.unparse(one).startswith("njit")]
+            assert isinstance(njit, ast.Call), f"{named(file)}: {kernel.name}"
+            assert njit.args, f"{named(file)}: {kernel.name} has no signature"
+            found.add(".".join(file.relative_to(ROOT).with_suffix("").parts))
     assert set(KERNELS) == found
+
+
+@pytest.mark.parametrize("file", [file for file in FILES if named(file).startswith("swarm/robot/")], ids=named)
+def test_a_robots_kernel_takes_no_constant_from_another_file(file: Path) -> None:
+    """numba's cache does not notice that a global of another file has been tuned; it notices a maker's argument."""
+    imports = [node for node in ast.parse(file.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
+    constants = {alias.name for node in imports for alias in node.names if alias.name.isupper()}
+    for kernel in kernels_of(file):
+        used = {node.id for line in kernel.body for node in ast.walk(line) if isinstance(node, ast.Name)}
+        assert used & constants == set(), (
+            f"{named(file)}: {kernel.name}: give it as an argument of the kernel or its maker"
+        )
 
 
 @pytest.mark.parametrize("file", FILES, ids=named)

@@ -10,7 +10,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OccupancyMap
 from swarm.messages import Edit
 from swarm.robot.ground import KINDS
-from swarm.robot.safety import SPARE
+from swarm.robot.tuning import SAFETY
 from swarm.settings import RobotSettings
 
 
@@ -38,7 +38,7 @@ def edited(
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
         speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
-        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SPARE:
+        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SAFETY.gap:
             raise ConfigError(
                 f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
                 f"it drives {gap:.2f} m away; wait"

@@ -47,7 +47,7 @@ class World:
         self.dt = 1.0 / settings.rate
         self.returns = settings.return_home
         self._settings = settings
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
         self.floor = scenario.map
         self._physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)

@@ -5,26 +5,12 @@ radians, signs as in REP-103; poses are ``base_link`` in ``map``. A receiver ign
 refuses the whole message (``PeerError``) if a field is missing, has a wrong type or value, or is not a number.
 """
 
+from typing import Final
+
 from swarm.messages.enums import Activity, Do, Kind, Phase, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
 from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
-from swarm.messages.table import (
-    ACTION,
-    CLOCK,
-    COMMAND,
-    EDIT,
-    EVENT,
-    JOIN,
-    MAP,
-    PLAN,
-    RADIO,
-    REPLIES,
-    SENSE,
-    STATE,
-    TOPICS,
-    TRUTH,
-    Topic,
-)
+from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
     Accepted,
@@ -84,3 +70,24 @@ __all__ = [
     "Truth",
     "Welcome",
 ]
+
+# The table of topics: every key with its message, rate, timeout, reliability and limit.
+# fmt: off
+#                 key                       message    rate  timeout  reliable  limit
+SENSE     = Topic("robot/{robot}/sense",    Sense,     20.0, 0.25,    True)
+COMMAND   = Topic("robot/{robot}/cmd",      Command,   20.0, 0.25,    True)
+RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0, False,    131_072)
+STATE     = Topic("robot/{robot}/state",    State,     1.0,  3.0,     True)
+PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     262_144)
+TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    1_048_576)
+CLOCK     = Topic("world/clock",            Clock,     1.0,  3.0,     True,     131_072)
+EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
+MAP       = Topic("world/map",              Map,       0.0,  0.0,     True,     8_388_608)
+# queries: the message is the request; the answer is in REPLIES
+ACTION    = Topic("world/action",           Action,    0.0,  0.0)
+EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
+JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
+# fmt: on
+
+TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, EDIT, JOIN)
+REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome}

@@ -12,7 +12,6 @@ class DifferentialDrive:
     """Two driven wheels on one axle."""
 
     track_width: float  # m, L: between the wheels' contact points
-    wheel_radius: float  # m, r
 
     def twist(self, left: float, right: float) -> Twist:
         """Return the body twist of two rim speeds [m/s]: v = (v_r + v_l)/2, w = (v_r - v_l)/L."""
@@ -22,10 +21,6 @@ class DifferentialDrive:
         """Return the rim speeds (left, right) [m/s] that give a body twist: the inverse of ``twist``."""
         half = twist.angular * self.track_width / 2
         return twist.linear - half, twist.linear + half
-
-    def wheel_rates(self, left: float, right: float) -> tuple[float, float]:
-        """Return the angular speeds (left, right) [rad/s] of wheels with these rim speeds: w = v / r."""
-        return left / self.wheel_radius, right / self.wheel_radius
 
     def icc(self, pose: Pose, left: float, right: float) -> tuple[float, float] | None:
         """Return the instantaneous centre of curvature [m, map frame], or None on a straight.

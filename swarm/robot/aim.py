@@ -5,7 +5,6 @@ The fuzzy tables know only the aim, not the way. Here, cells that the robot does
 
 from collections.abc import Collection, Sequence
 from math import cos, hypot, sin
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +14,8 @@ from swarm.maps.occupancy import Point
 from swarm.motion.sweep import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
+from swarm.robot.tuning import AIM
 from swarm.traffic.cells import OUTSIDE, CellMap
-
-NO_AIM: Final = 0.05  # m; a nearer point is not used as an aim
-SPARE: Final = 0.04  # m; gap to cells that are not held, on the straight line to an aim
-TIGHT: Final = 0.01  # m; the gap where SPARE leaves no aim
-SHARES: Final = (0.75, 0.5, 0.25)  # of the line from the centre of the robot's cell to the next waypoint
 
 
 class Aiming:
@@ -55,15 +50,16 @@ class Aiming:
         shut = self.shut(held)
         x, y, _ = self.local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
-        between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in SHARES]
+        between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in AIM.shares]
         last = self._cells.cell_of(*waypoints[-1])  # its centre may be free where a point beside it is not
         middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
-        points = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > NO_AIM] or [waypoints[0]]
-        for spare in (SPARE, TIGHT):  # TIGHT lets the robot reach the next cell beside a wall
-            for point in points:
-                clear = line_is_clear(shut, x, y, *self._flat(point), self._radius + TIGHT, self._radius + spare)
+        far = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest]
+        least = self._radius + AIM.tight_gap
+        for spare in (AIM.gap, AIM.tight_gap):
+            for point in far or [waypoints[0]]:
+                clear = line_is_clear(shut, x, y, *self._flat(point), least, self._radius + spare)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
         return waypoints[0]
@@ -72,7 +68,7 @@ class Aiming:
         """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""
         for cell in reversed(cells):
             point = self._cells.centre(cell)
-            if line_is_free(grid, (pose.x, pose.y), point, SPARE):
+            if line_is_free(grid, (pose.x, pose.y), point, AIM.gap):
                 return point
         return aim
 

@@ -1,7 +1,7 @@
 """The robot's decisions. ``Robot.step`` uses nothing but the robot's state and its inputs."""
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance
@@ -13,11 +13,9 @@ from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
 from swarm.robot.pilot import Move, Situation
+from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, learned_cells
-
-RETRY: Final = 1.0  # s; shortest time between two plans for the same reason
-STUCK: Final = 4.0  # s without progress before the robot plans again
 
 
 class Inputs(NamedTuple):
@@ -180,8 +178,8 @@ class Robot:
         got_on = distance(self._progress_at[0], pose) > self._settings.robot.radius
         if got_on or self._activity is Activity.GIVE_WAY:
             self._progress_at = (here, sense.time)
-        stuck = sense.time - self._progress_at[1] > STUCK
-        if (not on_path or stuck) and sense.time - self._planned_at > RETRY:
+        stuck = sense.time - self._progress_at[1] > REPLAN.stuck
+        if (not on_path or stuck) and sense.time - self._planned_at > REPLAN.again:
             self._planned_at = sense.time
             bodies = [(other.x, other.y) for other in self._near(sense.tick)] if stuck else []
             if navigator.head_for(here, goal, bodies):

@@ -22,6 +22,7 @@ from swarm.robot.pilot import Move, Situation, fuzzy_speeds
 from swarm.robot.rollout import Rollout
 from swarm.robot.safety import NO_BODIES, STAND, Body, Constraints, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
+from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
@@ -29,20 +30,7 @@ from swarm.traffic.look import Scan
 from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
-STANDING = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
-
-
-IN_VIEW: Final = 5  # cells of the way in which the rollout's aim may lie
-CIRCLES: Final = 5.0  # s in which the way did not become shorter
-LONGER: Final = 6  # cells; a way that grew by more than this is a different way
-LEAST_SCALE: Final = 0.15  # of a robot that gets nowhere
-DETOUR_SCALE: Final = 0.02  # on a detour: nearly everything counts as far; the safety filter keeps clear
-TIGHT_SCALE: Final = 0.4  # where the granted cells end close to the robot
-PASSAGE: Final = 2  # neighbours of a cell, at most, in a passage
-TURNED: Final = 0.7  # share by which the scale shrinks if the aim is behind: then the tables turn at once
-ROOMY: Final = 0.8  # m from the end of the granted cells; from here on the scale is 1
-ROLLED_EVERY: Final = 4  # ticks between two rollouts
-WELL_WITHIN: Final = 0.9  # share of ``reach``, the distance within which a stop counts as reached
+GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
 class CellPilot:
@@ -57,7 +45,7 @@ class CellPilot:
         self._settings = settings
         self._cells = cells
         self._controller = controller
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
         self._constants = traffic_settings(settings)
@@ -157,7 +145,9 @@ class CellPilot:
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
-        self._drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1:IN_VIEW], aim)
+        self._drawn_to = (
+            aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
+        )
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
         away = self._away(sense, Constraints(grid, shut, local, bodies), granted)
         if away is not None:
@@ -168,11 +158,11 @@ class CellPilot:
             if not self._turns_meanwhile(granted):
                 self._detour.end()
                 return STAND, heading
-            within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), LEAST_SCALE
+            within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
         aside = self._detour.heading(sense, constraints)
         if aside is not None:
-            heading, self._scale = aside, DETOUR_SCALE
+            heading, self._scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
         if granted.threat is not None and self._flight.threatens(sense, tables, constraints, granted.threat):
             constraints = constraints._replace(may_drive=False)
@@ -188,14 +178,14 @@ class CellPilot:
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
         """Return True if the robot turns towards its way while it waits, in a passage too narrow to turn in later."""
-        passage = len(self._cells.neighbours[granted.way[0]]) <= PASSAGE
+        passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
     def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
         if self._drawn_to is None or self._circles:
             return ()
-        if situation.sense.tick % ROLLED_EVERY == 0:
+        if situation.sense.tick % PILOT.rolled_every == 0:
             points = self._rollout(situation.sense, body, self._drawn_to, self._scale)
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
@@ -208,42 +198,42 @@ class CellPilot:
         """
         self._circles = self._gets_nowhere(situation, granted)
         if self._circles or (granted.exactly and len(granted.held) == 1):
-            return LEAST_SCALE
+            return SCALE.turning
         if granted.unconstrained:
             return 1.0
-        return min(1.0, max(TIGHT_SCALE, room / ROOMY)) * (1.0 - TURNED * abs(heading) / pi)
+        return min(1.0, max(SCALE.tight, room / SCALE.roomy)) * (1.0 - SCALE.behind * abs(heading) / pi)
 
     def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
         """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
         if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
             return False
         away = distance(situation.pose, situation.goal)
-        if situation.done and not granted.waits and away > WELL_WITHIN * self._settings.reach:
+        if situation.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
             return False
         (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
         return self._cells.fits(granted.held, x, y, room)
 
     def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
-        """Return True if the robot has cells to drive over but its way did not become shorter for ``CIRCLES``.
+        """Return True if the robot has cells to drive over but its way did not become shorter for long.
 
         Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again.
         """
         left = (situation.target, len(granted.way))
         target, fewest, since = self._progress
-        other = left[0] != target or left[1] < fewest or left[1] > fewest + LONGER
+        other = left[0] != target or left[1] < fewest or left[1] > fewest + PILOT.longer
         if len(granted.held) <= 1 or other:
             self._progress = (*left, situation.sense.tick)
             return False
         if not granted.may_drive:
             self._progress = target, fewest, since + 1
-        return (situation.sense.tick - since) / self._settings.rate > CIRCLES
+        return (situation.sense.tick - since) / self._settings.rate > PILOT.nowhere_after
 
     def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (situation.done and distance(situation.pose, situation.goal) <= self._settings.reach):
             return Activity.DONE
         if granted.activity is TrafficActivity.CUT_OFF:
             return Activity.BLOCKED
-        return Activity.GIVE_WAY if granted.activity in STANDING else Activity.DRIVE
+        return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE
 
     def _scan(self, situation: Situation) -> Scan:
         """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""

@@ -4,16 +4,13 @@ Obstacle avoidance and goal seeking can pull to opposite sides and hold a robot 
 only the inputs of the tables. It commands no wheel, so it does not help tables that do not turn to a heading.
 """
 
-from math import hypot, inf, pi
+from math import hypot, inf
 from typing import Final
 
 from swarm.messages import Sense
 from swarm.robot.safety import Constraints, SafetyFilter
+from swarm.robot.tuning import DETOUR
 
-PATIENCE: Final = 3.0  # s without progress: enough time for the tables to turn away by themselves
-PROGRESS: Final = 0.1  # m; a robot that moved this far made progress
-ASIDE: Final = pi / 2  # rad, the heading that the tables get until the way straight ahead is clear
-ENOUGH: Final = 0.4  # m from its beginning, where a detour ends
 NOWHERE: Final = (inf, inf)
 
 
@@ -34,8 +31,9 @@ class Detour:
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
         """Return the heading error [rad] for the tables; None: no detour is under way.
 
-        A detour begins when the robot makes no progress for ``PATIENCE`` and has no way ahead. A robot before a body
-        also begins one, because the body may stay. A robot that has no cells to drive on has to wait and begins none.
+        A detour begins when the robot makes no progress for ``DETOUR.patience`` and has no way ahead. A robot before a
+        body also begins one, because the body may stay. A robot that has no cells to drive on has to wait and begins
+        none.
         """
         if constraints.stop_within <= 0.0:
             self.end()
@@ -47,18 +45,18 @@ class Detour:
             return None
         if self._heading and self._filter.way_ahead(sense, constraints):
             self._heading, self._since = 0.0, sense.time
-        if sense.time - self._since > PATIENCE or _apart(here, self._from) > ENOUGH:
+        if sense.time - self._since > DETOUR.patience or _apart(here, self._from) > DETOUR.done:
             self.end()
             return None
         return self._heading
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         here = (sense.x, sense.y)
-        if _apart(here, self._got_on) > PROGRESS:
+        if _apart(here, self._got_on) > DETOUR.progress:
             self._got_on, self._since = here, sense.time
-        elif sense.time - self._since > PATIENCE and not self._filter.way_ahead(sense, constraints):
+        elif sense.time - self._since > DETOUR.patience and not self._filter.way_ahead(sense, constraints):
             self._from, self._since = here, sense.time
-            self._heading = ASIDE * self._filter.freer_side(sense, constraints)
+            self._heading = DETOUR.aside * self._filter.freer_side(sense, constraints)
 
 
 def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:

@@ -3,16 +3,12 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Final
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import Path, line_is_free, plan
-
-STRAYED: Final = 0.8  # m from the path; a robot farther away plans again
-JUMP: Final = 2.0  # m; most progress along the path between two ticks
-BODY_GAP: Final = 0.15  # m; gap that a path keeps to robots that stand in the way
+from swarm.robot.tuning import REPLAN
 
 
 class Navigator:
@@ -40,7 +36,7 @@ class Navigator:
     def head_for(self, here: Point, goal: Point, standing: Sequence[Point] = ()) -> bool:
         """Plan a path to a goal around standing robots; return False and keep the old path if there is none."""
         around = [body for body in standing if distance(body, here) > 2 * self._radius]
-        grid = self.grid.with_discs(around, self._radius + BODY_GAP) if around else self.grid
+        grid = self.grid.with_discs(around, self._radius + REPLAN.body_gap) if around else self.grid
         path = plan(grid, here, goal)
         if path is None:
             return False
@@ -51,8 +47,8 @@ class Navigator:
     def advance(self, pose: Pose) -> bool:
         """Update the progress along the path; return False if the robot is too far from the path."""
         assert self.path is not None
-        self._along = self.path.project(pose.x, pose.y, self._along, within=JUMP)
-        return distance(self.path.point_at(self._along), pose) <= STRAYED
+        self._along = self.path.project(pose.x, pose.y, self._along, within=REPLAN.jump)
+        return distance(self.path.point_at(self._along), pose) <= REPLAN.strayed
 
     @property
     def remaining(self) -> float:

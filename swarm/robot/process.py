@@ -1,4 +1,4 @@
-"""The process of a robot: it joins, then answers every sense until the world is gone or a user stops it."""
+"""The process of a robot: it joins a world and answers every sense; when that world is gone, it joins the next."""
 
 from collections.abc import Callable
 from threading import Event as Flag

@@ -1,5 +1,6 @@
 """A simulation of where the tables would drive a robot in the next seconds if all the floor were granted."""
 
+from collections.abc import Callable
 from math import atan2, hypot, pi
 from typing import Final
 
@@ -13,42 +14,48 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.motion.sweep import advance
 from swarm.robot.safety import Body
+from swarm.robot.tuning import ROLLOUT, RolloutTuning
 from swarm.settings import Settings
 
-AHEAD: Final = 2.5  # s of simulated motion
-THERE: Final = 0.1  # m from the aim, where it counts as reached
-ROUND: Final = 1.3  # m; the tables may circle around a nearer aim for ever, because they turn in a larger circle
-NEARER: Final = 0.7  # share of the first distance; a robot near its aim that stays farther away than this circles
+
+def _compiled(rollout: RolloutTuning) -> Callable[..., NDArray[np.float64]]:
+    """Return the kernel with these values compiled in."""
+
+    @njit(f"f8[:, ::1](f8[::1], {TABLES})", cache=True)
+    def roll(
+        given: Floats,
+        universes: Floats,
+        terms: Floats,
+        rules: Integers,
+        yields: Integers,
+        pieces: Integers,
+        areas: Floats,
+        slowing: Floats,
+    ) -> NDArray[np.float64]:
+        x, y, yaw, left_now, right_now, left, front, right, aim_x, aim_y, speed, width, most, dt, ticks = given
+        scratch = np.empty(scratch_size(terms, pieces))
+        points = np.empty((int(ticks), 2))
+        before = hypot(aim_x - x, aim_y - y)
+        count = 0
+        while count < ticks and hypot(aim_x - x, aim_y - y) > rollout.there:
+            error = (atan2(aim_y - y, aim_x - x) - yaw + pi) % (2 * pi) - pi
+            want_left, want_right, _ = infer_into(
+                left, front, right, -error * 180.0 / pi,
+                universes, terms, rules, yields, pieces, areas, slowing, scratch,
+            )  # fmt: skip
+            x, y, yaw, left_now, right_now = advance(
+                x, y, yaw, left_now, right_now, speed * want_left, speed * want_right, width, most, dt
+            )
+            points[count] = x, y
+            count += 1
+        circles = count == ticks and before < rollout.round and hypot(aim_x - x, aim_y - y) > rollout.nearer * before
+        return points[: 0 if circles else count].copy()
+
+    compiled: Callable[..., NDArray[np.float64]] = roll
+    return compiled
 
 
-@njit(f"f8[:, ::1](f8[::1], {TABLES})", cache=True)
-def _roll(
-    given: Floats,
-    universes: Floats,
-    terms: Floats,
-    rules: Integers,
-    yields: Integers,
-    pieces: Integers,
-    areas: Floats,
-    slowing: Floats,
-) -> NDArray[np.float64]:
-    x, y, yaw, left_now, right_now, left, front, right, aim_x, aim_y, speed, width, most, dt, ticks = given
-    scratch = np.empty(scratch_size(terms, pieces))
-    points = np.empty((int(ticks), 2))
-    before = hypot(aim_x - x, aim_y - y)
-    count = 0
-    while count < ticks and hypot(aim_x - x, aim_y - y) > THERE:
-        error = (atan2(aim_y - y, aim_x - x) - yaw + pi) % (2 * pi) - pi
-        want_left, want_right, _ = infer_into(
-            left, front, right, -error * 180.0 / pi, universes, terms, rules, yields, pieces, areas, slowing, scratch
-        )
-        x, y, yaw, left_now, right_now = advance(
-            x, y, yaw, left_now, right_now, speed * want_left, speed * want_right, width, most, dt
-        )
-        points[count] = x, y
-        count += 1
-    circles = count == ticks and before < ROUND and hypot(aim_x - x, aim_y - y) > NEARER * before
-    return points[: 0 if circles else count].copy()
+_roll: Final = _compiled(ROLLOUT)
 
 
 class Rollout:
@@ -65,11 +72,10 @@ class Rollout:
         The sensed distances stay constant; ``scale`` is that of ``fuzzy_speeds``. There are no points if the robot
         would circle around the aim.
         """
-        robot = self._robot
+        robot, dt = self._robot, self._dt
         unit = robot.distance_scale * scale
         given = np.array((
             *body.pose, body.left, body.right, sense.left / unit, sense.front / unit, sense.right / unit, *aim,
-            robot.speed_scale, robot.track_width, robot.wheel_acceleration * self._dt, self._dt, AHEAD / self._dt,
+            robot.speed_scale, robot.track_width, robot.wheel_acceleration * dt, dt, ROLLOUT.ahead / dt,
         ), np.float64)  # fmt: skip
-        points: NDArray[np.float64] = _roll(given, *self._controller.tables)
-        return points
+        return _roll(given, *self._controller.tables)

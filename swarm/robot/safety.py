@@ -1,10 +1,10 @@
 """The safety filter between the fuzzy tables and the wheels: it slows the robot, tightens a turn, or stops.
 
 The fuzzy controller steers; the filter never chooses a direction. The two rim speeds pass unchanged if the way that
-they lead is clear. Otherwise the filter takes the first of ``REMEDIES`` that keeps clear: the same arc, slower; then
-the same yaw rate with less forward speed; then a turn in place. The footprint is round, so a turn in place is always
-clear and there is always a safe answer. The check knows no target and begins no turn: a robot whose tables do not steer
-gets nowhere.
+they lead is clear. Otherwise the filter takes the first of ``SAFETY.remedies`` that keeps clear: the same arc, slower;
+then the same yaw rate with less forward speed; then a turn in place. The footprint is round, so a turn in place is
+always clear and there is always a safe answer. The check knows no target and begins no turn: a robot whose tables do
+not steer gets nowhere.
 """
 
 from collections.abc import Sequence
@@ -19,26 +19,10 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
+from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
 
-SPARE: Final = 0.03  # m; gap between the footprint and everything that it must not touch
-LOOK: Final = 0.4  # s for which a command is simulated, before braking
-GAP: Final = 0.1  # m; gap to everything that the front sector sees
-SLOW_BRAKE: Final = 0.6  # share of the braking power used to stop at a place
-NEARING: Final = 0.8  # 1/s, forward speed per distance to that place: the robot circles it in smaller and smaller arcs
-STANDS: Final = 0.02  # m/s; a slower robot counts as standing
-CREEP: Final = 0.05  # m/s; a slower speed does not count as driving
-STRAIGHT: Final = 0.3  # m/s; the way ahead is clear if the robot can drive straight on at this speed
-DIRECTIONS: Final = 12  # tried to each side
-
-TURN_UNTIL: Final = 0.07  # rad; a turn to face a point stops at an error of about half of this
-TURN_RATE: Final = 2.5  # rad/s at most, in place
-ABOUT: Final = 2.6  # rad; at a larger error both directions of turn are equally good
-
-# share of the forward speed, share of the yaw rate
-REMEDIES: Final = np.array(((1.0, 1.0), (0.6, 0.6), (0.3, 0.3), (0.6, 1.0), (0.3, 1.0), (0.1, 1.0), (0.0, 1.0)))
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
-TURNS: Final = np.array(((1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.0, 1.0)))  # remedies on a way out of a threat's way
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a standing body has no braking path
 
@@ -78,11 +62,11 @@ class SafetyFilter:
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
-        self._drive = DifferentialDrive(robot.track_width, robot.wheel_radius)
+        self._drive = DifferentialDrive(robot.track_width)
         self._radius = robot.radius
         self._acceleration = robot.wheel_acceleration
         self._dt = 1.0 / settings.rate
-        self._ticks = max(1, round(LOOK / self._dt))
+        self._ticks = max(1, round(SAFETY.look / self._dt))
         self._side = 0.0  # sign of the last turn to face a point, left positive; 0: none
 
     def check(self, sense: Sense, tables: tuple[float, float], constraints: Constraints) -> WheelSpeeds:
@@ -90,30 +74,30 @@ class SafetyFilter:
         wanted = self._drive.twist(*tables)
         if not (isfinite(wanted.linear) and isfinite(wanted.angular)):
             return STAND  # the kernel's comparisons would accept NaN as clear
-        if not constraints.may_drive and abs(sense.linear) > STANDS:
+        if not constraints.may_drive and abs(sense.linear) > SAFETY.stands:
             return STAND  # a turn at once would lengthen the braking
         fastest = self._fastest(sense.front, constraints)
-        gently = sqrt(2 * SLOW_BRAKE * self._acceleration * max(0.0, constraints.stop_within))
+        gently = sqrt(2 * SAFETY.gentle * self._acceleration * max(0.0, constraints.stop_within))
         if constraints.slowly:
-            gently = min(gently, NEARING * constraints.stop_within)
+            gently = min(gently, SAFETY.nearing * constraints.stop_within)
         wanted = Twist(min(wanted.linear, gently), wanted.angular)
-        number, speeds = self._first(REMEDIES, sense, wanted, constraints, fastest)
+        number, speeds = self._first(SAFETY.remedies, sense, wanted, constraints, fastest)
         return STAND if number < 0 else speeds
 
     def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
         """Return the rim speeds [m/s] of a way out: as wanted, or slower if that is not clear."""
-        number, speeds = self._first(TURNS, sense, wanted, constraints, self._fastest(sense.front, constraints))
+        number, speeds = self._first(SAFETY.turns, sense, wanted, constraints, self._fastest(sense.front, constraints))
         return STAND if number < 0 else speeds
 
     def face(self, body: Body, error: float) -> WheelSpeeds:
         """Return rim speeds for a turn in place by ``error`` [rad]: brake first, then at most sqrt(2 a e) [rad/s]."""
-        if abs(body.left + body.right) > 2 * STANDS:
+        if abs(body.left + body.right) > 2 * SAFETY.stands:
             return STAND
-        if abs(error) > ABOUT and self._side * error < 0.0:
+        if abs(error) > SAFETY.half_turn and self._side * error < 0.0:
             error = -error  # keep the direction of turn; the wheels' speeds may come from an old command
         self._side = copysign(1.0, error)
-        angular_brake = 2 * SLOW_BRAKE * self._acceleration / (self._drive.track_width / 2)
-        rate = min(TURN_RATE, sqrt(angular_brake * max(0.0, abs(error) - TURN_UNTIL / 2)))
+        angular_brake = 2 * SAFETY.gentle * self._acceleration / (self._drive.track_width / 2)
+        rate = min(SAFETY.turn_rate, sqrt(angular_brake * max(0.0, abs(error) - SAFETY.turn_until / 2)))
         return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))))
 
     def braking(self, body: Body, under_way: Sequence[tuple[float, float]] = ()) -> NDArray[np.float64]:
@@ -133,20 +117,20 @@ class SafetyFilter:
     def way_ahead(self, sense: Sense, constraints: Constraints) -> bool:
         """Return True if the way straight ahead is clear."""
         fastest = self._fastest(sense.front, constraints)
-        return fastest >= STRAIGHT and self._clear_ahead(sense, constraints)
+        return fastest >= SAFETY.straight and self._clear_ahead(sense, constraints)
 
     def freer_side(self, sense: Sense, constraints: Constraints) -> int:
         """Return the side on which a clear way ahead needs the smaller turn: 1 left, -1 right."""
         first = 1 if sense.left >= sense.right else -1
-        for step in range(1, DIRECTIONS + 1):
+        for step in range(1, SAFETY.directions + 1):
             for side in (first, -first):
-                off = side * step * pi / DIRECTIONS
+                off = side * step * pi / SAFETY.directions
                 if self._clear_ahead(sense, constraints, off):
                     return side
         return first
 
     def _clear_ahead(self, sense: Sense, constraints: Constraints, off: float = 0.0) -> bool:
-        return self._first(AS_IT_IS, sense, Twist(STRAIGHT, 0.0), constraints, inf, off)[0] >= 0
+        return self._first(AS_IT_IS, sense, Twist(SAFETY.straight, 0.0), constraints, inf, off)[0] >= 0
 
     def _first(
         self,
@@ -164,7 +148,7 @@ class SafetyFilter:
         grid, (x, y, yaw) = constraints.grid, constraints.local
         now = (0.0, 0.0) if off else self._drive.rim_speeds(Twist(sense.linear, sense.angular))
         number, left, right = first_clear(
-            remedies, *wanted, fastest, CREEP, self._radius + SPARE, constraints.shut, x, y, yaw + off,
+            remedies, *wanted, fastest, SAFETY.creep, self._radius + SAFETY.gap, constraints.shut, x, y, yaw + off,
             grid.clearance, grid.resolution, *grid.origin, constraints.bodies, self._radius,
             sense.x, sense.y, sense.yaw + off, *now,
             self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
@@ -172,8 +156,8 @@ class SafetyFilter:
         return int(number), WheelSpeeds(left, right)
 
     def _fastest(self, front: float, constraints: Constraints) -> float:
-        """Return the forward speed [m/s] from which the robot can stop ``GAP`` before what the front sector sees.
+        """Return the forward speed [m/s] from which the robot can stop before what the front sector sees.
 
         v = sqrt(2 a s).
         """
-        return sqrt(2 * self._acceleration * max(0.0, front - GAP)) if constraints.may_drive else 0.0
+        return sqrt(2 * self._acceleration * max(0.0, front - SAFETY.front_gap)) if constraints.may_drive else 0.0

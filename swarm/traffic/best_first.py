@@ -14,7 +14,7 @@ from typing import Final
 from swarm.traffic.lacam import State, Steps
 from swarm.traffic.pibt import Configuration, Joined, Tables
 
-MOST: Final = 60_000  # configurations kept
+MOST_KEPT: Final = 60_000  # configurations kept
 
 
 class BestFirst:
@@ -38,7 +38,7 @@ class BestFirst:
     def advance(self, expansions: int) -> State:
         """Expand at most ``expansions`` more configurations; return the state of the search."""
         end = self.expansions + expansions
-        while self.state is State.RUNNING and self.expansions < end and len(self._parents) < MOST:
+        while self.state is State.RUNNING and self.expansions < end and len(self._parents) < MOST_KEPT:
             if not self._open:
                 self.state = State.UNSOLVABLE
                 break

@@ -20,7 +20,7 @@ from swarm.traffic.sight import without_unheard
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final = (6.0, 5.0, 4.0)
 PHASES: Final = 4  # lattice offsets tried along each axis
-SPARE: Final = 0.05  # m, how far a robot may stray from the line between two cells
+OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
 DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
 UNHEARD: Final = 3e-5  # chance that a robot listens and hears nothing from a robot in range
@@ -43,7 +43,7 @@ def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
         ConfigError: The settings do not say where the lattice lies.
     """
     side, offset = _place(settings)
-    return _lattice(floor, side, settings.robot.radius + SPARE, offset, _lean(settings))
+    return _lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean(settings))
 
 
 def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
@@ -53,7 +53,7 @@ def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
         ConfigError: The settings do not say where the lattice lies.
     """
     side, offset = _place(settings)
-    return CellMap(floor, side=side, radius=settings.robot.radius + SPARE, offset=offset, unknown_is_free=True)
+    return CellMap(floor, side=side, radius=settings.robot.radius + OFF_LINE, offset=offset, unknown_is_free=True)
 
 
 def _place(settings: Settings) -> tuple[float, Point]:
@@ -76,7 +76,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     if traffic.offset is not None:
         return _settled(settings, largest, traffic.offset)
     sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
-    fits = settings.robot.radius + SPARE
+    fits = settings.robot.radius + OFF_LINE
     first: Point | None = None
     for side in sides:
         offset = (

@@ -16,7 +16,7 @@ from swarm.traffic.sightings import keeps
 from swarm.traffic.situation import Situation
 
 LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
-BESIDE: Final = 4  # cells beside the way claimed at a time
+MOST_BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
 NOBODY: Final[frozenset[str]] = frozenset()
 
@@ -98,7 +98,7 @@ class Claiming:
             *situation.blocked,
         }
         for cell in room:
-            if cell in taken or len(progress.reservations.beside) >= BESIDE:
+            if cell in taken or len(progress.reservations.beside) >= MOST_BESIDE:
                 continue
             if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue

@@ -24,7 +24,7 @@ class Doing(NamedTuple):
     stopped: bool  # before an unexpected obstacle
     face: Point | None  # m, the point to turn to first
     leans_to: int | None  # the cell that it looks into from the edge of its own cell
-    floor: tuple[int, ...]  # free-drive cells: beside those held, for it alone
+    free_drive: tuple[int, ...]  # cells beside those held that it may drive in while no robot is near
     moved: int  # tick of its last progress
     room: tuple[int, ...]  # cells asked for beside the way
     threat: Threat | None  # the obstacle that comes towards it

@@ -16,7 +16,7 @@ def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
     If no other robot is near, the cells of the route that are in view follow.
     """
     ahead = doing.progress.reservations.held[place:]
-    if doing.floor:
+    if doing.free_drive:
         ahead = (*ahead, *doing.progress.route)[: 2 * VIEW + 1]
     return ahead[: ahead.index(doing.goal.cell) + 1] if stops_in(doing, ahead) else ahead
 

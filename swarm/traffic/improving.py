@@ -14,7 +14,7 @@ from swarm.traffic.dependencies import pace
 from swarm.traffic.lacam import Steps
 from swarm.traffic.pibt import Joined, Tables
 
-MOST: Final = 3  # robots taken out at once
+MOST_OUT: Final = 3  # robots taken out at once
 LONGER: Final = 4  # time steps by which the plan may become longer: a way round can be quicker than a way back
 POPS: Final = 1_000  # expansions of the search for one way
 CHANCE: Final = 0.01  # steps, a random cost that decides between equal ways
@@ -34,7 +34,7 @@ class Improving:
     def changed(self, steps: Steps) -> Steps | None:
         """Return the plan with new ways for some robots, or None if one of them finds no way."""
         ways = [[*way, *(way[-1],) * LONGER] for way in zip(*steps, strict=True)]
-        out = self._random.sample(range(len(ways)), self._random.randint(1, min(MOST, len(ways))))
+        out = self._random.sample(range(len(ways)), self._random.randint(1, min(MOST_OUT, len(ways))))
         others = [way for robot, way in enumerate(ways) if robot not in out]
         for robot in out:
             way = self._way(self._tables[robot], ways[robot], others)

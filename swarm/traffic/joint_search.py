@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 from random import Random
+from typing import Final
 
 from swarm.traffic.best_first import BestFirst
 from swarm.traffic.dependencies import Order, duration, order_of
@@ -21,14 +22,14 @@ from swarm.traffic.improving import Improving
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Configuration, Joined, Tables, Ties
 
-PATIENCE = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
-TURNS = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
-SPARE = 30  # expansions that any start may cost, beyond its share
-LATE = 4  # starts without a plan, after which each pair is tried alone
-PAIR = 2_000  # expansions for one pair at most
-POP = 3  # expansions of one robot that take as long as one expansion in improving
-FRUITLESS = 20  # changes in a row that make the plan no quicker, after which improving ends
-BEST_FIRST = 10_000  # expansions for one question to the search that moves one robot at a time
+PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
+TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
+EXTRA: Final = 30  # expansions that any start may cost, beyond its share
+LATE: Final = 4  # starts without a plan, after which each pair is tried alone
+PAIR: Final = 2_000  # expansions for one pair at most
+POP: Final = 3  # expansions of one robot that take as long as one expansion in improving
+FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after which improving ends
+BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
 
 
 Plan = tuple[tuple[float, float], Steps, Order]  # last arrival and sum of arrivals; steps; order
@@ -141,9 +142,9 @@ class JointSearch:
         """
         left = self._budget.expansions - self._spent
         if self._best is not None:
-            return min(left, PATIENCE * self._least + SPARE - search.expansions)
+            return min(left, PATIENCE * self._least + EXTRA - search.expansions)
         doubled = min((self._begun - 1) // 4, 20)
-        return min(left, ((2 * self._longest + SPARE) << doubled) - search.expansions)
+        return min(left, ((2 * self._longest + EXTRA) << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
         """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all."""

@@ -12,7 +12,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import TrafficSettings
 
 SHORT: Final = 0.05  # m; readings that differ by less count as equal
-BESIDE: Final = pi / 6  # rad; the robot drives past what is farther to a side, not into it
+TO_A_SIDE: Final = pi / 6  # rad; the robot drives past what is farther to a side, not into it
 HIT: Final = 0.8  # of a body's radius; a ray that passes its middle nearer hits it for sure
 EDGE: Final = 0.1  # m; a hit this near a cell may be on a body in it
 
@@ -91,7 +91,7 @@ def strange(
     """Yield those of ``bodies`` that no ``known`` one explains."""
     for reading in bodies:
         hit = _hit(pose, reading, settings)
-        beside = abs(reading.bearing) > BESIDE
+        beside = abs(reading.bearing) > TO_A_SIDE
         if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
             yield reading
 

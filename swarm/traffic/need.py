@@ -1,13 +1,14 @@
 """When a robot asks for a joint plan, and whom: its way is blocked by a robot that does not clear it without one."""
 
 from itertools import pairwise
+from typing import Final
 
 from swarm.messages.traffic import Record
 from swarm.traffic.calls import NEVER, Free, Part
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 
-AT_REST = 20  # ticks a robot has stood at its goal before it counts as resting there
+AT_REST: Final = 20  # ticks a robot has stood at its goal before it counts as resting there
 
 
 def named_leader(part: Part, free: Free, situation: Situation) -> Free:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from itertools import chain
 from math import hypot
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
@@ -12,12 +12,12 @@ from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import TrafficSettings
 
-SKEW = 20  # ticks by which clocks may differ before a record counts as from the future
-MOST_CELLS = 64  # cells in one record's lists
-SILENCE = 100  # ticks between two events about the same fault of the same robot
-OLD_NEWS = 8  # one in so many broadcasts relays the records of robots long silent
-SLACK = 0.5  # m; a robot that moved farther than it can drive by more than this has jumped
-FOREVER = 1 << 60  # ticks
+SKEW: Final = 20  # ticks by which clocks may differ before a record counts as from the future
+MOST_CELLS: Final = 64  # cells in one record's lists
+SILENCE: Final = 100  # ticks between two events about the same fault of the same robot
+OLD_NEWS: Final = 8  # one in so many broadcasts relays the records of robots long silent
+SLACK: Final = 0.5  # m; a robot that moved farther than it can drive by more than this has jumped
+FOREVER: Final = 1 << 60  # ticks
 
 
 class Event(NamedTuple):
@@ -46,7 +46,7 @@ class Live(NamedTuple):
     listens: bool  # one of them does
 
 
-NOBODY = Live(0, -1, {}, {}, frozenset(), listens=False)
+NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)
 
 
 class PeerRecords:

@@ -12,7 +12,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.situation import Situation
 
-STRAY = 0.7  # steps, the cost of a cell that lies one cell side off the path
+STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the path
 RETRY: Final = 20  # ticks before the next attempt after no way was found
 
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Collection, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Claim
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.reservations import Reservations
 
-ALONE = -1  # step of a cell that belongs to no joint plan
-BESIDE = -2  # step of a cell that is not on the way: the body or its brake reaches into it, or it is room
+ALONE: Final = -1  # step of a cell that belongs to no joint plan
+BESIDE: Final = -2  # step of a cell that is not on the way: the body or its brake reaches into it, or it is room
 
 
 Join = tuple[int, int]  # two cells between which a robot passes

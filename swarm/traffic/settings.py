@@ -1,11 +1,11 @@
-"""Every constant of traffic, with its unit and its source."""
+"""The constants of traffic that all robots of a fleet share; a constant of one module alone is in that module."""
 
 from dataclasses import dataclass
 from typing import Final
 
 LEAST_CLAIM: Final = 1.2  # cells, how far a robot must at least be able to claim
 NEAR: Final = 0.04  # m, how near to the last point of its way a robot stands
-SPARE: Final = 0.01  # m, for rolling on after a stop
+ROLLS_ON: Final = 0.01  # m, for rolling on after a stop
 
 
 def least_range(side: float) -> float:
@@ -74,7 +74,7 @@ class TrafficSettings:
     @property
     def standing_room(self) -> float:
         """The radius of the disc [m] that has to fit in the cell of a robot at its goal, or a little beside it."""
-        return self.radius + self.margin + NEAR + SPARE
+        return self.radius + self.margin + NEAR + ROLLS_ON
 
     @property
     def leaning_room(self) -> float:

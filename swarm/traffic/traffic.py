@@ -91,12 +91,12 @@ class Traffic:
         self._sightings.hear(tick, fresh.values())
 
         # layer 0: the cells that the body needs, and unexpected obstacles
-        floor = self._free_drive_cells(progress, body, fresh)
-        if floor:
+        free_drive = self._free_drive_cells(progress, body, fresh)
+        if free_drive:
             progress, body = spread(progress, inputs, self.cells, self.settings)
         threat = self._threat
         progress = self._presence.kept_on_way(progress, body, self.cells, threatened=threat is not None)
-        asks = not floor and self._joint.frozen is None and not listens
+        asks = not free_drive and self._joint.frozen is None and not listens
         room = room_beside(progress, inputs, fresh, threat, self.cells) if asks else ()
         progress = self._release(progress, body, room)
         other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
@@ -125,7 +125,7 @@ class Traffic:
         # what it tells, and where it may drive
         doing = Doing(
             inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
-            self._lookout.leans_to, floor, self._moved, room, threat,
+            self._lookout.leans_to, free_drive, self._moved, room, threat,
         )  # fmt: skip
         return self._outputs(doing, body, self._broadcast(doing), events)
 
@@ -282,8 +282,8 @@ class Traffic:
         return TrafficOutputs(
             broadcast=broadcast,
             held=held,
-            drivable=tuple(dict.fromkeys((*alone, held[place], *doing.floor))),
-            unconstrained=bool(doing.floor),
+            drivable=tuple(dict.fromkeys((*alone, held[place], *doing.free_drive))),
+            unconstrained=bool(doing.free_drive),
             waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
             beside=(*self._peers.holders_of(held[place], tick), *still),
             may_drive=not doing.stopped,

@@ -4,14 +4,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from math import hypot
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
 from swarm.traffic.cells import CellMap
 from swarm.traffic.peer_records import Event
 
-STUCK = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
-NUMERIC = 1e-6  # m, what rounding may add to a body's radius
+STUCK: Final = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
+NUMERIC: Final = 1e-6  # m, what rounding may add to a body's radius
 
 
 class Seen(NamedTuple):

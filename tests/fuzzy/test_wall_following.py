@@ -10,7 +10,7 @@ from swarm.geometry import Pose, bearing, integrate
 from swarm.motion.drive import DifferentialDrive
 
 RADIUS, SPEED_SCALE, DT = 0.2, 0.4, 0.05  # m, 1, s
-DRIVE = DifferentialDrive(track_width=0.4, wheel_radius=0.05)
+DRIVE = DifferentialDrive(track_width=0.4)
 SECTOR = np.radians(np.arange(-30, 31, 7.5))  # rad, rays of a sector about its middle
 
 Corners = list[tuple[float, float]]

@@ -13,7 +13,8 @@ from swarm.geometry import Pose, distance, from_frame
 from swarm.maps.occupancy import Point
 from swarm.motion.sweep import gap, line_room, path_room
 from swarm.planning.grid import Grid
-from swarm.robot.aim import NO_AIM, SPARE, TIGHT, Aiming, distance_along
+from swarm.robot.aim import Aiming, distance_along
+from swarm.robot.tuning import AIM
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR, TrafficSettings
 from tests.robot.driving import DRIVE, MOST, RADIUS, cells_as_shape, room, solid
@@ -69,7 +70,7 @@ def test_where_no_other_point_is_to_be_reached_it_aims_at_the_first() -> None:
 def test_a_point_where_it_is_already_is_no_aim() -> None:
     held = (A, A + 1)
     here, there = middles(held)
-    near = Pose(there[0] + 0.9 * NO_AIM, there[1], 0.0)
+    near = Pose(there[0] + 0.9 * AIM.nearest, there[1], 0.0)
     x, _ = aiming().choose(None, near, held, [here, there])
     assert x < there[0], "it is there; what is left is a place on the way"
     assert aiming().choose(None, Pose(*there, 0.0), held, [there]) == there, "unless there is no other"
@@ -106,21 +107,21 @@ def test_no_aim_lies_beyond_cells_that_are_shut_or_behind_a_wall(
             held.append(held[-1] + step)
     waypoints = middles(tuple(held))
     pose = Pose(waypoints[0][0] + x, waypoints[0][1] + y, 0.0)
-    assume(cells.fits(held, pose.x, pose.y, RADIUS + SPARE))
+    assume(cells.fits(held, pose.x, pose.y, RADIUS + AIM.gap))
     aim = aiming().choose(GRID if walled else None, pose, held, waypoints)
     if aim == waypoints[0]:
         return  # the middle of the cell that it is in: all that is left
     line = shapely.LineString([(pose.x, pose.y), aim]).buffer(RADIUS, quad_segs=32)
     assert shapely.covers(shapely.buffer(cells_as_shape(cells, held), 1e-6), line)
     assert not walled or line.distance(WALLS) > 0.0
-    others = [point for point in waypoints[1:] if distance(pose, point) > NO_AIM]
+    others = [point for point in waypoints[1:] if distance(pose, point) > AIM.nearest]
     for point in others[others.index(aim) + 1 :] if aim in others else others:
-        straight = shapely.LineString([(pose.x, pose.y), point]).buffer(RADIUS + SPARE, quad_segs=32)
+        straight = shapely.LineString([(pose.x, pose.y), point]).buffer(RADIUS + AIM.gap, quad_segs=32)
         leaves = not shapely.covers(shapely.buffer(cells_as_shape(cells, held), 1e-3), straight)
         assert leaves or (walled and straight.distance(WALLS) < 2e-3), "a farther one could have been chosen"
 
 
-@pytest.mark.parametrize("beside", [SPARE + 0.01, (SPARE + TIGHT) / 2, TIGHT / 2])
+@pytest.mark.parametrize("beside", [AIM.gap + 0.01, (AIM.gap + AIM.tight_gap) / 2, AIM.tight_gap / 2])
 def test_from_beside_a_wall_the_next_cell_is_aimed_at(beside: float) -> None:
     corridor = Drawn("########", "#a....b#", "########")
     (a,) = corridor.at("a")

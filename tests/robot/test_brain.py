@@ -10,7 +10,8 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, Activity, Broadcast, State
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.robot.brain import RETRY, STUCK, Robot
+from swarm.robot.brain import Robot
+from swarm.robot.tuning import REPLAN
 from swarm.traffic.cells_of import cells_of
 from tests.robot.shared import AT, STOPS, robot, scenario, step
 
@@ -134,7 +135,8 @@ def test_a_stop_is_reached_within_reach_and_each_in_its_turn() -> None:
 
 # --- when it plans anew ---
 
-STUCK_TICKS, RETRY_TICKS = round(STUCK / 0.05) + 1, round(RETRY / 0.05) + 1  # the first tick that is later
+STUCK_TICKS = round(REPLAN.stuck / 0.05) + 1  # the first tick that is later
+RETRY_TICKS = round(REPLAN.again / 0.05) + 1
 
 
 def keeping(tick: int) -> Broadcast:

@@ -11,7 +11,8 @@ from swarm.geometry import Pose
 from swarm.motion.sweep import LONGEST, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
-from swarm.robot.safety import LOOK, REMEDIES, SPARE, Body, SafetyFilter
+from swarm.robot.safety import Body, SafetyFilter
+from swarm.robot.tuning import SAFETY
 from tests.robot.driving import (
     DRIVE,
     DT,
@@ -35,7 +36,7 @@ HALL = Drawn("##########", "#a.......#", "##########")
 HALL_GRID = Grid.grown(HALL.occupancy, RADIUS, resolution=0.1)
 FREE = Drawn(*["." * 12] * 3)
 FREE_GRID = Grid.grown(FREE.occupancy, RADIUS, resolution=0.1)
-TICKS = round(LOOK / DT)
+TICKS = round(SAFETY.look / DT)
 
 
 @given(pose=inside, now=rims, late=st.lists(rims, max_size=6))
@@ -101,7 +102,7 @@ def test_however_fast_the_tables_are_it_brakes_inside_its_cells(pose: Pose, tabl
     x, y = cells.centre(held[1])
     body = Body(Pose(x + pose.x, y + pose.y, pose.yaw), 0.0, 0.0)
     outside = cells_as_shape(cells, set(range(len(cells))).difference(held))
-    assume(room(outside, body.pose) > SPARE)
+    assume(room(outside, body.pose) > SAFETY.gap)
     aiming, safety = Aiming(cells, RADIUS), SafetyFilter(SETTINGS)
     for tick in range(60):
         limits = constraints(FREE_GRID, body.pose, aiming.shut(held))
@@ -119,10 +120,12 @@ def test_it_slows_down_no_sooner_and_no_later_than_the_brake_needs(walled: bool,
     edge = x + SIDE / 2
     body = Body(Pose(edge - away, y, 0.0), speed, speed)
     judge = solid(HALL.occupancy) if walled else cells_as_shape(HALL.cells, [held[-1] + 1])
-    shares: list[float] = REMEDIES[:, 0].tolist()
-    rooms = [min(room(judge, pose) for pose in told(body, (share * speed,) * 2, TICKS)) - SPARE for share in shares]
+    shares: list[float] = SAFETY.remedies[:, 0].tolist()
+    rooms = [
+        min(room(judge, pose) for pose in told(body, (share * speed,) * 2, TICKS)) - SAFETY.gap for share in shares
+    ]
     assume(min(map(abs, rooms)) > 0.02)  # a grid is not exact
-    assume(room(judge, to_a_stand(body)[-1]) > SPARE)
+    assume(room(judge, to_a_stand(body)[-1]) > SAFETY.gap)
     limits = constraints(HALL_GRID, body.pose, np.empty((0, 4)) if walled else Aiming(HALL.cells, RADIUS).shut(held))
     speeds = SafetyFilter(SETTINGS).check(sense_of(body), (speed, speed), limits)
     mildest = next((share for share, left in zip(shares, rooms, strict=True) if left > 0.0), 0.0)

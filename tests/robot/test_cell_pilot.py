@@ -6,7 +6,7 @@ from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Activity
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.brain import Robot
-from swarm.robot.cell_pilot import CIRCLES, LEAST_SCALE
+from swarm.robot.tuning import PILOT, SCALE
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.halting import HALTED
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
@@ -46,7 +46,7 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
         robot={"wheel_acceleration": 0.5},
     )  # fmt: skip
     simulation, cells, robot = Simulation.of(hall, 1, 1), cells_of(hall.map, hall.settings), hall.settings.robot
-    drive, dt = DifferentialDrive(robot.track_width, robot.wheel_radius), 1.0 / hall.settings.rate
+    drive, dt = DifferentialDrive(robot.track_width), 1.0 / hall.settings.rate
     while not simulation.world.finished:
         tick = simulation.step()
         sense, command = tick.senses["r1"], tick.commands["r1"]
@@ -80,7 +80,7 @@ def test_alone_in_the_open_the_tables_are_told_the_distances_as_they_are() -> No
     commands = [step(one, tick).command for tick in range(2 * LISTENED)]
     assert any(command.unconstrained for command in commands)
     assert all(command.scale == 1.0 for command in commands if command.unconstrained)
-    assert all(LEAST_SCALE <= command.scale <= 1.0 for command in commands), "never farther than they are known to be"
+    assert all(SCALE.turning <= command.scale <= 1.0 for command in commands), "never farther than they are known to be"
 
 
 def to_and_fro(tick: int, x: float = AT.x) -> Pose:
@@ -88,7 +88,7 @@ def to_and_fro(tick: int, x: float = AT.x) -> Pose:
     return Pose(x + (0.2 if tick // 20 % 2 else 0.0), AT.y, 3.0)
 
 
-LONG = round(CIRCLES / 0.05)  # ticks
+LONG = round(PILOT.nowhere_after / 0.05)  # ticks
 OPEN = [FAR] * 15
 BLOCKED = [FAR] * 5 + [0.3] * 5 + [FAR] * 5
 
@@ -105,9 +105,9 @@ def helped_at(nearer_at: int | None = None, blocked: int = 0) -> int:
         command = step(one, tick, pose=to_and_fro(tick, x), rays=rays).command
         scales.append(command.scale)
         if command.unconstrained:
-            assert command.scale in {LEAST_SCALE, 1.0}
-    first = scales.index(LEAST_SCALE)
-    assert set(scales[first:]) == {LEAST_SCALE}, "to a robot that comes no nearer"
+            assert command.scale in {SCALE.turning, 1.0}
+    first = scales.index(SCALE.turning)
+    assert set(scales[first:]) == {SCALE.turning}, "to a robot that comes no nearer"
     return first
 
 
@@ -144,6 +144,6 @@ def test_traffic_is_told_the_cells_that_the_tables_would_drive_it_over(monkeypat
     assert stop not in told[-1], "no farther than in the next seconds"
     assert all(cells.centre(cell)[0] > AT.x - cells.side for cell in told[-1]), "ahead of it"
     assert len(told[-1]) > 1
-    for tick in range(2 * LISTENED, 2 * LISTENED + 2 * round(CIRCLES / 0.05)):
+    for tick in range(2 * LISTENED, 2 * LISTENED + 2 * round(PILOT.nowhere_after / 0.05)):
         step(one, tick, pose=to_and_fro(tick))
     assert told[-1] == (), "who gets nowhere asks for nothing"

@@ -7,15 +7,16 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.planning.grid import Grid
-from swarm.robot.detour import ASIDE, ENOUGH, PATIENCE, PROGRESS, Detour
+from swarm.robot.detour import Detour
 from swarm.robot.safety import Body, Constraints, SafetyFilter
+from swarm.robot.tuning import DETOUR
 from tests.robot.driving import DT, NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
 from tests.shared import scenario_of
 
 HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
 WIDE = Grid.grown(HALL, RADIUS, 0.8, 0.1)
 MIDDLE = Pose(15.0, 10.0, 0.0)
-PATIENT = round(PATIENCE / DT)  # ticks
+PATIENT = round(DETOUR.patience / DT)  # ticks
 FREE = constraints(WIDE, MIDDLE)
 BLOCKED = 0.05  # m, sensed in front
 LOW, HIGH = (14.5, 9.0, 15.6, 9.74), (14.5, 10.26, 15.6, 11.0)  # cells not held, to its right and to its left
@@ -59,18 +60,18 @@ def test_where_it_gets_nowhere_the_tables_are_told_to_turn_to_the_freer_side(
     found = [detour.heading(sense_of(stands, tick, left, BLOCKED, right), limits) for tick in range(2 * PATIENT)]
     began = next(tick for tick, heading in enumerate(found) if heading is not None)
     assert PATIENT <= began <= PATIENT + 3, "the tables have the time to turn out of it themselves"
-    assert found[began:] == [side * ASIDE] * len(found[began:]), "and to one side alone"
+    assert found[began:] == [side * DETOUR.aside] * len(found[began:]), "and to one side alone"
 
 
 def test_once_there_is_a_way_ahead_it_leads_a_little_along_it() -> None:
     detour, tick = begun(), PATIENT + 3
     for yaw in (0.2, 0.4, 0.6):
-        assert told(detour, tick, MIDDLE._replace(yaw=yaw)) == ASIDE
+        assert told(detour, tick, MIDDLE._replace(yaw=yaw)) == DETOUR.aside
     turned = MIDDLE._replace(yaw=pi / 2)
     for share in (0.0, 0.5, 0.9):
-        assert told(detour, tick, turned._replace(y=10.0 + share * ENOUGH), front=1.6) == 0.0
-    assert told(detour, tick, turned._replace(y=10.0 + 1.1 * ENOUGH), front=1.6) is None
-    assert told(detour, tick + 1, turned._replace(y=10.0 + 1.1 * ENOUGH)) is None, "and patience begins anew"
+        assert told(detour, tick, turned._replace(y=10.0 + share * DETOUR.done), front=1.6) == 0.0
+    assert told(detour, tick, turned._replace(y=10.0 + 1.1 * DETOUR.done), front=1.6) is None
+    assert told(detour, tick + 1, turned._replace(y=10.0 + 1.1 * DETOUR.done)) is None, "and patience begins anew"
 
 
 @pytest.mark.parametrize("front", [BLOCKED, 1.6])
@@ -78,7 +79,7 @@ def test_it_ends_though_nothing_came_of_it(front: float) -> None:
     detour = begun()
     found = [told(detour, PATIENT + 3 + tick, front=front) for tick in range(PATIENT + 5)]
     assert None in found
-    assert found[:5] == [0.0 if front > BLOCKED else ASIDE] * 5
+    assert found[:5] == [0.0 if front > BLOCKED else DETOUR.aside] * 5
 
 
 def test_who_has_a_way_ahead_needs_none() -> None:
@@ -90,7 +91,7 @@ def test_who_has_a_way_ahead_needs_none() -> None:
 def test_who_gets_on_a_little_all_the_time_needs_none() -> None:
     detour = Detour(SafetyFilter(SETTINGS))
     for tick in range(3 * PATIENT):
-        assert told(detour, tick, MIDDLE._replace(x=10.0 + 1.1 * PROGRESS * (tick // (PATIENT // 2)))) is None
+        assert told(detour, tick, MIDDLE._replace(x=10.0 + 1.1 * DETOUR.progress * (tick // (PATIENT // 2)))) is None
 
 
 def test_who_shall_not_drive_on_waits_without_one() -> None:
@@ -106,7 +107,7 @@ def test_who_is_stopped_before_a_body_turns_away_from_it() -> None:
     """The tables, so near to it, may turn to where they ask for no turn (storm, ``dead`` 9100)."""
     detour, stopped = Detour(SafetyFilter(SETTINGS)), FREE._replace(may_drive=False)
     found = [told(detour, tick, front=1.6, limits=stopped) for tick in range(PATIENT + 3)]
-    assert (found[PATIENT], found[-1]) == (None, ASIDE)
+    assert (found[PATIENT], found[-1]) == (None, DETOUR.aside)
     assert told(detour, PATIENT + 3, front=1.6) == 0.0, "and drives on once it no longer faces it"
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from swarm.geometry import Pose, distance
 from swarm.planning.grid import Grid
-from swarm.robot.navigator import BODY_GAP, JUMP, STRAYED, Navigator
+from swarm.robot.navigator import Navigator
+from swarm.robot.tuning import REPLAN
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 
@@ -32,7 +33,7 @@ def test_what_is_left_is_counted_from_where_the_robot_is() -> None:
     assert navigator.remaining == 0.0
 
 
-@pytest.mark.parametrize(("off", "on_path"), [(STRAYED - 0.01, True), (STRAYED + 0.01, False)])
+@pytest.mark.parametrize(("off", "on_path"), [(REPLAN.strayed - 0.01, True), (REPLAN.strayed + 0.01, False)])
 @pytest.mark.parametrize("side", [1, -1])
 def test_who_is_too_far_off_its_path_has_strayed(off: float, on_path: bool, side: int) -> None:
     assert under_way().advance(Pose(4.0, 5.0 + side * off, 0.0)) is on_path
@@ -40,8 +41,8 @@ def test_who_is_too_far_off_its_path_has_strayed(off: float, on_path: bool, side
 
 def test_progress_leaps_no_farther_than_a_robot_can() -> None:
     navigator = under_way()
-    navigator.advance(Pose(2.0 + JUMP + 3.0, 5.0, 0.0))
-    assert navigator.remaining == pytest.approx(10.0 - JUMP, abs=0.01)
+    navigator.advance(Pose(2.0 + REPLAN.jump + 3.0, 5.0, 0.0))
+    assert navigator.remaining == pytest.approx(10.0 - REPLAN.jump, abs=0.01)
 
 
 def test_each_path_is_counted_and_begun_at_its_start() -> None:
@@ -62,7 +63,7 @@ def test_it_plans_round_who_stands_in_the_way_but_not_round_who_touches_it() -> 
     assert navigator.head_for(START, GOAL, [body])
     assert navigator.path is not None
     way = [navigator.path.point_at(0.01 * k) for k in range(round(100 * navigator.path.length) + 1)]
-    assert min(distance(point, body) for point in way) >= 2 * RADIUS + BODY_GAP - 0.02
+    assert min(distance(point, body) for point in way) >= 2 * RADIUS + REPLAN.body_gap - 0.02
     assert navigator.path.length > 10.05
     assert navigator.head_for(START, GOAL, [(START[0] + 2 * RADIUS - 0.01, 5.0)]), "it is in it already"
     assert navigator.path.length == pytest.approx(10.0)

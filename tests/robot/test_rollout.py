@@ -12,15 +12,16 @@ from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.robot.pilot import fuzzy_speeds
-from swarm.robot.rollout import AHEAD, NEARER, ROUND, THERE, Rollout
+from swarm.robot.rollout import Rollout
 from swarm.robot.safety import Body
+from swarm.robot.tuning import ROLLOUT
 from tests.robot.driving import DT, NOTHING, ROBOT, SETTINGS, rolled, sense_of
 from tests.shared import constant_rules
 
 PAPER = Controller(load_profile("paper"))
-ROLLOUT = Rollout(PAPER, SETTINGS)
+ROLL = Rollout(PAPER, SETTINGS)
 START = Pose(0.0, 0.0, 0.0)
-TICKS = round(AHEAD / DT)
+TICKS = round(ROLLOUT.ahead / DT)
 FAR = 9.0  # m, from where it circles round nothing
 
 distances = st.floats(0.05, NOTHING)
@@ -29,7 +30,7 @@ distances = st.floats(0.05, NOTHING)
 def by_hand(controller: Controller, sense: Sense, body: Body, aim: Point, scale: float) -> list[Pose]:
     """Ask the tables and let a tick pass, as long as is looked ahead or until it is there."""
     poses: list[Pose] = []
-    while len(poses) < TICKS and distance(body.pose, aim) > THERE:
+    while len(poses) < TICKS and distance(body.pose, aim) > ROLLOUT.there:
         body = rolled(body, fuzzy_speeds(controller, ROBOT, sense, bearing(body.pose, aim), scale))
         poses.append(body.pose)
     return poses
@@ -50,12 +51,12 @@ def test_the_rollout_is_the_tables_and_the_kinematics_stepped_by_hand(
     sense = sense_of(body, 0, *seen)
     expected = by_hand(PAPER, sense, body, aim, scale)
     before, after = distance(START, aim), distance(expected[-1], aim) if expected else 0.0
-    circles = len(expected) == TICKS and before < ROUND and after > NEARER * before
-    assume(len(expected) < TICKS or abs(after - THERE) > 0.01)
-    assume(abs(after - NEARER * before) > 0.01)
+    circles = len(expected) == TICKS and before < ROLLOUT.round and after > ROLLOUT.nearer * before
+    assume(len(expected) < TICKS or abs(after - ROLLOUT.there) > 0.01)
+    assume(abs(after - ROLLOUT.nearer * before) > 0.01)
     behind = min((abs(abs(bearing(pose, aim)) - pi) for pose in (body.pose, *expected)), default=pi)
     assume(behind > 0.05)  # there the tables' two sides meet: a bit decides
-    points = ROLLOUT(sense, body, aim, scale)
+    points = ROLL(sense, body, aim, scale)
     if circles:
         assert len(points) == 0
         return
@@ -67,19 +68,19 @@ def test_the_rollout_is_the_tables_and_the_kinematics_stepped_by_hand(
 def test_it_ends_at_the_aim() -> None:
     body = Body(START, 0.0, 0.0)
     for away in (0.3, 0.8):
-        points = ROLLOUT(sense_of(body), body, (away, 0.0), 1.0)
+        points = ROLL(sense_of(body), body, (away, 0.0), 1.0)
         assert 0 < len(points) < TICKS
-        assert distance(points[-1].tolist(), (away, 0.0)) <= THERE
-        assert all(distance(point, (away, 0.0)) > THERE for point in points[:-1].tolist())
-    assert len(ROLLOUT(sense_of(body), body, (0.9 * THERE, 0.0), 1.0)) == 0, "it is there"
+        assert distance(points[-1].tolist(), (away, 0.0)) <= ROLLOUT.there
+        assert all(distance(point, (away, 0.0)) > ROLLOUT.there for point in points[:-1].tolist())
+    assert len(ROLL(sense_of(body), body, (0.9 * ROLLOUT.there, 0.0), 1.0)) == 0, "it is there"
 
 
 def test_to_a_far_aim_it_looks_no_farther_ahead_than_it_says() -> None:
     body = Body(START, 0.0, 0.0)
-    assert len(ROLLOUT(sense_of(body), body, (FAR, 0.0), 1.0)) == TICKS
+    assert len(ROLL(sense_of(body), body, (FAR, 0.0), 1.0)) == TICKS
 
 
-@pytest.mark.parametrize(("away", "empty"), [(0.9 * ROUND, True), (1.1 * ROUND, False)])
+@pytest.mark.parametrize(("away", "empty"), [(0.9 * ROLLOUT.round, True), (1.1 * ROLLOUT.round, False)])
 def test_where_it_would_circle_round_a_near_aim_it_is_empty(away: float, empty: bool) -> None:
     """Tables that turn left whatever they are told; the aim is the middle of the circle."""
     circling = Rollout(Controller(constant_rules(load_profile("paper"), "slow", "medium")), SETTINGS)
@@ -92,6 +93,6 @@ def test_where_it_would_circle_round_a_near_aim_it_is_empty(away: float, empty: 
 def test_it_asks_with_the_distances_as_they_are_sensed(far: float) -> None:
     """What is seen at a side now is taken to stay there: another distance gives another way."""
     body = Body(START, 0.3, 0.3)
-    free, beside = (ROLLOUT(sense_of(body, 0, left), body, (3.0, 1.0), 1.0) for left in (min(far, NOTHING), 0.2))
+    free, beside = (ROLL(sense_of(body, 0, left), body, (3.0, 1.0), 1.0) for left in (min(far, NOTHING), 0.2))
     count = min(len(free), len(beside))
     assert np.abs(free[:count] - beside[:count]).max() > 0.02

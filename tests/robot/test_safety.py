@@ -16,21 +16,8 @@ from swarm.geometry import Pose, Twist, distance, from_frame
 from swarm.motion.sweep import GRAZE, TIGHT, clearance_along, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
-from swarm.robot.safety import (
-    ABOUT,
-    CREEP,
-    GAP,
-    LOOK,
-    NO_BODIES,
-    REMEDIES,
-    SPARE,
-    STAND,
-    STANDS,
-    TURN_RATE,
-    TURN_UNTIL,
-    Body,
-    SafetyFilter,
-)
+from swarm.robot.safety import NO_BODIES, STAND, Body, SafetyFilter
+from swarm.robot.tuning import SAFETY
 from swarm.traffic.settings import NEAR
 from tests.robot.driving import (
     ACCELERATION,
@@ -69,7 +56,7 @@ SOLID = solid(FLOOR)
 HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
 WIDE = Grid.grown(HALL, RADIUS, 0.8, 0.1)
 MIDDLE = Pose(15.0, 10.0, 0.5)
-TICKS = round(LOOK / DT)
+TICKS = round(SAFETY.look / DT)
 
 Speeds = tuple[float, float]
 wishes = st.tuples(st.floats(0.0, TOP), st.floats(0.0, TOP))
@@ -164,7 +151,7 @@ def test_what_is_commanded_is_a_remedy(pose: Pose, wish: Speeds, ticks: int) -> 
     assume(room(SOLID, pose) > 0.05)
     safety, body = SafetyFilter(SETTINGS), at_rest(pose)
     linear, angular = twist_of(wish)
-    known = [(share * linear, turn * angular) for share, turn in REMEDIES.tolist()]
+    known = [(share * linear, turn * angular) for share, turn in SAFETY.remedies.tolist()]
     known += [(0.0, 0.0)]
     for tick in range(ticks + 1):
         speeds = safety.check(sense_of(body, tick), wish, constraints(GRID, body.pose))
@@ -186,7 +173,7 @@ def test_with_room_around_the_tables_speeds_pass_unchanged(wish: Speeds) -> None
 
 
 def test_the_remedies_go_from_mild_to_strong_and_end_with_turning_on_the_spot() -> None:
-    remedies = REMEDIES.tolist()
+    remedies = SAFETY.remedies.tolist()
     assert remedies[0] == [1.0, 1.0], "nothing is changed where nothing has to be"
     assert remedies[-1] == [0.0, 1.0]
     assert all(0.0 <= share <= turn <= 1.0 for share, turn in remedies), "none widens a turn"
@@ -206,7 +193,7 @@ def test_the_front_sensor_stops_it_though_the_map_is_free() -> None:
         body = rolled(body, safety.check(sense_of(body, tick, front=front), (0.6, 0.6), constraints(WIDE, body.pose)))
         assert body.pose.x + RADIUS < wall_at
     gap = wall_at - RADIUS - body.pose.x
-    assert GAP / 2 < gap < 2 * GAP, "it comes as near as it may"
+    assert SAFETY.front_gap / 2 < gap < 2 * SAFETY.front_gap, "it comes as near as it may"
 
 
 @given(st.floats(0.0, 1.6), st.floats(0.1, TOP))
@@ -215,10 +202,10 @@ def test_the_brake_stops_it_before_what_the_front_sector_sees(front: float, wish
     body = Body(MIDDLE, wish, wish)
     left, right = SafetyFilter(SETTINGS).check(sense_of(body, front=front), (wish, wish), constraints(WIDE, MIDDLE))
     assert left == pytest.approx(right)
-    room_ahead = max(0.0, front - GAP)
+    room_ahead = max(0.0, front - SAFETY.front_gap)
     assert left**2 / (2 * ACCELERATION) <= room_ahead + 1e-9
     fastest = sqrt(2 * ACCELERATION * room_ahead)
-    if fastest > CREEP:
+    if fastest > SAFETY.creep:
         assert left == pytest.approx(min(wish, fastest))
 
 
@@ -327,11 +314,11 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
 
 @given(st.floats(-pi, pi))
 def test_to_face_something_it_turns_the_short_way(error: float) -> None:
-    assume(abs(error) > TURN_UNTIL)
+    assume(abs(error) > SAFETY.turn_until)
     left, right = SafetyFilter(SETTINGS).face(at_rest(MIDDLE), error)
     assert left == -right
     assert copysign(1.0, right) == copysign(1.0, error)
-    assert twist_of((left, right)).angular <= TURN_RATE + 1e-9
+    assert twist_of((left, right)).angular <= SAFETY.turn_rate + 1e-9
 
 
 @given(st.floats(-pi, pi), st.floats(-pi, pi))
@@ -342,29 +329,29 @@ def test_it_comes_to_stand_facing_what_it_is_told_to(yaw: float, there: float) -
         error = (there - body.pose.yaw + pi) % (2 * pi) - pi
         body = rolled(body, safety.face(body, error))
         turned += abs(DRIVE.twist(body.left, body.right).angular) * DT
-    assert abs((there - body.pose.yaw + pi) % (2 * pi) - pi) < TURN_UNTIL
-    assert turned < pi + 2 * TURN_UNTIL, "never round and round"
+    assert abs((there - body.pose.yaw + pi) % (2 * pi) - pi) < SAFETY.turn_until
+    assert turned < pi + 2 * SAFETY.turn_until, "never round and round"
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_nearly_opposite_it_keeps_the_side_that_it_turns_to(side: float) -> None:
     """What is measured jumps between left and right there."""
     safety = SafetyFilter(SETTINGS)
-    first = safety.face(at_rest(MIDDLE), side * (ABOUT + 0.1))
-    again = safety.face(at_rest(MIDDLE), -side * (ABOUT + 0.2))
+    first = safety.face(at_rest(MIDDLE), side * (SAFETY.half_turn + 0.1))
+    again = safety.face(at_rest(MIDDLE), -side * (SAFETY.half_turn + 0.2))
     assert copysign(1.0, again.right) == copysign(1.0, first.right) == side
-    back = safety.face(at_rest(MIDDLE), -side * (ABOUT - 0.1))
+    back = safety.face(at_rest(MIDDLE), -side * (SAFETY.half_turn - 0.1))
     assert copysign(1.0, back.right) == -side, "nearer than that the short way is the short way"
 
 
 @given(st.floats(-pi, pi), st.sampled_from([0.3, -0.3]))
 def test_it_brakes_before_it_turns_to_face_something(error: float, speed: float) -> None:
     safety, body = SafetyFilter(SETTINGS), Body(MIDDLE, speed, speed)
-    while abs(DRIVE.twist(body.left, body.right).linear) > STANDS:
+    while abs(DRIVE.twist(body.left, body.right).linear) > SAFETY.stands:
         speeds = safety.face(body, error)
         assert speeds == STAND
         body = rolled(body, speeds)
-    assert abs(error) < TURN_UNTIL or safety.face(body, error).right != 0.0
+    assert abs(error) < SAFETY.turn_until or safety.face(body, error).right != 0.0
 
 
 # --- the kernel ---
@@ -394,13 +381,13 @@ def first_by_hand(
 ) -> tuple[int, Speeds, float]:
     """Find the first clear remedy, and by how much [m] the nearest decision was made."""
     here = room_by_hand(grid, boxes, bodies, body.pose)
-    need = min(RADIUS + SPARE, max(here - GRAZE, min(here, RADIUS + TIGHT)))
+    need = min(RADIUS + SAFETY.gap, max(here - GRAZE, min(here, RADIUS + TIGHT)))
     surest = inf
-    for number, (share, turn) in enumerate(REMEDIES.tolist()):
+    for number, (share, turn) in enumerate(SAFETY.remedies.tolist()):
         forward, rate = share * wanted[0], turn * wanted[1]
         if forward > fastest:
             if share == turn:
-                if fastest < CREEP:
+                if fastest < SAFETY.creep:
                     continue
                 rate *= fastest / forward
             forward = fastest
@@ -421,7 +408,7 @@ rims = st.floats(-0.4, TOP)
     pose=st.builds(Pose, st.floats(1.5, 10.5), st.floats(1.5, 6.5), st.floats(-pi, pi)),
     now=st.tuples(rims, rims),
     wanted=st.tuples(st.floats(-0.5, TOP), st.floats(-4.0, 4.0)),
-    fastest=st.sampled_from([inf, 0.5, 0.1, CREEP / 2, 0.0]),
+    fastest=st.sampled_from([inf, 0.5, 0.1, SAFETY.creep / 2, 0.0]),
     corners=st.lists(st.tuples(st.floats(0.0, 12.0), st.floats(0.0, 8.0)), max_size=4),
     others=st.lists(st.tuples(st.floats(0.0, 12.0), st.floats(0.0, 8.0)), max_size=3),
 )
@@ -441,7 +428,7 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
     number, speeds, sure = first_by_hand(GRID, boxes, bodies, body, wanted, fastest)
     assume(sure > 2e-4)  # the kernel takes the chord of a step for its arc, as short as it is
     got, left, right = first_clear(
-        REMEDIES, *wanted, fastest, CREEP, RADIUS + SPARE, np.array(boxes, np.float64).reshape(-1, 4), *pose,
+        SAFETY.remedies, *wanted, fastest, SAFETY.creep, RADIUS + SAFETY.gap, np.array(boxes, np.float64).reshape(-1, 4), *pose,
         GRID.clearance, GRID.resolution, *GRID.origin, np.array(bodies, np.float64).reshape(-1, 2), RADIUS,
         *pose, *now, DRIVE.track_width, MOST, DT, TICKS,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarm.traffic import joint_search
 from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import CORNER, duration, order_of, pace
-from swarm.traffic.improving import CHANCE, LONGER, MOST, POPS, Improving
+from swarm.traffic.improving import CHANCE, LONGER, MOST_OUT, POPS, Improving
 from swarm.traffic.joint_search import Budget, JointSearch
 from swarm.traffic.lacam import Search, State, Steps
 from swarm.traffic.pibt import Configuration, Ties
@@ -123,7 +123,7 @@ def test_a_changed_plan_is_a_plan(data: st.DataObject, seed: int) -> None:
     steps = plan_of(cells, starts, goals, seed)
     found, pops = changed(cells, steps, Random(seed))
     assert changed(cells, steps, Random(seed)) == (found, pops)
-    assert pops <= MOST * POPS
+    assert pops <= MOST_OUT * POPS
     if found is not None:
         assert len(found) <= len(steps) + LONGER
         assert_plan(cells, found, (starts, goals))

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from swarm.traffic.settings import LEAST_CLAIM, NEAR, SPARE, TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, ROLLS_ON, TrafficSettings
 
 SETTINGS = TrafficSettings()
 
@@ -54,5 +54,5 @@ def test_two_that_claim_one_cell_hear_each_other_wherever_they_are(reach: float)
 
 def test_who_stands_fits_in_a_cell_of_four_radii_and_who_leans_in_one_of_six() -> None:
     assert SETTINGS.radius + SETTINGS.margin + NEAR < SETTINGS.standing_room < 2 * SETTINGS.radius
-    assert SETTINGS.standing_room + SPARE < SETTINGS.leaning_room < 3 * SETTINGS.radius
+    assert SETTINGS.standing_room + ROLLS_ON < SETTINGS.leaning_room < 3 * SETTINGS.radius
     assert 1.0 < LEAST_CLAIM < 2.0, "the next cell's centre, and a little"

@@ -68,7 +68,7 @@ def _touched(cells: CellMap, pose: Pose, robot: RobotSettings) -> frozenset[int]
 
 def _rest(pose: Pose, sense: Sense, under_way: Sequence[Command], robot: RobotSettings, dt: float) -> Pose:
     """Return the pose in which a body stops if it carries out the commands under way and then brakes."""
-    drive, most = DifferentialDrive(robot.track_width, robot.wheel_radius), robot.wheel_acceleration * dt
+    drive, most = DifferentialDrive(robot.track_width), robot.wheel_acceleration * dt
     left, right = drive.rim_speeds(Twist(sense.linear, sense.angular))
     for command in under_way:
         left, right = ramp(left, command.left, most), ramp(right, command.right, most)
