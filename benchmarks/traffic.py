@@ -48,6 +48,7 @@ ROOT: Final = Path(__file__).parents[1]
 CIRCLES: Final = {8: 14.0, 16: 19.0, 32: 29.0}  # robots: diameter [m]
 HARD: Final = ("tree", "corners", "tunnel", "string")
 MAPS: Final = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
+SHIFT: Final = 0.1  # m along x
 ROWS: Final = 50  # rows of a benchmark's file that one seed uses
 SCENARIOS: Final = (
     ("corridor", 2),
@@ -136,8 +137,14 @@ def scenario_of(name: str) -> Scenario:
 
 
 def rows_for(scenario: Scenario, seed: int) -> Scenario:
-    """Return the scenario with the seed's own ``ROWS`` rows of the benchmark's file, cyclically."""
+    """Return the scenario with the seed's own ``ROWS`` rows of the benchmark's file, cyclically.
+
+    A circle draws no chance: each seed moves it by ``SHIFT`` on the lattice, so that each is a run of its own.
+    """
     settings = scenario.settings
+    if settings.start.circle is not None:
+        x, y, diameter = settings.start.circle
+        return changed(scenario, start={"circle": (x + (seed - 1) * SHIFT, y, diameter)})
     blocks = len(settings.own_targets) // ROWS
     if scenario.settings.name not in MAPS or blocks < 1:
         return scenario
