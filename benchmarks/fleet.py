@@ -1,8 +1,7 @@
-"""A fleet of real processes: determinism, start-up, memory and speed: ``python -m benchmarks.fleet``.
+"""A fleet of real processes gives the same run each time: ``python -m benchmarks.fleet [--repeat 5]``.
 
-    python -m benchmarks.fleet [--repeat 5] [--only determinism|start|memory|speed]
-
-Times depend on the machine's load: each is repeated, and the best and the median are printed with the load.
+It compares the digests of runs over processes, with a busy core beside them, and in one process without a bus.
+``benchmarks.scale`` measures what such a fleet costs.
 """
 
 import argparse
@@ -10,14 +9,10 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from statistics import median
-from time import perf_counter, sleep
 from typing import Any, Final
-
-import psutil
 
 from benchmarks.measure import machine, table
 from swarm.scenario.load import load
@@ -25,9 +20,6 @@ from world.simulate import Simulation
 
 ROOT: Final = Path(__file__).parents[1]
 SCENARIO: Final = ROOT / "scenarios" / "paper.yaml"
-NEEDED_START, NEEDED_USS, NEEDED_SPEED = 3.0, 15.0, 15.0  # s, MB, times real time
-SPEED_LIMIT: Final = 150.0  # s, simulated, of a run whose speed is measured
-SETTLED: Final = 3.0  # s after the first tick: memory no longer grows
 
 
 def command(*arguments: str) -> list[str]:
@@ -73,89 +65,12 @@ def determinism(repeat: int) -> None:
     print(f"equal runs {'give one digest' if equal else 'DIFFER'}; another seed {'another' if differs else 'THE SAME'}")
 
 
-def first_tick(*arguments: str) -> float:
-    """Return the time [s] from the command until the launcher shows that the run runs (it checks at 10 Hz)."""
-    began = perf_counter()
-    process = subprocess.Popen(
-        command("--robots", "8", "--limit", "5", *arguments), cwd=ROOT, stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    took = next((perf_counter() - began for line in process.stdout if "running" in line), float("nan"))
-    process.stdout.read()
-    process.wait()
-    return took
-
-
-def start_up(repeat: int) -> None:
-    """Measure the time from the command to the first tick."""
-    rows = [("8 robots, from the command to the first tick [s]", "best", "median", "needed")]
-    for mode in ("off", "web"):
-        times = [first_tick("--dashboard", mode) for _ in range(repeat)]
-        rows.append((f"--dashboard {mode}", f"{min(times):.2f}", f"{median(times):.2f}", f"< {NEEDED_START:g}"))
-    print(table(rows))
-
-
-def memory() -> None:
-    """Measure each process of a fleet while it drives in real time."""
-    with tempfile.TemporaryFile("w+") as output:
-        process = subprocess.Popen(
-            command("--robots", "8", "--dashboard", "web", "--limit", "60"), cwd=ROOT, stdout=output, text=True
-        )
-        try:
-            while "running" not in _so_far(output) and process.poll() is None:
-                sleep(0.1)
-            sleep(SETTLED)
-            found = [child.memory_full_info() for child in _robots(process.pid)]
-        finally:
-            process.terminate()
-            process.wait()
-    own, resident = [info.uss / 1e6 for info in found], [info.rss / 1e6 for info in found]
-    print(table([
-        ("memory of a robot's process [MB]", "smallest", "largest", "needed"),
-        ("own (USS)", f"{min(own):.1f}", f"{max(own):.1f}", f"< {NEEDED_USS:g}"),
-        ("resident (RSS), mostly shared", f"{min(resident):.1f}", f"{max(resident):.1f}", ""),
-    ]))  # fmt: skip
-
-
-def _so_far(output: Any) -> str:  # noqa: ANN401, a temporary file
-    output.seek(0)
-    return str(output.read())
-
-
-def _robots(launcher: int) -> list[psutil.Process]:
-    """Return the robots' processes: the youngest eight that the fork server made."""
-    deep = [child for child in psutil.Process(launcher).children(recursive=True) if child.ppid() != launcher]
-    return sorted(deep, key=lambda child: child.pid)[-8:]
-
-
-def speed(repeat: int) -> None:
-    """Measure lockstep: simulated time over wall time."""
-    factors = [
-        reported("--robots", "8", "--seed", "7", "--limit", f"{SPEED_LIMIT:g}")["real_time_factor"]
-        for _ in range(repeat)
-    ]
-    print(table([
-        ("8 robots in lockstep at 20 Hz, dashboard off", "best", "median", "needed"),
-        ("times real time", f"{max(factors):.1f}", f"{median(factors):.1f}", f"> {NEEDED_SPEED:g}"),
-    ]))  # fmt: skip
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Determinism, start-up, memory and speed of real processes.")
+    parser = argparse.ArgumentParser(description="The same run each time, over processes and in one.")
     parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--only", choices=("determinism", "start", "memory", "speed"))
     options = parser.parse_args()
-    parts: dict[str, Callable[[], None]] = {
-        "speed": lambda: speed(options.repeat),
-        "start": lambda: start_up(options.repeat),
-        "memory": memory,
-        "determinism": lambda: determinism(options.repeat),
-    }
-    print(machine())
-    for name, part in parts.items():
-        if options.only in (None, name):
-            print(flush=True)
-            part()
+    print(machine(), "\n")
+    determinism(options.repeat)
 
 
 if __name__ == "__main__":

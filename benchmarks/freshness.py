@@ -17,10 +17,11 @@ DRIVES: Final = (
 # fmt: off
 MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, in addition to its own file
     "dashboard":       ("dashboard", "swarm/bus", "swarm/messages", "tests/dashboard"),
-    "fleet":           ("swarm", "world", "scenarios/paper.yaml"),
+    "fleet":           (*DRIVES, "swarm/bus", "scenarios/paper.yaml"),
     "fuzzy":           ("swarm/fuzzy", "benchmarks/fuzzy_peer.py"),
     "ground":          (*DRIVES, "scenarios", "tests/ground/floors.py"),
     "missions":        (*DRIVES, "scenarios/paper.yaml"),
+    "scale":           ("swarm", "world", "scenarios/paper.yaml"),
     "steering":        (*DRIVES, "scenarios", "benchmarks/traffic.py", "tests/shared.py"),
     "storm":           (*DRIVES, "world/storm"),
     "planner":         ("swarm/maps", "swarm/planning", "benchmarks/planner_peer.py"),

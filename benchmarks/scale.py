@@ -2,13 +2,17 @@
 
 Each row runs a fleet in lockstep as fast as it can. The benchmark listens to the fleet's clock and reads the CPU time
 of all its processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots, world,
-router and launcher together), simulated over wall time, the mean length of a broadcast, and a robot's own memory.
+router and launcher together), simulated over wall time, the mean length of a broadcast, a robot's own memory, and the
+time from the command to the first tick. With ``--realtime`` the fleets run in real time instead; the table shows the
+share of commands that came after their tick.
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -44,6 +48,7 @@ class Row(NamedTuple):
     pace: float | None  # times real time
     length: int  # mean bytes of a broadcast
     memory: float  # MB, own memory of a robot
+    start: float  # s, from the command to the first tick
 
 
 def _map(name: str) -> tuple[str, ...]:
@@ -53,13 +58,16 @@ def _map(name: str) -> tuple[str, ...]:
 WAREHOUSE: Final = "warehouse-10-20-10-2-1"
 # fmt: off
 ROWS: Final = (
-    Row("paper",           8,   ("paper",),                0.60, 15.0, 250, 15.0),
-    Row("random-32-32-20", 16,  _map("random-32-32-20"),   0.65, 8.0,  400, 15.0),
-    Row("random-32-32-20", 32,  _map("random-32-32-20"),   0.80, 3.0,  900, 17.0),
-    Row("warehouse",       64,  _map(WAREHOUSE),           0.70, None, 320, 20.0),
-    Row("warehouse",       128, _map(WAREHOUSE),           0.80, None, 450, 20.0),
+    Row("paper",           8,   ("paper",),                0.60, 15.0, 250, 15.0, 2.0),
+    Row("random-32-32-20", 16,  _map("random-32-32-20"),   0.65, 8.0,  400, 15.0, 2.5),
+    Row("random-32-32-20", 32,  _map("random-32-32-20"),   0.80, 3.0,  900, 17.0, 3.0),
+    Row("warehouse",       64,  _map(WAREHOUSE),           0.70, None, 320, 20.0, 5.0),
+    Row("warehouse",       128, _map(WAREHOUSE),           0.80, None, 450, 20.0, 8.0),
 )
 # fmt: on
+
+
+LATE: Final = 0.01  # share of late commands, at most
 
 
 class Sample(NamedTuple):
@@ -72,19 +80,20 @@ class Sample(NamedTuple):
 
 
 @contextmanager
-def fleet(row: Row, limit: float, pace: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
+def fleet(row: Row, limit: float, pace: str, *more: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
     """Run a row's fleet inside the block."""
     endpoint = Endpoint("127.0.0.1", 0).claim()
     command = [
         sys.executable, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
         "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
-        "--port", str(endpoint.port), "--fleet", FLEET,
+        "--port", str(endpoint.port), "--fleet", FLEET, *more,
     ]  # fmt: skip
     process = psutil.Popen(command, stdout=subprocess.DEVNULL)
     try:
         yield process, endpoint
     finally:
-        process.terminate()
+        if process.is_running():
+            process.terminate()
         process.wait()
 
 
@@ -100,12 +109,12 @@ def connected(endpoint: Endpoint) -> Bus:
 
 
 def clocks(bus: Bus) -> Iterator[Clock]:
-    """Yield the fleet's clock while it runs."""
+    """Yield the fleet's clock from the first tick to the end of the run."""
     bus.listen(CLOCK)
     while isinstance(arrived := bus.receive(PATIENCE), Arrival):
         if arrived.message.phase is Phase.OVER:
             return
-        if arrived.message.phase is Phase.RUNNING and arrived.message.tick >= WARMED:
+        if arrived.message.phase is Phase.RUNNING:
             yield arrived.message
 
 
@@ -117,19 +126,41 @@ def sample(tick: int, launcher: psutil.Process, robots: int) -> Sample:
     return Sample(tick, monotonic(), cpu, [one.memory_full_info().uss / 1e6 for one in deep])
 
 
-def lockstep(row: Row, seconds: float) -> tuple[Sample, Sample]:
-    """Run a fleet in lockstep; return the samples between which about ``seconds`` simulated seconds passed."""
+class Ran(NamedTuple):
+    """A fleet in lockstep: the samples between which the measured time passed, and how long it took to start [s]."""
+
+    start: float
+    first: Sample
+    last: Sample
+
+
+def lockstep(row: Row, seconds: float) -> Ran:
+    """Run a fleet in lockstep until about ``seconds`` simulated seconds have been measured."""
+    began, start = monotonic(), None
     with fleet(row, 10_000.0, "max") as (launcher, endpoint):
         bus = connected(endpoint)
         try:
-            samples = []
+            samples: list[Sample] = []
             for clock in clocks(bus):
-                samples.append(sample(clock.tick, launcher, row.robots))
-                if samples[-1].tick - samples[0].tick >= seconds * RATE:
+                start = start or monotonic() - began
+                if clock.tick >= WARMED:
+                    samples.append(sample(clock.tick, launcher, row.robots))
+                if samples and samples[-1].tick - samples[0].tick >= seconds * RATE:
                     break
         finally:
             bus.__exit__(None, None, None)
-    return samples[0], samples[-1]
+    assert start is not None, "the fleet never ran"
+    return Ran(start, samples[0], samples[-1])
+
+
+def late_share(row: Row, seconds: float) -> float:
+    """Run a fleet in real time; return the share of commands that came after their tick."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "report.json"
+        with fleet(row, seconds, "realtime", "--report", str(file)) as (launcher, _):
+            launcher.wait()
+        report = json.loads(file.read_text(encoding="utf-8"))
+    return float(report["late_commands"] / (report["sim_time"] * RATE * row.robots))
 
 
 def scenario_of(row: Row) -> Scenario:
@@ -151,7 +182,7 @@ def broadcast_length(row: Row, seconds: float) -> float:
 
 def measured(row: Row, seconds: float) -> tuple[str, ...]:
     """Return a line of the table."""
-    first, last = lockstep(row, seconds)
+    start, first, last = lockstep(row, seconds)
     ticks = last.tick - first.tick
     cost = (last.cpu - first.cpu) / ticks / row.robots * 1e3
     pace = ticks / RATE / (last.wall - first.wall)
@@ -161,13 +192,14 @@ def measured(row: Row, seconds: float) -> tuple[str, ...]:
         f"{pace:.1f}", "" if row.pace is None else f"{row.pace:g}",
         f"{broadcast_length(row, seconds):.0f}", f"{row.length}",
         f"{max(last.memory):.1f}", f"{row.memory:g}",
+        f"{start:.1f}", f"{row.start:g}",
         f"{os.getloadavg()[0]:.1f}",
     )  # fmt: skip
 
 
 HEAD: Final = (
     "fleet in lockstep", "CPU per robot-tick [ms]", "bar", "x real time", "bar",
-    "bytes of a broadcast", "bar", "own memory [MB], largest", "bar", "load",
+    "bytes of a broadcast", "bar", "own memory [MB], largest", "bar", "first tick after [s]", "bar", "load",
 )  # fmt: skip
 
 
@@ -175,13 +207,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
+    parser.add_argument("--realtime", action="store_true", help="run in real time and count late commands")
     options = parser.parse_args()
     rows = [row for row in ROWS if f"{row.name} {row.robots}".startswith(options.only)]
     if not DATA.is_dir():
         rows = [row for row in rows if len(row.where) == 1]
         print(f"The rows on MAPF maps are left out: {DATA} is not there.\n")
     print(machine(), "\n")
-    print(table([HEAD, *(measured(row, options.seconds) for row in rows)]))
+    if options.realtime:
+        body = [
+            (
+                f"{row.name} {row.robots}",
+                f"{late_share(row, options.seconds):.4f}",
+                f"{LATE:g}",
+                f"{os.getloadavg()[0]:.1f}",
+            )
+            for row in rows
+        ]
+        print(table([("fleet in real time, 20 Hz", "share of late commands", "bar", "load"), *body]))
+    else:
+        print(table([HEAD, *(measured(row, options.seconds) for row in rows)]))
 
 
 if __name__ == "__main__":
