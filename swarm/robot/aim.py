@@ -20,7 +20,7 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 NO_AIM: Final = 0.05  # m; a nearer point is not used as an aim
 SPARE: Final = 0.04  # m; gap to cells that are not held, on the straight line to an aim
 TIGHT: Final = 0.01  # m; the gap where SPARE leaves no aim
-SHARES: Final = (0.75, 0.5, 0.25)  # of the line from the centre of the robot's cell to the next waypoint
+SHARES: Final[tuple[float, ...]] = (0.75, 0.5, 0.25)  # of the line from the cell's centre to the next waypoint
 
 
 class Aiming:

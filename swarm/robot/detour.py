@@ -4,7 +4,7 @@ Obstacle avoidance and goal seeking can pull to opposite sides and hold a robot 
 only the inputs of the tables. It commands no wheel, so it does not help tables that do not turn to a heading.
 """
 
-from math import hypot, inf, pi
+from math import hypot, pi
 from typing import Final
 
 from swarm.messages import Sense
@@ -14,7 +14,6 @@ PATIENCE: Final = 3.0  # s without progress: enough time for the tables to turn 
 PROGRESS: Final = 0.1  # m; a robot that moved this far made progress
 ASIDE: Final = pi / 2  # rad, the heading that the tables get until the way straight ahead is clear
 ENOUGH: Final = 0.4  # m from its beginning, where a detour ends
-NOWHERE: Final = (inf, inf)
 
 
 class Detour:
@@ -22,14 +21,14 @@ class Detour:
 
     def __init__(self, safety: SafetyFilter) -> None:
         self._filter = safety
-        self._got_on = NOWHERE  # m, where it last made progress
+        self._got_on: tuple[float, float] | None = None  # m, where it last made progress
         self._since = 0.0  # s, time of that, or of the detour's last phase
         self._from: tuple[float, float] | None = None  # m, where the detour began
         self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear
 
     def end(self) -> None:
         """Forget progress and detour, because the robot must not drive on now."""
-        self._got_on, self._from = NOWHERE, None
+        self._got_on = self._from = None
 
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
         """Return the heading error [rad] for the tables; None: no detour is under way.
@@ -54,7 +53,7 @@ class Detour:
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         here = (sense.x, sense.y)
-        if _apart(here, self._got_on) > PROGRESS:
+        if self._got_on is None or _apart(here, self._got_on) > PROGRESS:
             self._got_on, self._since = here, sense.time
         elif sense.time - self._since > PATIENCE and not self._filter.way_ahead(sense, constraints):
             self._from, self._since = here, sense.time
