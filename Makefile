@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check format bench lock clean
+.PHONY: help setup run test check format bench compiled lock clean
 
 help:  ## list these commands
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -39,10 +39,20 @@ format: $(READY)  ## format the code
 bench: $(READY)  ## measure every number of docs/benchmarks.md
 	$(BIN)/python -m benchmarks
 
+compiled:  ## make a second environment with the compiled package, for long storms and many robots
+	@command -v $${CC:-cc} > /dev/null || { echo "make compiled needs a C compiler, such as gcc; the plain package of make setup does the same, slower" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)-compiled
+	$(VENV)-compiled/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	rm -rf build
+	SWARM_COMPILE=1 $(VENV)-compiled/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
+	rm -rf build
+	@cd / && $(CURDIR)/$(VENV)-compiled/bin/python -m swarm.compiled
+	@echo "run $(VENV)-compiled/bin/swarm in place of $(BIN)/swarm; after a change of the code: make compiled"
+
 lock:  ## pin the newest versions in requirements.lock (commit the result)
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install --quiet --editable '.[dev]'
-	$(VENV)-lock/bin/python -m pip freeze --exclude-editable > requirements.lock
+	$(VENV)-lock/bin/python -m pip freeze --all --exclude pip --exclude-editable > requirements.lock
 	rm -rf $(VENV)-lock
 
 clean:  ## remove the environment and caches

@@ -1,7 +1,8 @@
-"""Imports every module with numba kernels. The first import compiles them, which can take up to a minute."""
+"""What is compiled: the kernels by numba, and in the package of `make compiled` other modules by mypyc."""
 
 import importlib
 import sys
+from importlib.util import find_spec
 from typing import Final
 
 KERNELS: Final = (  # a test compares this list with the code
@@ -22,9 +23,15 @@ KERNELS: Final = (  # a test compares this list with the code
 
 
 def load() -> None:
-    """Import every kernel, compiling where needed; numba caches the result beside the code."""
+    """Import every kernel. The first import compiles, up to a minute for all; numba caches the result."""
     for name in KERNELS:
         importlib.import_module(name)
+
+
+def by_mypyc() -> bool:
+    """Return True if this is the package of `make compiled`."""
+    found = find_spec("swarm.geometry")
+    return found is not None and found.origin is not None and not found.origin.endswith(".py")
 
 
 if __name__ == "__main__":

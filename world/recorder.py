@@ -76,7 +76,8 @@ class Recorder:
         A contact that begins again within ``PARTED`` of its end does not count: it is still the same. ``touching`` are
         the contacts that have not ended.
         """
-        fresh = [c for c in contacts if self._ticks - self._touched.get(c, -PARTED / self._dt) >= PARTED / self._dt]
+        kept, seen = PARTED / self._dt, self._touched
+        fresh = [c for c in contacts if c not in seen or self._ticks - seen[c] >= kept]
         self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
         for contact in fresh:
             self.contact_counts[contact.robot][contact.kind] += 1

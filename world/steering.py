@@ -17,7 +17,6 @@ from swarm.scenario.load import Scenario
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
 IDLE: Final = (Activity.READY, Activity.DONE)  # activities in which a robot has nowhere to go
 BY: Final = ("ticks", "metres", "angle")  # units in which shares are computed
-UNASKED: Final = (nan, nan)  # differs from every command
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
 
@@ -91,10 +90,10 @@ class SteeringWatch:
         return label
 
     def _ask(self, number: int, command: Command) -> RimSpeeds:
-        """Return the tables' rim speeds [m/s] for a command, or ``UNASKED`` if the command answers no recent sense."""
+        """Return the tables' rim speeds [m/s] for a command, or NaN if the command answers no recent sense."""
         sense = self._senses.get((number, command.tick))
         if sense is None:
-            return UNASKED
+            return nan, nan  # they differ from every command
         return fuzzy_speeds(self._controller, self._robot, sense, command.heading, command.scale)
 
     def report(self) -> dict[str, Any]:

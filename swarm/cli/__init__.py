@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from swarm.cli import control, fleet, storm, tools
-from swarm.cli.parsing import Parser, joined
+from swarm.cli.parsing import Parser, Version, joined
 from swarm.errors import SwarmError
 
 
@@ -23,6 +23,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")
+    top.add_argument(
+        "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
+    )
     commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
     for room in (fleet, control, storm, tools):
         room.add(commands)

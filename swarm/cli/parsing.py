@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NoReturn
 
+from swarm.compiled import by_mypyc
 from swarm.errors import ConfigError
 from swarm.settings import Pace
 
@@ -24,6 +25,17 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise a ``ConfigError`` that says what is wrong and how to get help."""
         raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
+
+
+class Version(argparse.Action):
+    """Prints the version, and whether the package is plain Python or compiled."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        """Print and end the process."""
+        from importlib.metadata import version
+
+        print(f"zenoh-swarm {version('zenoh-swarm')} ({'compiled' if by_mypyc() else 'plain Python'})")
+        parser.exit()
 
 
 def joined(arguments: Sequence[str]) -> list[str]:

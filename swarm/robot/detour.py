@@ -4,14 +4,11 @@ Obstacle avoidance and goal seeking can pull to opposite sides and hold a robot 
 only the inputs of the tables. It commands no wheel, so it does not help tables that do not turn to a heading.
 """
 
-from math import hypot, inf
-from typing import Final
+from math import hypot
 
 from swarm.messages import Sense
 from swarm.robot.safety import Constraints, SafetyFilter
 from swarm.robot.tuning import DETOUR
-
-NOWHERE: Final = (inf, inf)
 
 
 class Detour:
@@ -19,14 +16,14 @@ class Detour:
 
     def __init__(self, safety: SafetyFilter) -> None:
         self._filter = safety
-        self._got_on = NOWHERE  # m, where it last made progress
+        self._got_on: tuple[float, float] | None = None  # m, where it last made progress
         self._since = 0.0  # s, time of that, or of the detour's last phase
         self._from: tuple[float, float] | None = None  # m, where the detour began
         self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear
 
     def end(self) -> None:
         """Forget progress and detour, because the robot must not drive on now."""
-        self._got_on, self._from = NOWHERE, None
+        self._got_on = self._from = None
 
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
         """Return the heading error [rad] for the tables; None: no detour is under way.
@@ -52,7 +49,7 @@ class Detour:
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         here = (sense.x, sense.y)
-        if _apart(here, self._got_on) > DETOUR.progress:
+        if self._got_on is None or _apart(here, self._got_on) > DETOUR.progress:
             self._got_on, self._since = here, sense.time
         elif sense.time - self._since > DETOUR.patience and not self._filter.way_ahead(sense, constraints):
             self._from, self._since = here, sense.time

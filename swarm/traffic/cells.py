@@ -6,7 +6,6 @@ line between their centres. Both tests are exact for the boxes of the fine map.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from copy import copy
 from math import ceil, cos, floor, hypot, sin
 from typing import Final
 
@@ -31,7 +30,8 @@ class CellMap:
     """The cells, which of them are joined, and their distances in steps.
 
     ``radius`` [m] is that of the disc that has to fit: the robot, plus how far it may stray. ``side`` [m] is the side
-    of a cell. ``offset`` [m, the map's own frame] is the outer corner of cell 0.
+    of a cell. ``offset`` [m, the map's own frame] is the outer corner of cell 0. ``like`` are cells of the
+    same lattice: what was computed for them is taken over.
     """
 
     def __init__(
@@ -42,6 +42,7 @@ class CellMap:
         radius: float,
         offset: Point = (0.0, 0.0),
         unknown_is_free: bool = False,
+        like: "CellMap | None" = None,
     ) -> None:
         rows, columns = occupancy.shape
         height, width = rows * occupancy.resolution, columns * occupancy.resolution
@@ -51,20 +52,25 @@ class CellMap:
         self.offset = offset
         self.rows = max(0, ceil((height - offset[1]) / side - 0.5 - ROUNDING))
         self.columns = max(0, ceil((width - offset[0]) / side - 0.5 - ROUNDING))
-        self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
         self._unknown_is_free = unknown_is_free
-        self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
-        self._measure(0, 0, self.rows, self.columns)
-        self.stands: tuple[bool, ...] = tuple(self._flags[STANDS].ravel().tolist())
-        self.neighbours: tuple[tuple[int, ...], ...] = tuple(
-            near for _, near in self._joined(range(self.rows), range(self.columns))
-        )
-        self._open: tuple[bool, ...] = tuple(self._flags[OPEN].ravel().tolist())
         x, y, yaw = occupancy.origin
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
-        self._centres: dict[int, Point] = {}
         self._blind: dict[tuple[int, int], bool] = {}
-        self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
+        if like is None:
+            self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
+            self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
+            self._measure(0, 0, self.rows, self.columns)
+            self._open: tuple[bool, ...] = tuple(self._flags[OPEN].ravel().tolist())
+            self.stands: tuple[bool, ...] = tuple(self._flags[STANDS].ravel().tolist())
+            self.neighbours: tuple[tuple[int, ...], ...] = tuple(
+                near for _, near in self._joined(range(self.rows), range(self.columns))
+            )
+            self._centres: dict[int, Point] = {}
+            self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
+        else:
+            self._solid, self._flags, self._open = like._solid, like._flags, like._open
+            self.stands, self.neighbours = like.stands, like.neighbours
+            self._centres, self._tables = like._centres, like._tables
 
     def __len__(self) -> int:
         return self.rows * self.columns
@@ -128,7 +134,7 @@ class CellMap:
         touched = self.touched(x, y, radius)
         if any(cell not in held for cell in touched):
             return False
-        return all(self._open[cell] for cell in touched) or self._disc_is_clear(x, y, radius)
+        return all(self._open[cell] for cell in touched) or self._is_clear((x, y), (x, y), radius, 2)
 
     def moved_inside(self, cell: int, point: Point, radius: float) -> Point:
         """Move a point to where a disc fits in the cell: inside its edges, then towards its middle [m, map frame]."""
@@ -182,8 +188,7 @@ class CellMap:
 
     def in_sight(self, a: Point, b: Point, room: float = SIGHT) -> bool:
         """Return True if no wall comes nearer than ``room`` [m] to the line between two points [m, map frame]."""
-        count = ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT)
-        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, room, count))
+        return self._is_clear(a, b, room, ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT))
 
     # ---- distances
 
@@ -209,8 +214,7 @@ class CellMap:
         The result is the same as if all cells were made again, but only the surroundings of the edit are computed. If
         no join changes, ``neighbours`` is the very same object.
         """
-        other = copy(self)
-        other.occupancy = occupancy
+        other = self._like(occupancy)
         other._solid = self._solid.copy()
         block = _solid(occupancy.cells[low[0] : high[0], low[1] : high[1]], self._unknown_is_free)
         other._solid[low[0] + 1 : high[0] + 1, low[1] + 1 : high[1] + 1] = block
@@ -219,7 +223,6 @@ class CellMap:
         beyond_row = min(self.rows, self._near(high[0], self.offset[1], 1))
         beyond_column = min(self.columns, self._near(high[1], self.offset[0], 1))
         other._measure(row, column, beyond_row, beyond_column)
-        other._blind = {}
         if (other._flags == self._flags).all():
             return other
         other._open = tuple(other._flags[OPEN].ravel().tolist())
@@ -239,13 +242,20 @@ class CellMap:
         pairs = set(shut)
         if not pairs:
             return self
-        other = copy(self)
+        other = self._like(self.occupancy)
         other.neighbours = tuple(
             tuple(near for near in row if (cell, near) not in pairs and (near, cell) not in pairs)
             for cell, row in enumerate(self.neighbours)
         )
-        other._blind, other._tables = {}, {}
+        other._tables = {}
         return other
+
+    def _like(self, occupancy: OccupancyMap) -> "CellMap":
+        """Return the same cells over another map of the same size."""
+        return CellMap(
+            occupancy, side=self.side, radius=self.radius, offset=self.offset,
+            unknown_is_free=self._unknown_is_free, like=self,
+        )  # fmt: skip
 
     def _near(self, fine: int, offset: float, towards: int) -> int:
         """Return the first row or column that a fine cell affects (``towards`` -1), or the one after the last (1)."""
@@ -280,18 +290,9 @@ class CellMap:
                     near.append(cell - self.columns)
                 yield cell, tuple(near) if stands[row][column] else ()
 
-    def _disc_is_clear(self, x: float, y: float, radius: float) -> bool:
-        resolution = self.occupancy.resolution
-        along, up = to_frame(self.occupancy.origin, x, y)
-        u, v, reach = along / resolution, up / resolution, radius / resolution
-        rows, columns = self._solid.shape
-        for row in range(max(floor(v - reach), -1), min(ceil(v + reach), rows - 1)):
-            dy = max(row - v, v - row - 1, 0.0)
-            for column in range(max(floor(u - reach), -1), min(ceil(u + reach), columns - 1)):
-                dx = max(column - u, u - column - 1, 0.0)
-                if dx * dx + dy * dy < reach * reach and self._solid[row + 1, column + 1]:
-                    return False
-        return True
+    def _is_clear(self, a: Point, b: Point, radius: float, count: int) -> bool:
+        """Return True if a disc is clear of walls at each of ``count - 1`` points between two points [m, map frame]."""
+        return bool(line_is_clear(self._solid, self.occupancy.resolution, *self._frame[:4], *a, *b, radius, count))
 
 
 def _solid(cells: NDArray[np.uint8], unknown_is_free: bool) -> Flags:

@@ -18,7 +18,7 @@ from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 from swarm.traffic.sight import without_unheard
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
-RADII: Final = (6.0, 5.0, 4.0)
+RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
 PHASES: Final = 4  # lattice offsets tried along each axis
 OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -177,3 +178,10 @@ def test_nobody_complains_when_the_reader_has_gone(name: str) -> None:
         os.close(write)
     assert process.stderr == b""
     assert process.returncode in {0, 1}
+
+
+def test_the_version_says_whether_the_package_is_compiled(capsys: Capture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert re.fullmatch(r"zenoh-swarm [\d.]+ \((plain Python|compiled)\)\n", capsys.readouterr().out)

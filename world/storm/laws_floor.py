@@ -119,7 +119,7 @@ def no_hold_without_claim(history: History) -> Found:
             if sense.hears:
                 heard.setdefault(name, {}).update({sender: moment.tick for sender, _ in sense.hears})
         for name, new in grown.items():
-            unclaimed = sorted(new - claims.get(name, {}).keys())
+            unclaimed = sorted(new.difference(claims.get(name, {})))
             if unclaimed:
                 yield moment.tick, (name,), f"{name} took cell {unclaimed[0]}, which it has not claimed"
                 continue

@@ -1,0 +1,55 @@
+"""The compiled build: with SWARM_COMPILE=1 in the environment, mypyc makes C extensions of the modules that pay.
+
+`make compiled` calls it. Without the variable the package is plain Python, and pyproject.toml says all about it.
+"""
+
+import os
+import runpy
+import sys
+from pathlib import Path
+
+from setuptools import setup
+
+HOT = (  # what runs in each tick, and the laws that a storm holds against each tick
+    "swarm/geometry.py",
+    "swarm/fuzzy/controller.py",
+    "swarm/planning/*.py",
+    "swarm/traffic/*.py",
+    "swarm/robot/*.py",
+    "world/*.py",
+    "world/storm/history.py",
+    "world/storm/laws*.py",
+    "world/storm/seen.py",
+    "world/storm/told.py",
+    "world/storm/ways.py",
+)
+# `swarm/messages` and `swarm/settings` are msgspec's types, which are C already. Objects of `swarm/maps`, `swarm/fuzzy`
+# and `swarm/scenario` are pickled for other processes, which a compiled frozen class does not allow.
+LEFT_OUT = {  # of HOT, and why
+    "swarm/planning/path_check.py": "the judge of paths: tests and benchmarks call it",
+    "swarm/planning/solve.py": "only `swarm plan` calls it",
+    "swarm/robot/process.py": "waits for messages; what it calls is compiled",
+    "world/answers.py": "part of the world's process",
+    "world/controls.py": "part of the world's process",
+    "world/lobby.py": "part of the world's process",
+    "world/pace.py": "part of the world's process",
+    "world/process.py": "waits for messages; what it calls is compiled",
+    "world/report.py": "runs once",
+    "world/speaker.py": "part of the world's process",
+}
+
+
+def sources() -> list[str]:
+    """List the files that mypyc compiles; the kernels are left to numba."""
+    kernels = {f"{name.replace('.', '/')}.py" for name in runpy.run_path("swarm/compiled.py")["KERNELS"]}
+    found = {file.as_posix() for pattern in HOT for file in Path().glob(pattern) if file.name != "__init__.py"}
+    return sorted(found - kernels - LEFT_OUT.keys())
+
+
+if os.environ.get("SWARM_COMPILE") == "1" and "dist_info" not in sys.argv:  # pip asks for the name and version first
+    from mypyc.build import mypycify
+
+    # -O1 builds sooner; only a tenth of a run's time passes in this code
+    setup(ext_modules=mypycify(["--config-file", "pyproject.toml", *sources()], opt_level="1", debug_level="0"))
+else:
+    setup()
