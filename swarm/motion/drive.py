@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from numba import njit
 
-from swarm.geometry import Pose, Twist, from_frame
+from swarm.geometry import Twist
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,15 +21,6 @@ class DifferentialDrive:
         """Return the rim speeds (left, right) [m/s] that give a body twist: the inverse of ``twist``."""
         half = twist.angular * self.track_width / 2
         return twist.linear - half, twist.linear + half
-
-    def icc(self, pose: Pose, left: float, right: float) -> tuple[float, float] | None:
-        """Return the instantaneous centre of curvature [m, map frame], or None on a straight.
-
-        It lies on the axle at R = (L/2)(v_r + v_l)/(v_r - v_l) to the left: (x - R sin yaw, y + R cos yaw).
-        """
-        if left == right:
-            return None
-        return from_frame(pose, 0.0, self.track_width / 2 * (right + left) / (right - left))
 
 
 @njit("f8(f8, f8, f8)", cache=True)
