@@ -1,9 +1,10 @@
-"""Getting out of a threat's way: simulated ways out are compared with standing, on each course the threat may take.
+"""Getting out of the threats' way: simulated ways out are compared with standing, on each course threats may take.
 
-A threat may go on, turn, turn back or stop. The robot takes a way out only if it is no worse than standing on every
-such course, and better on the likely ones. Otherwise the robot stands.
+Threats may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
+every such course, and better on the likely ones. Otherwise the robot stands.
 """
 
+from collections.abc import Sequence
 from math import cos, hypot, pi, sin
 from typing import Final
 
@@ -41,7 +42,7 @@ NO_WAY: Final = np.nan
 
 @njit(
     "b1(f8, i8, i8, f8, f8, f8[:, ::1], f8[::1], f4[:, ::1], f8, f8[::1], f8[:, ::1], f8, f8[::1], f8[::1], "
-    "f8, f8, f8, f8[::1], f8[::1])",
+    "f8, f8, f8, f8[:, ::1], f8[::1])",
     cache=True,
 )
 def _gaps(
@@ -62,10 +63,10 @@ def _gaps(
     width: float,
     most: float,
     dt: float,
-    threat: NDArray[np.float64],
+    threats: NDArray[np.float64],
     least: NDArray[np.float64],
 ) -> bool:
-    """Compute the ``least`` gap [m] to the threat on each of its courses; return False if the way is not clear.
+    """Compute the ``least`` gap [m] to the threats on each of their courses; return False if the way is not clear.
 
     The robot drives for ``drive`` ticks, towards a heading [rad] or, if that is NaN, at ``left`` and ``right`` [m/s].
     Then it brakes.
@@ -100,10 +101,11 @@ def _gaps(
         time = tick * dt
         for course in range(COURSES.shape[0]):
             turn, share = COURSES[course]
-            vx = share * (cos(turn) * threat[2] - sin(turn) * threat[3])
-            vy = share * (sin(turn) * threat[2] + cos(turn) * threat[3])
-            away = hypot(threat[0] + vx * time - x, threat[1] + vy * time - y)
-            least[course] = min(least[course], away - radius - HALF_WIDTH)
+            for threat in threats:
+                vx = share * (cos(turn) * threat[2] - sin(turn) * threat[3])
+                vy = share * (sin(turn) * threat[2] + cos(turn) * threat[3])
+                away = hypot(threat[0] + vx * time - x, threat[1] + vy * time - y)
+                least[course] = min(least[course], away - radius - HALF_WIDTH)
         x, y, yaw, left_now, right_now = advance(x, y, yaw, left_now, right_now, want_left, want_right, width, most, dt)
     return True
 
@@ -118,19 +120,21 @@ class Flight:
         self._dt = 1.0 / settings.rate
         self._heading: float | None = None  # rad, of the way out under way
 
-    def threatens(self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threat: Threat) -> bool:
-        """Return True if the tables' rim speeds [m/s] lead too near to the threat."""
-        driving = self._gaps(sense, constraints, threat, NO_WAY, LOOK, FOLLOWS, tables)
-        standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0, FOLLOWS)
+    def threatens(
+        self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[Threat]
+    ) -> bool:
+        """Return True if the tables' rim speeds [m/s] lead too near to a threat."""
+        driving = self._gaps(sense, constraints, threats, NO_WAY, LOOK, FOLLOWS, tables)
+        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0, FOLLOWS)
         return driving is None or standing is None or bool((driving < np.minimum(standing, ENOUGH) - LESS).any())
 
-    def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threat: Threat) -> Twist | None:
-        """Return the speeds that lead out of the threat's way; None: standing is as good.
+    def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threats: Sequence[Threat]) -> Twist | None:
+        """Return the speeds that lead out of the threats' way; None: standing is as good.
 
         ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
         """
-        standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0)
-        stopped = self._gaps(sense, constraints, threat, NO_WAY, 0.0, STOPPED)
+        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0)
+        stopped = self._gaps(sense, constraints, threats, NO_WAY, 0.0, STOPPED)
         if stopped is None or standing is None or _likely(standing) >= ENOUGH - LESS:
             self._heading = None
             return None
@@ -140,10 +144,10 @@ class Flight:
                 tried = wrap(sense.yaw + (number + 1) // 2 * (-1) ** number * 2 * pi / HEADINGS)
                 if number == 0 and self._heading is not None:
                     tried = self._heading
-                gaps = self._longest(sense, constraints._replace(shut=shut), threat, tried)
+                gaps = self._longest(sense, constraints._replace(shut=shut), threats, tried)
                 if gaps is None:
                     continue
-                begun = self._gaps(sense, constraints._replace(shut=shut), threat, tried, COMMIT, STOPPED)
+                begun = self._gaps(sense, constraints._replace(shut=shut), threats, tried, COMMIT, STOPPED)
                 if begun is None or (begun < np.minimum(stopped, CLOSE) - LESS).any():
                     continue
                 score = _likely(gaps) + (KEEP if tried == self._heading else 0.0)
@@ -158,23 +162,23 @@ class Flight:
         return Twist(SPEED * max(0.0, cos(off)), max(-TURN, min(TURN, GAIN * off)))
 
     def _longest(
-        self, sense: Sense, constraints: Constraints, threat: Threat, heading: float
+        self, sense: Sense, constraints: Constraints, threats: Sequence[Threat], heading: float
     ) -> NDArray[np.float64] | None:
         """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
-        tried = (self._gaps(sense, constraints, threat, heading, time) for time in TIMES)
+        tried = (self._gaps(sense, constraints, threats, heading, time) for time in TIMES)
         return next((gaps for gaps in tried if gaps is not None), None)
 
     def _gaps(
         self,
         sense: Sense,
         constraints: Constraints,
-        threat: Threat,
+        threats: Sequence[Threat],
         heading: float,
         time: float,
         ahead: float = AHEAD,
         speeds: tuple[float, float] = (0.0, 0.0),
     ) -> NDArray[np.float64] | None:
-        """Return the least gap [m] to the threat on each of its courses; None: the way is not clear."""
+        """Return the least gap [m] to the threats on each of their courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot
         least = np.empty(len(COURSES))
         pose, now = (sense.x, sense.y, sense.yaw), self._drive.rim_speeds(Twist(sense.linear, sense.angular))
@@ -182,7 +186,7 @@ class Flight:
             heading, round(time / self._dt), round(ahead / self._dt), *speeds,
             constraints.shut, np.array(constraints.local), grid.clearance, grid.resolution, np.array(grid.origin),
             constraints.bodies, robot.radius, np.array(pose), np.array(now),
-            robot.track_width, robot.wheel_acceleration * self._dt, self._dt, np.array(threat), least,
+            robot.track_width, robot.wheel_acceleration * self._dt, self._dt, np.array(threats), least,
         )  # fmt: skip
         return least if clear else None
 

@@ -27,4 +27,4 @@ class Doing(NamedTuple):
     floor: tuple[int, ...]  # free-drive cells: beside those held, for it alone
     moved: int  # tick of its last progress
     room: tuple[int, ...]  # cells asked for beside the way
-    threat: Threat | None  # the obstacle that comes towards it
+    threats: tuple[Threat, ...]  # obstacles that move near it
