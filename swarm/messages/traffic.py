@@ -9,7 +9,7 @@ from typing import Annotated, Final, NamedTuple
 
 from msgspec import Meta, Struct
 
-from swarm.messages.fields import Count, Id, Metres, says
+from swarm.messages.fields import Count, Id, Metres, Speed, says
 
 Tick = Count
 Cell = Annotated[int, Meta(ge=-1, le=2**40)]
@@ -66,6 +66,16 @@ class Sighting(NamedTuple):
     tick: Annotated[Tick, says("when it was seen")]
 
 
+class Moving(NamedTuple):
+    """An unexpected obstacle that moves by itself, when a robot last saw it."""
+
+    x: Annotated[Metres, says("m; its centre in the map")]
+    y: Annotated[Metres, says("m")]
+    vx: Annotated[Speed, says("m/s; its velocity in the map")]
+    vy: Annotated[Speed, says("m/s")]
+    tick: Annotated[Tick, says("when it was seen")]
+
+
 class Refusal(NamedTuple):
     """A member's refusal of a joint plan that its own map does not allow."""
 
@@ -109,6 +119,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     refusal: Annotated[Refusal | None, says("its refusal of a joint plan")] = None
     listens: Annotated[bool, says("it has just started or woken and claims nothing yet; robots near it answer")] = False
     seen: Annotated[tuple[Sighting, ...], says("what it has seen in cells, newest first")] = ()
+    moving: Annotated[tuple[Moving, ...], says("unexpected obstacles that it has lately seen to move")] = ()
 
 
 class Relayed(NamedTuple):

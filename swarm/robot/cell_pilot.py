@@ -138,7 +138,7 @@ class CellPilot:
         """Choose the wheel speeds, and the heading error [rad] that the fuzzy tables get."""
         sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
-        if granted.face is not None and granted.threat is None:
+        if granted.face is not None and not granted.threats:
             self._detour.end()
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
@@ -164,16 +164,16 @@ class CellPilot:
         if aside is not None:
             heading, self._scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
-        if granted.threat is not None and self._flight.threatens(sense, tables, constraints, granted.threat):
+        if granted.threats and self._flight.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
         return self._filter.check(sense, tables, constraints), heading
 
     def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
         """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""
-        if granted.threat is None:
+        if not granted.threats:
             return None
         wished = self._aiming.shut((*granted.drivable, *granted.room))
-        out = self._flight.way_out(sense, constraints, wished, granted.threat)
+        out = self._flight.way_out(sense, constraints, wished, granted.threats)
         return None if out is None else self._filter.out(sense, out, constraints)
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:

@@ -1,10 +1,10 @@
-"""Getting out of a threat's way: simulated ways out are compared with standing, on each course the threat may take.
+"""Getting out of the threats' way: simulated ways out are compared with standing, on each course threats may take.
 
-A threat may go on, turn, turn back or stop. The robot takes a way out only if it is no worse than standing on every
-such course, and better on the likely ones. Otherwise the robot stands.
+Threats may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
+every such course, and better on the likely ones. Otherwise the robot stands.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import cos, hypot, pi, sin
 from typing import Final
 
@@ -27,14 +27,14 @@ NO_WAY: Final = np.nan
 def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable[..., bool]:
     """Return the kernel with these values compiled in; ``half_width`` [m] is the radius of a threat.
 
-    The kernel computes the ``least`` gap [m] to the threat on each of its courses; it returns False if the way is not
-    clear. The robot drives for ``drive`` ticks, towards a heading [rad] or, if that is NaN, at ``left`` and ``right``
-    [m/s]. Then it brakes.
+    The kernel computes the ``least`` gap [m] to the threats on each of their courses; it returns False if the way is
+    not clear. The robot drives for ``drive`` ticks, towards a heading [rad] or, if that is NaN, at ``left`` and
+    ``right`` [m/s]. Then it brakes.
     """
 
     @njit(
         "b1(f8, i8, i8, f8, f8, f8[:, ::1], f8[::1], f4[:, ::1], f8, f8[::1], f8[:, ::1], f8, f8[::1], f8[::1], "
-        "f8, f8, f8, f8[::1], f8[::1])",
+        "f8, f8, f8, f8[:, ::1], f8[::1])",
         cache=True,
     )
     def gaps(
@@ -55,7 +55,7 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
         width: float,
         most: float,
         dt: float,
-        threat: NDArray[np.float64],
+        threats: NDArray[np.float64],
         least: NDArray[np.float64],
     ) -> bool:
         x, y, yaw = pose
@@ -88,10 +88,11 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
             time = tick * dt
             for course in range(flight.courses.shape[0]):
                 turn, share = flight.courses[course]
-                vx = share * (cos(turn) * threat[2] - sin(turn) * threat[3])
-                vy = share * (sin(turn) * threat[2] + cos(turn) * threat[3])
-                away = hypot(threat[0] + vx * time - x, threat[1] + vy * time - y)
-                least[course] = min(least[course], away - radius - half_width)
+                for threat in threats:
+                    vx = share * (cos(turn) * threat[2] - sin(turn) * threat[3])
+                    vy = share * (sin(turn) * threat[2] + cos(turn) * threat[3])
+                    away = hypot(threat[0] + vx * time - x, threat[1] + vy * time - y)
+                    least[course] = min(least[course], away - radius - half_width)
             x, y, yaw, left_now, right_now = advance(
                 x, y, yaw, left_now, right_now, want_left, want_right, width, most, dt
             )
@@ -114,21 +115,23 @@ class Flight:
         self._dt = 1.0 / settings.rate
         self._heading: float | None = None  # rad, of the way out under way
 
-    def threatens(self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threat: Threat) -> bool:
-        """Return True if the tables' rim speeds [m/s] lead too near to the threat."""
-        driving = self._gaps(sense, constraints, threat, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
-        standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0, FLIGHT.turns_back)
+    def threatens(
+        self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[Threat]
+    ) -> bool:
+        """Return True if the tables' rim speeds [m/s] lead too near to a threat."""
+        driving = self._gaps(sense, constraints, threats, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
+        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.turns_back)
         if driving is None or standing is None:
             return True
         return bool((driving < np.minimum(standing, FLIGHT.enough) - FLIGHT.differs).any())
 
-    def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threat: Threat) -> Twist | None:
-        """Return the speeds that lead out of the threat's way; None: standing is as good.
+    def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threats: Sequence[Threat]) -> Twist | None:
+        """Return the speeds that lead out of the threats' way; None: standing is as good.
 
         ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
         """
-        standing = self._gaps(sense, constraints, threat, NO_WAY, 0.0)
-        stopped = self._gaps(sense, constraints, threat, NO_WAY, 0.0, FLIGHT.stopped)
+        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0)
+        stopped = self._gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.stopped)
         if stopped is None or standing is None or _likely(standing) >= FLIGHT.enough - FLIGHT.differs:
             self._heading = None
             return None
@@ -138,10 +141,12 @@ class Flight:
                 tried = wrap(sense.yaw + (number + 1) // 2 * (-1) ** number * 2 * pi / FLIGHT.headings)
                 if number == 0 and self._heading is not None:
                     tried = self._heading
-                gaps = self._longest(sense, constraints._replace(shut=shut), threat, tried)
+                gaps = self._longest(sense, constraints._replace(shut=shut), threats, tried)
                 if gaps is None:
                     continue
-                begun = self._gaps(sense, constraints._replace(shut=shut), threat, tried, FLIGHT.commit, FLIGHT.stopped)
+                begun = self._gaps(
+                    sense, constraints._replace(shut=shut), threats, tried, FLIGHT.commit, FLIGHT.stopped
+                )
                 if begun is None or (begun < np.minimum(stopped, FLIGHT.stopped_gap) - FLIGHT.differs).any():
                     continue
                 score = _likely(gaps) + (FLIGHT.keep if tried == self._heading else 0.0)
@@ -157,23 +162,23 @@ class Flight:
         return Twist(FLIGHT.speed * max(0.0, cos(off)), max(-most, min(most, FLIGHT.gain * off)))
 
     def _longest(
-        self, sense: Sense, constraints: Constraints, threat: Threat, heading: float
+        self, sense: Sense, constraints: Constraints, threats: Sequence[Threat], heading: float
     ) -> NDArray[np.float64] | None:
         """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
-        tried = (self._gaps(sense, constraints, threat, heading, time) for time in FLIGHT.times)
+        tried = (self._gaps(sense, constraints, threats, heading, time) for time in FLIGHT.times)
         return next((gaps for gaps in tried if gaps is not None), None)
 
     def _gaps(
         self,
         sense: Sense,
         constraints: Constraints,
-        threat: Threat,
+        threats: Sequence[Threat],
         heading: float,
         time: float,
         ahead: float = FLIGHT.ahead,
         speeds: tuple[float, float] = (0.0, 0.0),
     ) -> NDArray[np.float64] | None:
-        """Return the least gap [m] to the threat on each of its courses; None: the way is not clear."""
+        """Return the least gap [m] to the threats on each of their courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot
         least = np.empty(len(FLIGHT.courses))
         pose, now = (sense.x, sense.y, sense.yaw), self._drive.rim_speeds(Twist(sense.linear, sense.angular))
@@ -181,7 +186,7 @@ class Flight:
             heading, round(time / self._dt), round(ahead / self._dt), *speeds,
             constraints.shut, np.array(constraints.local), grid.clearance, grid.resolution, np.array(grid.origin),
             constraints.bodies, robot.radius, np.array(pose), np.array(now),
-            robot.track_width, robot.wheel_acceleration * self._dt, self._dt, np.array(threat), least,
+            robot.track_width, robot.wheel_acceleration * self._dt, self._dt, np.array(threats), least,
         )  # fmt: skip
         return least if clear else None
 

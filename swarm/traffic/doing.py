@@ -27,4 +27,4 @@ class Doing(NamedTuple):
     free_drive: tuple[int, ...]  # cells beside those held that it may drive in while no robot is near
     moved: int  # tick of its last progress
     room: tuple[int, ...]  # cells asked for beside the way
-    threat: Threat | None  # the obstacle that comes towards it
+    threats: tuple[Threat, ...]  # obstacles that move near it

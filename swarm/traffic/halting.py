@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
-from swarm.messages.traffic import Record
+from swarm.messages.traffic import Moving, Record
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.look import Known, Reading, hit_by, strange, unexplained
@@ -45,7 +45,7 @@ class Halt(NamedTuple):
 
     stopped: bool
     found: Point | None = None  # m, where an obstacle seems to stay: reported once
-    threat: Threat | None = None  # the obstacle that comes towards the robot
+    threats: tuple[Threat, ...] = ()  # obstacles that move near the robot
 
 
 class Halting:
@@ -58,9 +58,9 @@ class Halting:
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
-        self._threats = Threats(settings.tick)
+        self._threats = Threats(settings.tick, settings.radius)
 
-    def look(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> Halt:
+    def look(self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int]) -> Halt:
         """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
@@ -69,7 +69,8 @@ class Halting:
         near = strange(seen, inputs.pose, self.cells, known, settings)
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
         halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known)
-        return halt._replace(threat=self._threats.look(tick, inputs.pose, hits))
+        told = [one for record in others for one in record.moving]
+        return halt._replace(threats=self._threats.look(tick, inputs.pose, hits, inputs.scan, told))
 
     def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
         """Return whether to stop for what is near, and where it stays."""
@@ -88,6 +89,10 @@ class Halting:
             return Halt(stopped=True)
         self._found.append((tick + settings.obstacle, place))
         return Halt(stopped=True, found=place)
+
+    def moving(self) -> tuple[Moving, ...]:
+        """Return the obstacles that this robot has lately seen to move."""
+        return self._threats.seen()
 
     def places(self, tick: int) -> tuple[Point, ...]:
         """Return where obstacles stay that were found lately [m]."""

@@ -56,7 +56,7 @@ class TrafficOutputs(NamedTuple):
     waypoints: tuple[Point, ...]  # m, in the order to drive: from the cell it is in to the head
     beside: tuple[Point, ...]  # m, other robots that hold the cell it is in, and silent robots and obstacles near
     may_drive: bool  # False: no forward speed; turning on the spot is safe
-    threat: Threat | None  # the obstacle that comes towards the robot, which must get out of its way
+    threats: tuple[Threat, ...]  # obstacles that move near the robot, which must get out of their way
     room: tuple[int, ...]  # cells asked for beside the way
     looks: bool  # it drives slowly to a point from which it looks or claims
     exactly: bool  # the last waypoint must be reached: a stop, or a point to look from

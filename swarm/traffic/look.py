@@ -48,6 +48,18 @@ class Scan:
         """All rays."""
         return tuple(map(Reading, self._measured, self._expected(self._bearings), self._bearings))
 
+    def sees_beyond(self, place: Point, pose: Pose, within: float, radius: float) -> bool:
+        """Return True if rays pass a place [m] on both sides, ``within`` [m] of it, and none of them ends before it."""
+        away, direction = distance(pose, place), bearing(pose, place)
+        sides = set()
+        for measured, angle in zip(self._measured, self._bearings, strict=True):
+            off = wrap(direction - angle)
+            if abs(off) < pi / 2 and away * abs(sin(off)) < within:
+                if radius + measured < away * cos(off):
+                    return False
+                sides.add(off > 0)
+        return len(sides) > 1
+
     def bodies(self, settings: TrafficSettings, within: float) -> list[Reading]:
         """Return the rays that show something nearer than ``within`` [m] that is not on the map."""
         if self.nearest >= within:

@@ -1,4 +1,7 @@
-"""Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that none needs."""
+"""Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that none needs.
+
+Before a threat it asks for all cells that nobody holds: a robot that plans to drive there later can wait.
+"""
 
 from collections.abc import Mapping
 
@@ -11,28 +14,35 @@ from swarm.traffic.threat import Threat
 
 
 def room_beside(
-    progress: RouteProgress, inputs: TrafficInputs, fresh: Mapping[str, Record], threat: Threat | None, cells: CellMap
+    progress: RouteProgress,
+    inputs: TrafficInputs,
+    fresh: Mapping[str, Record],
+    threats: tuple[Threat, ...],
+    cells: CellMap,
 ) -> tuple[int, ...]:
-    """List the cells to ask for that no other robot needs: where the tables would drive, or away from a threat.
+    """List the cells to ask for: where the tables would drive, or away from threats.
 
-    A robot in its head cell asks for none: it has no cell ahead to drive to.
+    Without a threat, a robot in its head cell asks for none: it has no cell ahead to drive to.
     """
-    if threat is not None:
-        wished = _away(threat, inputs.pose, cells)
-    elif inputs.sweeps and progress.place(cells.cell_of(*inputs.pose[:2])) < len(progress.reservations.held) - 1:
-        way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
-        across = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}
-        wished = [cell for cell in inputs.sweeps if cell in across]
-    else:
+    held = {cell for one in fresh.values() for cell in one.held}
+    if threats:
+        return tuple([cell for cell in _away(threats, inputs.pose, cells) if cell not in held])
+    if not inputs.sweeps or progress.place(cells.cell_of(*inputs.pose[:2])) >= len(progress.reservations.held) - 1:
         return ()
-    needed = {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims], *one.held)}
-    return tuple([cell for cell in wished if cell not in needed])
+    needed = held | {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims])}
+    way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
+    across = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}
+    return tuple([cell for cell in inputs.sweeps if cell in across and cell not in needed])
 
 
-def _away(threat: Threat, pose: Pose, cells: CellMap) -> list[int]:
-    """List the cells around the robot that it can stand in and that are farther from the threat than it is.
+def _away(threats: tuple[Threat, ...], pose: Pose, cells: CellMap) -> list[int]:
+    """List the cells around the robot that it can stand in and that are farther from the nearest threat than it is.
 
     From a cell that it cannot stand in, it would find no way on.
     """
-    near, about = distance(threat, pose), cells.around(cells.cell_of(pose.x, pose.y), 1)
-    return [cell for cell in about if cells.stands[cell] and distance(threat, cells.centre(cell)) > near]
+
+    def gap(place: tuple[float, ...]) -> float:
+        return min(distance(threat, place) for threat in threats)
+
+    about = cells.around(cells.cell_of(pose.x, pose.y), 1)
+    return [cell for cell in about if cells.stands[cell] and gap(cells.centre(cell)) > gap(pose)]

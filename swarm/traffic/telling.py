@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from swarm.messages.traffic import Record, Sighting
+from swarm.messages.traffic import Moving, Record, Sighting
 from swarm.traffic.doing import Doing
 from swarm.traffic.reservations import Acks, Reservations, acknowledged
 from swarm.traffic.settings import TrafficSettings
@@ -22,7 +22,7 @@ class Telling:
         """Return True if it is this robot's turn to broadcast."""
         return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
 
-    def record(self, doing: Doing, seen: tuple[Sighting, ...]) -> Record:
+    def record(self, doing: Doing, seen: tuple[Sighting, ...], moving: tuple[Moving, ...]) -> Record:
         """Return the record, but without the robot that is asked to lead: this depends on the record itself."""
         inputs, progress, joint = doing.inputs, doing.progress, doing.joint
         return Record(
@@ -49,6 +49,7 @@ class Telling:
             refusal=joint.refused(inputs.tick),
             listens=doing.listens,
             seen=seen,
+            moving=moving,
         )
 
     def _acks(self, reservations: Reservations, others: Mapping[str, Record]) -> Acks:

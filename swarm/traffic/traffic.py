@@ -65,7 +65,7 @@ class Traffic:
         self._progress: RouteProgress | None = None
         self._listen_until = 0  # tick
         self._moved = 0  # tick of its last progress
-        self._threat: Threat | None = None  # the obstacle that comes towards it
+        self._threats: tuple[Threat, ...] = ()  # obstacles that move near it
         self._kept = Kept()
         self._new_cells: CellMap | None = None
 
@@ -94,14 +94,14 @@ class Traffic:
         free_drive = self._free_drive_cells(progress, body, fresh)
         if free_drive:
             progress, body = spread(progress, inputs, self.cells, self.settings)
-        threat = self._threat
-        progress = self._presence.kept_on_way(progress, body, self.cells, threatened=threat is not None)
+        threats = self._threats
+        progress = self._presence.kept_on_way(progress, body, self.cells, threatened=bool(threats))
         asks = not free_drive and self._joint.frozen is None and not listens
-        room = room_beside(progress, inputs, fresh, threat, self.cells) if asks else ()
+        room = room_beside(progress, inputs, fresh, threats, self.cells) if asks else ()
         progress = self._release(progress, body, room)
         other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
         progress, halt, halted = self._halt(progress, inputs, body)
-        self._threat = halt.threat
+        self._threats = halt.threats
 
         # layer 2: which way
         if other_goal or not progress.following:
@@ -125,7 +125,7 @@ class Traffic:
         # what it tells, and where it may drive
         doing = Doing(
             inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
-            self._lookout.leans_to, free_drive, self._moved, room, threat,
+            self._lookout.leans_to, free_drive, self._moved, room, threats,
         )  # fmt: skip
         return self._outputs(doing, body, self._broadcast(doing), events)
 
@@ -197,7 +197,7 @@ class Traffic:
             return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
         halt = self._halting.look(inputs, self._peers.others.values(), mine)
-        kept_from = self._kept.look(progress, body.cell, threatened=halt.threat is not None)
+        kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
@@ -207,7 +207,7 @@ class Traffic:
         cell = self.cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
-        if len(progress.reservations.held) > 1 and halt.threat is None:
+        if len(progress.reservations.held) > 1 and not halt.threats:
             progress = given_back(progress, body, self.cells)
         gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
         text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
@@ -265,7 +265,7 @@ class Traffic:
         tick, pose = doing.inputs.tick, doing.inputs.pose
         if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
             return None
-        own = self._telling.record(doing, self._sightings.told())
+        own = self._telling.record(doing, self._sightings.told(), self._halting.moving())
         need = self._joint.ask(own, doing.situation)
         if need is not None:
             own = replace(own, need=need)
@@ -287,7 +287,7 @@ class Traffic:
             waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
             beside=(*self._peers.holders_of(held[place], tick), *still),
             may_drive=not doing.stopped,
-            threat=doing.threat,
+            threats=doing.threats,
             room=doing.room,
             exactly=stops or to_look,
             looks=not stops and to_look,

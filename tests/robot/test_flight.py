@@ -28,8 +28,8 @@ TOUCHES = RADIUS + HALF_WIDTH  # m
 angles = st.floats(-pi, pi)
 
 
-def step(flight: Flight, safety: SafetyFilter, body: Body, tick: int, limits: Constraints, threat: Threat) -> Body:
-    out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threat)
+def step(flight: Flight, safety: SafetyFilter, body: Body, tick: int, limits: Constraints, *threats: Threat) -> Body:
+    out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threats)
     return rolled(body, STAND if out is None else safety.out(sense_of(body, tick), out, limits))
 
 
@@ -101,5 +101,5 @@ def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
     body, flight = Body(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
     for gap, threatened in ((0.6, True), (1.4, False)):
         threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
-        said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), threat)
+        said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
         assert said is threatened

@@ -258,15 +258,15 @@ APPROACHES: dict[str, tuple[float, float, bool]] = {  # m/s, of the thing and of
 
 
 def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
-    """Return for each tick whether a thing 1.3 m ahead is a threat; noise alternates."""
-    halting, away = Halting(FLOOR.cells, SETTINGS), 1.3
+    """Return for each tick whether a thing 1.2 m ahead is a threat; noise alternates."""
+    halting, away = Halting(FLOOR.cells, SETTINGS), 1.2
     said = []
     for tick in range(2 * NOTED):
         driven, came = robot * SETTINGS.tick * tick, thing * SETTINGS.tick * tick
         read = away - driven - came + (noise if tick % 2 else -noise)
         scan = Scan((0.0,), (read,), lambda _: (1.6,))
         pose = HERE._replace(x=HERE.x + driven)
-        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), ()).threat is not None)
+        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), ()).threats != ())
     return said
 
 
@@ -285,7 +285,7 @@ def test_noise_is_no_motion() -> None:
 
 def test_a_threat_is_believed_in_for_a_while_and_then_forgotten() -> None:
     said = halts(*[1.2 - 0.3 * SETTINGS.tick * tick for tick in range(2 * NOTED)], *[1.6] * (COMING + 1))
-    lasts = [halt.threat is not None for halt in said[2 * NOTED :]]
+    lasts = [halt.threats != () for halt in said[2 * NOTED :]]
     assert lasts == [True] * (COMING - 1) + [False] * 2
 
 

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages.traffic import Claim, Record, TrafficBroadcast
+from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.route_progress import BESIDE
@@ -91,6 +91,19 @@ def test_room_beside_the_way_is_asked_for_only_where_nobody_else_needs_it(name: 
     claims = [robot.claimed() for _ in robot.run(LONG, refused=(ROOM,), says=fields) if robot.said is not None]
     assert any(ROOM in cells for cells in claims) is asks
     assert any(A + 1 in cells for cells in claims), "the way itself is asked for anyhow"
+
+
+@pytest.mark.parametrize(
+    ("fields", "asks"), [({"ahead": (ROOM,)}, True), ({"held": (C, ROOM)}, False)], ids=["planned", "held"]
+)
+def test_before_a_threat_it_asks_for_what_others_only_plan_to_use(fields: dict[str, object], asks: bool) -> None:
+    x, y = FLOOR.cells.centre(A)
+    coming = Moving(x, y - 1.5, 0.0, 0.3, 0)
+    robot = Driven(())
+    list(robot.run(LONG - 20, refused=(ROOM,), says={**fields, "moving": (coming,)}))
+    moving = (coming._replace(tick=robot.tick),)
+    claims = [robot.claimed() for _ in robot.run(20, refused=(ROOM,), says={**fields, "moving": moving})]
+    assert any(ROOM in cells for cells in claims) is asks
 
 
 def test_no_room_is_asked_for_before_there_is_a_way_on() -> None:

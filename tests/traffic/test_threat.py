@@ -6,11 +6,14 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Moving
+from swarm.traffic.look import Scan
 from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
-from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, NOTED, Kept, Threat, Threats
+from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
 
 DT = 0.05  # s
+RADIUS = 0.2  # m
 HERE = Pose(0.0, 0.0, 0.0)
 
 
@@ -19,9 +22,12 @@ def rim(middle: Point, *angles: float) -> list[Point]:
     return [(middle[0] + HALF_WIDTH * cos(angle), middle[1] + HALF_WIDTH * sin(angle)) for angle in angles]
 
 
-def follow(threats: Threats, began: int, looks: list[tuple[Point, list[float]]]) -> list[Threat | None]:
+BLIND = Scan()
+
+
+def follow(threats: Threats, began: int, looks: list[tuple[Point, list[float]]]) -> list[tuple[Threat, ...]]:
     """Look at a disc, tick by tick: its middle, and where on its rim rays end."""
-    return [threats.look(began + tick, HERE, rim(at, *angles)) for tick, (at, angles) in enumerate(looks)]
+    return [threats.look(began + tick, HERE, rim(at, *angles), BLIND) for tick, (at, angles) in enumerate(looks)]
 
 
 def straight(began: int, ticks: int) -> list[Point]:
@@ -32,34 +38,84 @@ FACING = [2.6, 2.9, 3.3, 3.6]
 
 
 def known(ticks: int = 2 * NOTED) -> Threats:
-    threats = Threats(DT)
-    assert follow(threats, 0, [(at, FACING) for at in straight(0, ticks)])[-1] is not None
+    threats = Threats(DT, RADIUS)
+    assert len(follow(threats, 0, [(at, FACING) for at in straight(0, ticks)])[-1]) == 1
     return threats
 
 
 def test_of_what_one_ray_alone_still_hits_place_and_speed_stay() -> None:
     threats, began = known(), 2 * NOTED
     path = straight(began, 20)
-    for at, now in zip(path, follow(threats, began, [(at, [2.2]) for at in path]), strict=True):
-        assert now is not None
+    for at, (now,) in zip(path, follow(threats, began, [(at, [2.2]) for at in path]), strict=True):
         assert hypot(now.x - at[0], now.y - at[1]) < 0.05
         assert hypot(now.vx + 0.3, now.vy) < 0.1
 
 
-def test_what_is_seen_farther_off_does_not_replace_what_is_remembered_nearer() -> None:
+@pytest.mark.parametrize("y", [-1.8, -1.2])
+def test_what_is_seen_does_not_replace_what_is_remembered_elsewhere(y: float) -> None:
     threats, began = known(), 2 * NOTED
-    others = [(0.0, -1.8 + 0.4 * DT * tick) for tick in range(COMING // 2)]
-    (*_, now) = follow(threats, began, [(at, [1.2, 1.6, 2.0]) for at in others])
-    assert now is not None
-    assert abs(now.y - 0.2) < 0.1
+    others = [(0.0, y + 0.4 * DT * tick) for tick in range(NOTED)]
+    (*_, found) = follow(threats, began, [(at, [1.2, 1.6, 2.0]) for at in others])
+    seen, remembered = found
+    assert abs(seen.x) < 0.1
+    assert abs(remembered.y - 0.2) < 0.1
+    assert abs(remembered.x - straight(began + NOTED - 1, 1)[0][0]) < 0.1
 
 
-def test_a_nearer_one_does() -> None:
-    threats, began = known(), 2 * NOTED
-    others = [(0.0, -0.9 + 0.4 * DT * tick) for tick in range(NOTED)]
-    (*_, now) = follow(threats, began, [(at, [1.2, 1.6, 2.0]) for at in others])
-    assert now is not None
-    assert abs(now.x) < 0.1
+def test_what_came_into_view_a_moment_ago_is_not_known_to_move() -> None:
+    """While the robot turns, more and more of an edge comes into view: it seems to slide."""
+    found = follow(Threats(DT, RADIUS), 0, [(at, FACING) for at in straight(0, NOTED)])
+    assert [bool(now) for now in found] == [False] * LATELY + [True] * (NOTED - LATELY)
+
+
+# fmt: off
+TOLD: dict[str, tuple[Moving, int, bool]] = {  # what another robot says, how many ticks later -> is it a threat?
+    "near, just now":         (Moving(-1.0, 0.0, 0.3, 0.0, 0),  0,          True),
+    "it comes near by now":   (Moving(-2.4, 0.0, 0.3, 0.0, 0),  40,         True),
+    "far off":                (Moving(-2.4, 0.0, 0.3, 0.0, 0),  0,          False),
+    "long ago":               (Moving(-1.0, 0.0, 0.0, 0.1, 0),  COMING,     False),
+    "not quite so long ago":  (Moving(-1.0, 0.0, 0.0, 0.1, 0),  COMING - 1, True),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_others_saw_is_where_it_has_moved_since(name: str) -> None:
+    told, later, counts = TOLD[name]
+    found = Threats(DT, RADIUS).look(later, HERE, (), BLIND, [told])
+    place = Threat(told.x + told.vx * DT * later, told.y + told.vy * DT * later, told.vx, told.vy)
+    assert [tuple(one) for one in found] == ([pytest.approx(place)] if counts else [])
+
+
+def test_what_the_robot_sees_itself_others_need_not_tell_it() -> None:
+    threats, tick = known(), 2 * NOTED
+    (x, y), told = straight(tick, 1)[0], [Moving(1.3, 0.3, 0.0, 0.3, tick - 4), Moving(-1.0, 0.0, 0.3, 0.0, tick - 4)]
+    mine, theirs = threats.look(tick, HERE, rim((x, y), *FACING), BLIND, told)
+    assert hypot(mine.x - x, mine.y - y) < 0.05
+    assert theirs.x < 0.0
+    (seen,) = threats.seen()
+    assert seen.tick == tick, "and it tells what it saw, not what it heard"
+
+
+# fmt: off
+RAYS: dict[str, tuple[dict[float, float], bool]] = {  # bearing and length of the rays [rad, m] -> is it still believed in?
+    "they go through where it should be":  ({-0.2: 1.6, 0.0: 1.6, 0.2: 1.6}, False),
+    "one ends where it should be":         ({-0.2: 1.6, 0.0: 0.5, 0.2: 1.6}, True),
+    "they pass it on one side only":       ({0.2: 1.6, 0.3: 1.6},            True),
+    "it is beside all rays":               ({1.2: 1.6, -1.2: 1.6},           True),
+    "they do not reach so far":            ({-0.2: 0.7, 0.0: 0.7, 0.2: 0.7}, True),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("own", [True, False])
+@pytest.mark.parametrize("name", RAYS)
+def test_where_rays_show_that_it_is_gone_it_is_forgotten(name: str, own: bool) -> None:
+    rays, believed = RAYS[name]
+    threats, tick = known() if own else Threats(DT, RADIUS), 2 * NOTED + 1
+    told = [] if own else [Moving(*straight(tick - 1, 1)[0], -0.3, 0.0, tick - 1)]
+    found = threats.look(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
+    assert len(found) == believed
 
 
 def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgress:
