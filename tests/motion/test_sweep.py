@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from swarm.motion.sweep import first_clear, line_room, path_room
+from swarm.motion.sweep import clearance_along, first_clear, line_room, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.safety import AS_IT_IS, CREEP, NO_BODIES, SPARE
 from tests.robot.driving import DRIVE, DT, MOST, RADIUS
@@ -46,3 +46,31 @@ def test_the_nearer_it_is_the_less_clearance_it_may_lose(gap: float, loss: float
         0.0, 0.0, DRIVE.track_width, MOST, DT, TICKS,
     )  # fmt: skip
     assert (number == 0.0) is clear
+
+
+SLOPE = np.array([[10.0 * row + column for column in range(4)] for row in range(3)], np.float32)
+
+
+@pytest.mark.parametrize(
+    ("along", "up", "room"),
+    [
+        (0.5, 0.5, 0.0),  # cells from the corner: the middle of the first cell
+        (2.5, 1.5, 12.0),
+        (2.75, 2.0, 17.25),  # between four middles
+        (0.6, 1.5, 10.1),
+        (0.4, 1.5, 0.0),  # beyond the outermost middles nothing is known
+        (3.4, 1.5, 12.9),
+        (3.6, 1.5, 0.0),
+        (2.5, 0.6, 3.0),
+        (2.5, 0.4, 0.0),
+        (2.5, 2.4, 21.0),
+        (2.5, 2.6, 0.0),
+    ],
+)
+def test_between_the_middles_of_cells_the_clearance_is_interpolated(along: float, up: float, room: float) -> None:
+    x, y = 7.0 + 0.1 * along, -3.0 + 0.1 * up
+    got = clearance_along(
+        SLOPE, 0.1, 7.0, -3.0, 0.0, NO_BODIES, RADIUS, x, y, 0.0,
+        0.0, 0.0, 0.0, 0.0, DRIVE.track_width, MOST, DT, 1,
+    )  # fmt: skip
+    assert got == pytest.approx(room, abs=1e-6)
