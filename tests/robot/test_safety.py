@@ -251,6 +251,15 @@ def test_who_may_not_drive_brakes_with_both_wheels_before_it_turns(wish: Speeds,
     assert SafetyFilter(SETTINGS).check(sense_of(body), wish, limits) == STAND
 
 
+@pytest.mark.parametrize(("gap", "share"), [(1.0, 1.0), (0.3, 1.0), (0.2, 0.6), (0.12, 0.3), (0.05, 0.0)])
+def test_a_way_out_keeps_its_turn_and_has_no_more_speed_than_the_gap_ahead_allows(gap: float, share: float) -> None:
+    """At 0.6 m/s it drives about 0.24 m before it stands again, at 0.36 m/s 0.14 m, at 0.18 m/s 0.07 m."""
+    ahead = np.array([(MIDDLE.x + RADIUS + gap, 0.0, MIDDLE.x + 2.0, 20.0)])
+    body = at_rest(MIDDLE._replace(yaw=0.0))
+    speeds = SafetyFilter(SETTINGS).out(sense_of(body), Twist(0.6, 1.0), constraints(WIDE, body.pose, ahead))
+    assert twist_of(speeds) == pytest.approx((0.6 * share, 1.0))
+
+
 # --- many looks ---
 
 CORRIDOR = scenario_of("#" * 42 + "\n" + ("#" + "." * 40 + "#\n") * 4 + "#" * 42 + "\n").map  # walls at y = 1 and 5
