@@ -15,7 +15,7 @@ from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import Boxes, advance, clearance_along, gap
-from swarm.robot.safety import SPARE, Constraints
+from swarm.robot.safety import SPARE, STAND, Constraints
 from swarm.settings import Settings
 from swarm.traffic.threat import HALF_WIDTH, Threat
 
@@ -172,7 +172,7 @@ class Flight:
         heading: float,
         time: float,
         ahead: float = AHEAD,
-        speeds: tuple[float, float] = (0.0, 0.0),
+        speeds: tuple[float, float] = STAND,
     ) -> NDArray[np.float64] | None:
         """Return the least gap [m] to the threat on each of its courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot

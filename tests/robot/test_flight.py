@@ -103,3 +103,25 @@ def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
         threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
         said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), threat)
         assert said is threatened
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0, pi])
+@pytest.mark.parametrize(
+    ("coming", "linear", "angular"),
+    [
+        (180, 0.6, 0.0),  # deg, from behind: straight on is the first way out that is tried
+        (120, 0.6, 0.0),
+        (-120, 0.6, 0.0),
+        (90, 0.6 * cos(pi / 4), -5.0 * pi / 4),  # from the left: 45 degrees to the right
+        (-90, 0.6 * cos(pi / 4), 5.0 * pi / 4),
+        (60, 0.6 * cos(5 * pi / 12), -4.0),  # from ahead: 75 degrees, for which it turns as fast as it may
+        (-60, 0.6 * cos(5 * pi / 12), 4.0),
+    ],
+)
+def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
+    yaw: float, coming: float, linear: float, angular: float
+) -> None:
+    body, side = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
+    threat = Threat(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
+    twist = Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, threat)
+    assert twist == pytest.approx((linear, angular))
