@@ -21,6 +21,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/joint_search.py", "self._together, self._search, self._begun = False, None, LATE + 1",
+     "1 becomes"): "any number above LATE works: no other start follows",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
      "1 becomes 2 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",

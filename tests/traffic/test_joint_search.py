@@ -107,6 +107,14 @@ def test_a_goal_that_no_way_leads_to() -> None:
     assert search(drawn.cells, drawn.at("a"), drawn.at("b"), Budget()).outcome is Outcome.UNSOLVABLE
 
 
+def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
+    """However many others there are, whose configurations a search would go through."""
+    cells, (a, b, c, d) = (drawn := Drawn("a#b", "###", "c.d")).cells, drawn.at("abcd")
+    for goals, state in (((a, d), State.RUNNING), ((b, d), State.UNSOLVABLE), ((a, b), State.UNSOLVABLE)):
+        tables = [cells.distances(goal) for goal in goals]
+        assert Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1)).state is state
+
+
 def test_two_robots_with_one_goal_are_refused() -> None:
     tables = [BAY.cells.distances(BAY.at("b")[0])] * 2
     with pytest.raises(ValueError, match="two robots in one cell"):
