@@ -112,7 +112,8 @@ def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
     cells, (a, b, c, d) = (drawn := Drawn("a#b", "###", "c.d")).cells, drawn.at("abcd")
     for goals, state in (((a, d), State.RUNNING), ((b, d), State.UNSOLVABLE), ((a, b), State.UNSOLVABLE)):
         tables = [cells.distances(goal) for goal in goals]
-        assert Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1)).state is state
+        once = Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1))
+        assert (once.state, once.expansions) == (state, 0)
 
 
 def test_two_robots_with_one_goal_are_refused() -> None:
