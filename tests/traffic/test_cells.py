@@ -139,6 +139,14 @@ def test_who_stands_nowhere_is_put_to_the_nearest_place_with_room() -> None:
     assert Drawn("###").cells.nearest_standable(0.0, 0.0) == OUTSIDE
 
 
+@pytest.mark.parametrize("drawn", [Drawn("a##b"), Drawn("a", "#", "#", "b")], ids=["beside", "above"])
+def test_of_two_places_the_nearer_is_chosen(drawn: Drawn) -> None:
+    cells, (a, b) = drawn.cells, drawn.at("ab")
+    (x0, y0), (x1, y1) = cells.centre(a), cells.centre(b)
+    for share, nearest in ((0.3, a), (0.45, a), (0.55, b), (0.7, b)):
+        assert cells.nearest_standable(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) == nearest
+
+
 def test_the_cells_around_are_a_square_cut_at_the_edge() -> None:
     cells = Drawn("abcd", "efgh", "ijkl").cells  # row 0 is i to l
     assert cells.around(5, 1) == [0, 1, 2, 4, 5, 6, 8, 9, 10]
