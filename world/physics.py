@@ -48,7 +48,7 @@ class Physics:
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         self._round = list(self._bodies)  # what rays see as discs: robots, then round movers
         self._square: list[tuple[pymunk.Body, float, float]] = []  # movers that are boxes, and their half sides
-        self._discs = np.array([(0.0, 0.0, radius)] * len(poses), np.float64).reshape(-1, 3)
+        self._discs = np.full((len(poses), 3), radius)  # m, of each in ``_round``: place and radius
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
         self._poses: list[Pose] = []
@@ -83,11 +83,11 @@ class Physics:
         self._stale = True
         if radius is not None:
             self._round.append(body)
-            self._discs = np.vstack([self._discs, (0.0, 0.0, radius)])
+            self._discs = np.vstack([self._discs, (*body.position, radius)])
         else:
             length, width = size or (1.0, 1.0)
             self._square.append((body, length / 2, width / 2))
-            self._boxes = np.vstack([self._boxes, (0.0, 0.0, 0.0, length / 2, width / 2)])
+            self._boxes = np.vstack([self._boxes, (*body.position, body.angle, length / 2, width / 2)])
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
