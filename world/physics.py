@@ -47,7 +47,7 @@ class Physics:
         self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         self._round = list(self._bodies)  # what rays see as discs: robots, then round movers
-        self._square: list[tuple[pymunk.Body, float, float]] = []  # movers that are boxes, and their half sides
+        self._square: list[pymunk.Body] = []  # movers that are boxes
         self._discs = np.full((len(poses), 3), radius)  # m, of each in ``_round``: place and radius
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
@@ -86,7 +86,7 @@ class Physics:
             self._discs = np.vstack([self._discs, (*body.position, radius)])
         else:
             length, width = size or (1.0, 1.0)
-            self._square.append((body, length / 2, width / 2))
+            self._square.append(body)
             self._boxes = np.vstack([self._boxes, (*body.position, body.angle, length / 2, width / 2)])
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
@@ -188,7 +188,7 @@ class Physics:
             self._stale = False
             places = [body.position for body in self._round]
             self._discs[:, :2] = np.array(places, np.float64).reshape(-1, 2)
-            for row, (body, _, _) in enumerate(self._square):
+            for row, body in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle
             yaws = [body.angle for body in self._bodies]
