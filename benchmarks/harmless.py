@@ -15,6 +15,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
      "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
     ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
+    ("world/physics.py", "self._stale = False", "False becomes"): "a cache: the poses are read again, and are the same",
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "1 becomes"): _FAR,
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "30 becomes"): _FAR,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `u - (left - 1) - 1`"): _SHORT_CUT,
