@@ -206,13 +206,6 @@ def test_on_a_lattice_that_lies_elsewhere_and_turned_the_aim_is_the_same_place(o
         assert found == pytest.approx(from_frame(origin, *aim), abs=1e-6)
 
 
-def test_another_floor_on_the_same_lattice_is_taken_for_what_is_chosen_next() -> None:
-    one, held = Aiming(BAY.cells, RADIUS), BAY.at("a")
-    before = one.shut(held).tolist()
-    one.take_cells(CellMap(BAY.occupancy, side=SIDE, radius=0.23))
-    assert one.shut(held).tolist() == before
-
-
 # --- lengths and rooms ---
 
 
