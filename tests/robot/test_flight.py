@@ -126,6 +126,7 @@ def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
         (-120, 0.6, 0.0),
         (90, 0.6 * cos(pi / 4), -5.0 * pi / 4),  # from the left: 45 degrees to the right
         (-90, 0.6 * cos(pi / 4), 5.0 * pi / 4),
+        (0, 0.0, -4.0),  # head-on: of two that are equally good, the one to the right
         (60, 0.6 * cos(5 * pi / 12), -4.0),  # from ahead: 75 degrees, for which it turns as fast as it may
         (-60, 0.6 * cos(5 * pi / 12), 4.0),
     ],
