@@ -294,6 +294,14 @@ def test_many_looks_lose_no_clearance_below_what_is_tight(
         assert room(judge, body.pose) >= min(began, TIGHT) - 1e-5, f"tick {tick}"
 
 
+@pytest.mark.parametrize(("yaw", "side"), [(-pi / 4, 1), (-3 * pi / 4, -1)])
+def test_the_freer_side_is_that_of_the_smaller_turn_away_from_a_wall(yaw: float, side: int) -> None:
+    """The wall is below; the sensors see more room to the other side."""
+    body = at_rest(Pose(20.0, 1.0 + RADIUS + 0.05, yaw))
+    sense = sense_of(body, left=0.5, right=0.6) if side > 0 else sense_of(body, left=0.6, right=0.5)
+    assert SafetyFilter(SETTINGS).freer_side(sense, constraints(CORRIDOR_GRID, body.pose)) == side
+
+
 # --- coming to a stand ---
 
 
