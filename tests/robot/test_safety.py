@@ -342,6 +342,15 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
 # --- turning to face something ---
 
 
+@pytest.mark.parametrize(
+    ("linear", "turns"), [(0.0, True), (0.019, True), (0.021, False), (-0.019, True), (-0.021, False)]
+)
+def test_to_face_something_it_brakes_first(linear: float, turns: bool) -> None:
+    speeds = SafetyFilter(SETTINGS).face(Body(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
+    assert (speeds != STAND) is turns
+    assert speeds.left == pytest.approx(-speeds.right)
+
+
 @given(st.floats(-pi, pi))
 def test_to_face_something_it_turns_the_short_way(error: float) -> None:
     assume(abs(error) > TURN_UNTIL)
