@@ -2,6 +2,7 @@
 
 from typing import Final
 
+_BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
@@ -14,6 +15,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
      "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
     ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
+    ("world/physics.py", "self._stale = False", "False becomes"): "a cache: the poses are read again, and are the same",
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "1 becomes"): _FAR,
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "30 becomes"): _FAR,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `u - (left - 1) - 1`"): _SHORT_CUT,
@@ -21,6 +23,9 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
+    ("swarm/traffic/joint_search.py", "self._together, self._search, self._begun = False, None, LATE + 1",
+     "1 becomes"): "any number above LATE works: no other start follows",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
      "1 becomes 2 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",

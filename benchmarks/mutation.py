@@ -91,6 +91,7 @@ class Usual(NamedTuple):
     """The result of a room's tests without a fault."""
 
     seconds: float
+    longest: float  # s, of a single test
     tests: tuple[str, ...]  # files, the quickest first
     leaving_out: tuple[str, ...]  # options that deselect tests that fail without a fault
 
@@ -135,7 +136,8 @@ class Copy:
         usual = self._usual[tests]
         with self._planted(mutation):
             tests = usual.tests_for(mutation.file)
-            code, said, _ = self._test(tests, 60.0 + 4 * usual.seconds, "-x", *usual.leaving_out)
+            each = f"--timeout={60.0 + 4 * usual.longest:.0f}"  # s; a test without end is over sooner than all tests
+            code, said, _ = self._test(tests, 60.0 + 4 * usual.seconds, "-x", each, *usual.leaving_out)
         return verdict(code, said)
 
     def _as_it_is(self, tests: tuple[str, ...]) -> Usual:
@@ -146,16 +148,17 @@ class Copy:
         failing = re.findall(r"^FAILED (\S+)", said, re.MULTILINE)
         for test in failing:
             print(f"left out, since it fails without a fault: {test}", flush=True)
-        took = defaultdict[str, float](float)
+        took, longest = defaultdict[str, float](float), 0.0
         for spent, file in re.findall(r"^([\d.]+)s \w+ +([^:\s]+)::", said, re.MULTILINE):
             took[file] += float(spent)
+            longest = max(longest, float(spent))
         apart = [test for test in tests if "::" in test]
         folders = [self.folder / test for test in tests if test not in apart]
         files = {file for folder in folders for file in ([folder] if folder.is_file() else folder.rglob("test_*.py"))}
         names = sorted(
             (file.relative_to(self.folder).as_posix() for file in files), key=lambda name: (took[name], name)
         )
-        return Usual(seconds, (*names, *apart), tuple(f"--deselect={test}" for test in failing))
+        return Usual(seconds, longest, (*names, *apart), tuple(f"--deselect={test}" for test in failing))
 
     @contextmanager
     def _planted(self, mutation: Mutation) -> Iterator[None]:

@@ -3,7 +3,8 @@
 A comparison is reversed. ``and``/``or``, ``+``/``-``, ``*``/``/`` and ``min``/``max`` are swapped. A minus or a ``not``
 is left out. A number changes, a condition is never true, a returned truth is negated, a call for its effect is left
 out. A constant of a module or a class becomes 100 times larger: a factor of two would be another tuning, not a fault.
-``<=`` for ``<`` is not planted: with real numbers it hardly ever makes a difference.
+``<=`` for ``<`` is not planted: with real numbers it hardly ever makes a difference. Nor is the -1 of ``reshape``
+changed: numpy takes any negative length as the unknown one.
 """
 
 import ast
@@ -107,6 +108,9 @@ def _other(value: float, *, declared: bool) -> list[str]:
 def _code(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes that are code: no annotations, decorators, error texts or keywords that configure a class."""
     if isinstance(node, SKIPPED):
+        return
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+        yield from _code(node.func)
         return
     if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "Annotated":
         return

@@ -189,6 +189,7 @@ PLANTED: dict[str, list[str]] = {  # a line of code: what it becomes
     "return f(1)":                        ["return f(100)", "return f(2)"],
     "f(a)":                               ["None"],
     "f(a).b":                             [],
+    "a = b.reshape(-1, 2)":               [],
     "A = 3":                              ["A = 300"],
     "if a: b = c":                         ["if (False): b = c"],
     "def f() -> bool: return a":          ["def f() -> bool: return (not (a))"],

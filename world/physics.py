@@ -47,8 +47,8 @@ class Physics:
         self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         self._round = list(self._bodies)  # what rays see as discs: robots, then round movers
-        self._square: list[tuple[pymunk.Body, float, float]] = []  # movers that are boxes, and their half sides
-        self._discs = np.array([(0.0, 0.0, radius)] * len(poses), np.float64).reshape(-1, 3)
+        self._square: list[pymunk.Body] = []  # movers that are boxes
+        self._discs = np.full((len(poses), 3), radius)  # m, of each in ``_round``: place and radius
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
         self._poses: list[Pose] = []
@@ -83,11 +83,11 @@ class Physics:
         self._stale = True
         if radius is not None:
             self._round.append(body)
-            self._discs = np.vstack([self._discs, (0.0, 0.0, radius)])
+            self._discs = np.vstack([self._discs, (*body.position, radius)])
         else:
             length, width = size or (1.0, 1.0)
-            self._square.append((body, length / 2, width / 2))
-            self._boxes = np.vstack([self._boxes, (0.0, 0.0, 0.0, length / 2, width / 2)])
+            self._square.append(body)
+            self._boxes = np.vstack([self._boxes, (*body.position, body.angle, length / 2, width / 2)])
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
@@ -188,7 +188,7 @@ class Physics:
             self._stale = False
             places = [body.position for body in self._round]
             self._discs[:, :2] = np.array(places, np.float64).reshape(-1, 2)
-            for row, (body, _, _) in enumerate(self._square):
+            for row, body in enumerate(self._square):
                 self._boxes[row, :2] = body.position
                 self._boxes[row, 2] = body.angle
             yaws = [body.angle for body in self._bodies]

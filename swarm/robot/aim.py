@@ -19,7 +19,10 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 
 
 class Aiming:
-    """The aims of one robot, whose footprint has a ``radius`` [m]. The last answer is cached."""
+    """The aims of one robot, whose footprint has a ``radius`` [m]. The last answer is cached.
+
+    Of ``cells`` only the lattice counts, which stays the same for a whole run.
+    """
 
     def __init__(self, cells: CellMap, radius: float) -> None:
         self._cells = cells
@@ -29,10 +32,6 @@ class Aiming:
         self._aimed_for: tuple[object, ...] = ()
         self._aimed: Point = (0.0, 0.0)
         self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
-
-    def take_cells(self, cells: CellMap) -> None:
-        """Replace the cells by those of another map on the same lattice."""
-        self._cells = cells
 
     def choose(self, grid: Grid | None, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
         """Return the farthest point [m] that the footprint reaches in a straight line through held cells.

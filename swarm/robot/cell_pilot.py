@@ -115,7 +115,6 @@ class CellPilot:
         """Replace the map; reservations and peer records stay."""
         self._cells = cells_of(floor, self._settings)
         self._traffic.take_cells(self._cells)
-        self._aiming.take_cells(self._cells)
 
     def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
         """Update the cells from changed blocks of a learned map; return True if cells or their joins changed."""
@@ -123,7 +122,6 @@ class CellPilot:
         for low, high in blocks:
             self._cells = self._cells.changed(floor, low, high)
         self._traffic.take_cells(self._cells)
-        self._aiming.take_cells(self._cells)
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:

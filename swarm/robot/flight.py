@@ -16,7 +16,7 @@ from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import Boxes, advance, clearance_along, gap
-from swarm.robot.safety import Constraints
+from swarm.robot.safety import STAND, Constraints
 from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
 from swarm.settings import Settings
 from swarm.traffic.threat import HALF_WIDTH, Threat
@@ -176,7 +176,7 @@ class Flight:
         heading: float,
         time: float,
         ahead: float = FLIGHT.ahead,
-        speeds: tuple[float, float] = (0.0, 0.0),
+        speeds: tuple[float, float] = STAND,
     ) -> NDArray[np.float64] | None:
         """Return the least gap [m] to the threats on each of their courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot

@@ -156,7 +156,7 @@ class Ground:
 
 def _blank(floor: OccupancyMap) -> OccupancyMap:
     """Return an unknown map of the same extent with cells of at most ``RESOLUTION``."""
-    factor = max(1, ceil(floor.resolution / RESOLUTION - 1e-9))
+    factor = ceil(floor.resolution / RESOLUTION - 1e-9)
     rows, columns = floor.shape
     cells = np.full((rows * factor, columns * factor), UNKNOWN, np.uint8)
     return OccupancyMap(cells, floor.resolution / factor, floor.origin)

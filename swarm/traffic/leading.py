@@ -41,8 +41,8 @@ def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None
 
 def searched_on(part: Part, call: Searching, situation: Situation) -> Move | None:
     """Spend this tick's share of expansions on the search."""
-    openings = part.settings.robot_openings // max(1, len(call.question.members))
-    return Move(call._replace(answer=call.search.advance(max(1, openings))))
+    openings = part.settings.robot_openings // len(call.question.members)
+    return Move(call._replace(answer=call.search.advance(openings)))
 
 
 def found(part: Part, call: Searching, situation: Situation) -> Move | None:

@@ -42,6 +42,9 @@ def test_what_fired_is_what_the_definition_says(left: float, front: float, right
     assert fired == pytest.approx(expected, abs=1e-12)
     assert explanation.weights == pytest.approx(weight)
     assert (explanation.left_v, explanation.right_v) == PAPER.wheel_speeds(left, front, right, heading)
+    for name in weight:
+        strengths = [rule.strength for rule in explanation.rules if rule.behaviour == name]
+        assert strengths == sorted(strengths, reverse=True), "the strongest first"
 
 
 def test_json_has_what_other_tools_read() -> None:

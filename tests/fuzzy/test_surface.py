@@ -158,6 +158,7 @@ def test_texts_lie_in_the_picture_and_on_nothing_else(
 ) -> None:
     pixels, labels = drawn(tmp_path / "a.png", monkeypatch, x=axes[0], y=axes[1], at=AT)
     height, width, _ = pixels.shape
+    assert (width, height) == (996, 500)
     boxes = [one.box for one in labels] + [(left, TOP, left + SIDE, TOP + SIDE) for left in PANELS]
     for left, top, right, bottom in boxes:
         assert 0 <= left < right <= width

@@ -15,7 +15,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
-from swarm.robot.ground import DEAF, TELL, Ground
+from swarm.robot.ground import DEAF, TELL, Ground, _blank
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_block, with_settings
 from world.world import World
@@ -87,6 +87,14 @@ def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float
         assert strayed.area < 1e-6
     assert ground.map.at(*START[:2]) == FREE
     assert ground.map.at(9.5, 5.5) == UNKNOWN, "nobody looked there"
+
+
+@pytest.mark.parametrize(("resolution", "factor"), [(0.05, 1), (0.1, 1), (0.11, 2), (0.2, 2), (0.25, 3), (1.0, 10)])
+def test_an_unknown_floor_has_cells_of_a_decimetre_at_most(resolution: float, factor: int) -> None:
+    blank = _blank(OccupancyMap(np.full((3, 4), WALL, np.uint8), resolution))
+    assert blank.shape == (3 * factor, 4 * factor)
+    assert blank.resolution == pytest.approx(resolution / factor)
+    assert (blank.cells == UNKNOWN).all()
 
 
 def test_beside_the_corner_of_the_map_walls_are_learned_too() -> None:

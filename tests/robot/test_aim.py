@@ -3,7 +3,6 @@
 from dataclasses import replace
 from math import cos, hypot, pi, sin
 
-import numpy as np
 import pytest
 import shapely
 from hypothesis import assume, given
@@ -11,13 +10,13 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, distance, from_frame
 from swarm.maps.occupancy import Point
-from swarm.motion.sweep import gap, line_room, path_room
+from swarm.motion.sweep import gap
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.tuning import AIM
 from swarm.traffic.cells import CellMap
 from swarm.traffic.settings import NEAR, TrafficSettings
-from tests.robot.driving import DRIVE, MOST, RADIUS, cells_as_shape, room, solid
+from tests.robot.driving import RADIUS, cells_as_shape, room, solid
 from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
 
 COLUMNS = DOOR.cells.columns
@@ -208,28 +207,12 @@ def test_on_a_lattice_that_lies_elsewhere_and_turned_the_aim_is_the_same_place(o
         assert found == pytest.approx(from_frame(origin, *aim), abs=1e-6)
 
 
-def test_another_floor_on_the_same_lattice_is_taken_for_what_is_chosen_next() -> None:
-    one, held = Aiming(BAY.cells, RADIUS), BAY.at("a")
-    before = one.shut(held).tolist()
-    one.take_cells(CellMap(BAY.occupancy, side=SIDE, radius=0.23))
-    assert one.shut(held).tolist() == before
-
-
 # --- lengths and rooms ---
 
 
 def test_the_way_is_measured_from_where_it_is_over_the_waypoints_beyond_the_first() -> None:
     assert distance_along(Pose(0.0, 0.0, 1.0), [(9.0, 9.0), (3.0, 4.0), (3.0, 10.0)]) == pytest.approx(11.0)
     assert distance_along(Pose(0.0, 0.0, 1.0), [(3.0, 4.0)]) == pytest.approx(5.0)
-
-
-def test_rooms_are_distances_to_boxes() -> None:
-    boxes = np.array([[1.0, -1.0, 2.0, 1.0]])
-    assert line_room(boxes, 0.0, 0.0, 0.5, 0.0) == pytest.approx(0.5)
-    stands = path_room(boxes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, DRIVE.track_width, MOST, 0.05, 8)
-    assert stands == pytest.approx(1.0)
-    drives = path_room(boxes, 0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5, DRIVE.track_width, MOST, 0.05, 8)
-    assert drives == pytest.approx(1.0 - 8 * 0.05 * 0.5 - (0.4 + 0.3 + 0.2 + 0.1) * 0.05)
 
 
 @given(angle=st.floats(-pi, pi), x=st.floats(-1.0, 1.0), y=st.floats(-1.0, 1.0))

@@ -14,6 +14,7 @@ from swarm.robot.brain import Robot
 from swarm.robot.tuning import REPLAN
 from swarm.traffic.cells_of import cells_of
 from tests.robot.shared import AT, STOPS, robot, scenario, step
+from tests.shared import scenario_of
 
 
 def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
@@ -199,3 +200,20 @@ def test_a_new_plan_leads_round_who_stands_on_the_way() -> None:
     first, anew = (min(distance(point, (3.6, 3.5)) for point in dense(plan.points)) for plan in plans)
     assert first < 0.2
     assert anew > 2 * scenario().settings.robot.radius
+
+
+# --- what it learns of an unknown floor ---
+
+
+def test_a_stop_that_the_learned_cells_no_longer_lead_to_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The robot has a path when it learns of a wall; before it gives up, it forgets all walls and looks again."""
+    text = "#" * 10 + "\n" + ("#" + "." * 8 + "#\n") * 4 + "#" * 10 + "\n"
+    one = Robot("r1", 0, scenario_of(text, map={"text": text, "cell": 1.0, "known": False}, targets=STOPS), AT)
+    assert step(one, 0).command.unreachable == []
+    forgotten: list[float] = []
+    monkeypatch.setattr(one._ground, "look", lambda sense, robot_at: True)
+    monkeypatch.setattr(one._ground, "forget", forgotten.append)
+    monkeypatch.setattr(one._pilot, "learn", lambda floor, news: True)
+    monkeypatch.setattr(one._pilot, "can_reach", lambda here, goal: goal != tuple(STOPS[0]))
+    assert step(one, 1).command.unreachable == [0]
+    assert len(forgotten) == 1

@@ -1,19 +1,30 @@
 """Getting out of the way of what comes: never a contact that standing would have prevented, as a rule none at all."""
 
-from math import cos, hypot, pi, sin
+from math import cos, hypot, inf, nan, pi, sin
 
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose, Twist, distance, wrap
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.flight import Flight
 from swarm.robot.safety import STAND, Body, Constraints, SafetyFilter
 from swarm.traffic.threat import HALF_WIDTH, Threat
-from tests.robot.driving import DT, NO_BOXES, RADIUS, SETTINGS, cells_as_shape, constraints, footprint, rolled, sense_of
+from tests.robot.driving import (
+    DRIVE,
+    DT,
+    NO_BOXES,
+    RADIUS,
+    SETTINGS,
+    cells_as_shape,
+    constraints,
+    footprint,
+    rolled,
+    sense_of,
+)
 from tests.shared import scenario_of
 from tests.traffic.maps import Drawn
 
@@ -26,6 +37,7 @@ A = WALLED.at("a")[0]
 HELD = (A - 1, A, A + 1)
 TOUCHES = RADIUS + HALF_WIDTH  # m
 angles = st.floats(-pi, pi)
+rims = st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7))
 
 
 def step(flight: Flight, safety: SafetyFilter, body: Body, tick: int, limits: Constraints, *threats: Threat) -> Body:
@@ -103,3 +115,67 @@ def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
         threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
         said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
         assert said is threatened
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0, pi])
+@pytest.mark.parametrize(
+    ("coming", "linear", "angular"),
+    [
+        (180, 0.6, 0.0),  # deg, from behind: straight on is the first way out that is tried
+        (120, 0.6, 0.0),
+        (-120, 0.6, 0.0),
+        (90, 0.6 * cos(pi / 4), -5.0 * pi / 4),  # from the left: 45 degrees to the right
+        (-90, 0.6 * cos(pi / 4), 5.0 * pi / 4),
+        (0, 0.0, -4.0),  # head-on: of two that are equally good, the one to the right
+        (60, 0.6 * cos(5 * pi / 12), -4.0),  # from ahead: 75 degrees, for which it turns as fast as it may
+        (-60, 0.6 * cos(5 * pi / 12), 4.0),
+    ],
+)
+def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
+    yaw: float, coming: float, linear: float, angular: float
+) -> None:
+    body, side = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
+    threat = Threat(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
+    twist = Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
+    assert twist == pytest.approx((linear, angular))
+
+
+# courses of a threat: its turn [rad], and the share of its speed that it keeps
+COURSES = ((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.0), (0.0, 0.0))
+
+
+def gaps_by_hand(body: Body, threat: Threat, heading: float, speeds: tuple[float, float], drive: int) -> list[float]:
+    """Drive for so many ticks, then brake, for 2.5 s in all: the least gap [m] on each course."""
+    start, least = Pose(*body.pose), [inf] * len(COURSES)
+    for tick in range(50):
+        for number, (turn, share) in enumerate(COURSES):
+            vx, vy = share * threat.vx, share * threat.vy
+            x = threat.x + (cos(turn) * vx - sin(turn) * vy) * tick * DT
+            y = threat.y + (sin(turn) * vx + cos(turn) * vy) * tick * DT
+            least[number] = min(least[number], distance(body.pose, (x, y)) - TOUCHES)
+        wanted = speeds if tick < drive else STAND
+        if tick < drive and heading == heading:
+            off = wrap(heading - body.pose.yaw)
+            wanted = DRIVE.rim_speeds(Twist(0.6 * max(0.0, cos(off)), max(-4.0, min(4.0, 5.0 * off))))
+        body = rolled(body, wanted)
+    assert distance(start, body.pose) < 2.0, "it stays in the open"
+    return least
+
+
+@given(
+    yaw=angles, now=rims, at=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
+    coming=st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)),
+    heading=st.floats(-3.0, 3.0) | st.just(nan), speeds=rims, drive=st.integers(0, 36),
+)  # fmt: skip
+def test_the_gaps_to_a_threat_are_those_of_stepping_by_hand(
+    yaw: float, now: tuple[float, float], at: tuple[float, float], coming: tuple[float, float],
+    heading: float, speeds: tuple[float, float], drive: int,
+) -> None:  # fmt: skip
+    body = Body(MIDDLE._replace(yaw=yaw), *now)
+    threat = Threat(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
+    assume(abs(abs(wrap(yaw - heading)) - pi) > 1.0 or heading != heading)  # turned away, a bit decides the side
+    gaps = Flight(SETTINGS)._gaps(
+        sense_of(body), constraints(WIDE, body.pose), (threat,), heading, drive * DT, speeds=speeds
+    )
+    assert gaps is not None
+    assert gaps.tolist() == pytest.approx(gaps_by_hand(body, threat, heading, speeds, drive), abs=0.01)

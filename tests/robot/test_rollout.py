@@ -1,6 +1,6 @@
 """The compiled rollout of the tables equals the controller and the kinematics, stepped by hand."""
 
-from math import inf, pi
+from math import cos, inf, pi, sin
 
 import numpy as np
 import pytest
@@ -87,6 +87,16 @@ def test_where_it_would_circle_round_a_near_aim_it_is_empty(away: float, empty: 
     body = Body(START, 0.0, 0.0)
     points = circling(sense_of(body), body, (0.0, away), 1.0)
     assert (len(points) == 0) is empty
+
+
+@pytest.mark.parametrize("yaw", [0.0, pi / 2, pi, -pi / 2])
+def test_who_drives_straight_to_a_near_aim_does_not_circle(yaw: float) -> None:
+    """Tables that drive straight on at 0.4 m/s, after a ramp over three ticks: 0.97 m in 2.5 s, of 1.2 m."""
+    straight = Rollout(Controller(constant_rules(load_profile("paper"), "slow", "slow")), SETTINGS)
+    body = Body(Pose(3.0, -2.0, yaw), 0.0, 0.0)
+    points = straight(sense_of(body), body, (3.0 + 1.2 * cos(yaw), -2.0 + 1.2 * sin(yaw)), 1.0)
+    assert len(points) == TICKS
+    assert points[-1].tolist() == pytest.approx((3.0 + 0.97 * cos(yaw), -2.0 + 0.97 * sin(yaw)))
 
 
 @pytest.mark.parametrize("far", [inf, NOTHING])

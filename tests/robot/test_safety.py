@@ -238,6 +238,15 @@ def test_who_may_not_drive_brakes_with_both_wheels_before_it_turns(wish: Speeds,
     assert SafetyFilter(SETTINGS).check(sense_of(body), wish, limits) == STAND
 
 
+@pytest.mark.parametrize(("gap", "share"), [(1.0, 1.0), (0.3, 1.0), (0.2, 0.6), (0.12, 0.3), (0.05, 0.0)])
+def test_a_way_out_keeps_its_turn_and_has_no_more_speed_than_the_gap_ahead_allows(gap: float, share: float) -> None:
+    """At 0.6 m/s it drives about 0.24 m before it stands again, at 0.36 m/s 0.14 m, at 0.18 m/s 0.07 m."""
+    ahead = np.array([(MIDDLE.x + RADIUS + gap, 0.0, MIDDLE.x + 2.0, 20.0)])
+    body = at_rest(MIDDLE._replace(yaw=0.0))
+    speeds = SafetyFilter(SETTINGS).out(sense_of(body), Twist(0.6, 1.0), constraints(WIDE, body.pose, ahead))
+    assert twist_of(speeds) == pytest.approx((0.6 * share, 1.0))
+
+
 # --- many looks ---
 
 CORRIDOR = scenario_of("#" * 42 + "\n" + ("#" + "." * 40 + "#\n") * 4 + "#" * 42 + "\n").map  # walls at y = 1 and 5
@@ -270,6 +279,14 @@ def test_many_looks_lose_no_clearance_below_what_is_tight(
     for tick in range(500):
         body = rolled(body, safety.check(sense_of(body, tick), tables, constraints(CORRIDOR_GRID, body.pose, shut)))
         assert room(judge, body.pose) >= min(began, TIGHT) - 1e-5, f"tick {tick}"
+
+
+@pytest.mark.parametrize(("yaw", "side"), [(-pi / 4, 1), (-3 * pi / 4, -1)])
+def test_the_freer_side_is_that_of_the_smaller_turn_away_from_a_wall(yaw: float, side: int) -> None:
+    """The wall is below; the sensors see more room to the other side."""
+    body = at_rest(Pose(20.0, 1.0 + RADIUS + 0.05, yaw))
+    sense = sense_of(body, left=0.5, right=0.6) if side > 0 else sense_of(body, left=0.6, right=0.5)
+    assert SafetyFilter(SETTINGS).freer_side(sense, constraints(CORRIDOR_GRID, body.pose)) == side
 
 
 # --- coming to a stand ---
@@ -310,6 +327,15 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
 
 
 # --- turning to face something ---
+
+
+@pytest.mark.parametrize(
+    ("linear", "turns"), [(0.0, True), (0.019, True), (0.021, False), (-0.019, True), (-0.021, False)]
+)
+def test_to_face_something_it_brakes_first(linear: float, turns: bool) -> None:
+    speeds = SafetyFilter(SETTINGS).face(Body(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
+    assert (speeds != STAND) is turns
+    assert speeds.left == pytest.approx(-speeds.right)
 
 
 @given(st.floats(-pi, pi))

@@ -139,6 +139,14 @@ def test_who_stands_nowhere_is_put_to_the_nearest_place_with_room() -> None:
     assert Drawn("###").cells.nearest_standable(0.0, 0.0) == OUTSIDE
 
 
+@pytest.mark.parametrize("drawn", [Drawn("a##b"), Drawn("a", "#", "#", "b")], ids=["beside", "above"])
+def test_of_two_places_the_nearer_is_chosen(drawn: Drawn) -> None:
+    cells, (a, b) = drawn.cells, drawn.at("ab")
+    (x0, y0), (x1, y1) = cells.centre(a), cells.centre(b)
+    for share, nearest in ((0.3, a), (0.45, a), (0.55, b), (0.7, b)):
+        assert cells.nearest_standable(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) == nearest
+
+
 def test_the_cells_around_are_a_square_cut_at_the_edge() -> None:
     cells = Drawn("abcd", "efgh", "ijkl").cells  # row 0 is i to l
     assert cells.around(5, 1) == [0, 1, 2, 4, 5, 6, 8, 9, 10]
@@ -158,13 +166,15 @@ def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outsid
     assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}
 
 
-def test_a_disc_that_reaches_beyond_the_map_does_not_fit_though_its_cell_does() -> None:
-    """Cells may reach beyond the map by half their side."""
-    cells = CellMap(
-        OccupancyMap(np.zeros((12, 12), np.uint8), 0.1, Pose(0.0, 0.0, 0.0)), side=0.8, radius=0.2, offset=(0.0, -0.4)
-    )
-    assert cells.fits((0,), 0.4, 0.2, 0.2)
-    assert not cells.fits((0,), 0.4, 0.15, 0.2)
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.6), (1.2, 0.6), (0.6, 0.0), (0.6, 1.2)])
+def test_a_disc_that_reaches_beyond_the_map_does_not_fit_though_its_cell_does(x: float, y: float) -> None:
+    """Cells may reach beyond the map by half their side: here by 0.2 m at each edge."""
+    floor = OccupancyMap(np.zeros((12, 12), np.uint8), 0.1, Pose(0.0, 0.0, 0.0))
+    cells = CellMap(floor, side=0.8, radius=0.2, offset=(-0.2, -0.2))
+    edge, held = max(abs(x - 0.6), abs(y - 0.6)), range(len(cells))
+    for left, fits in ((0.21, True), (0.15, False)):
+        share = 1.0 - left / edge
+        assert cells.fits(held, 0.6 + share * (x - 0.6), 0.6 + share * (y - 0.6), 0.2) is fits
 
 
 def test_joins_can_be_left_out() -> None:

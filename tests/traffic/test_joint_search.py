@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm.traffic import joint_search
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import duration, order_of
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
-from swarm.traffic.lacam import Search, State, without_detours
+from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Ties
 from swarm.traffic.plan_check import faults
 from tests.traffic.maps import BAY, HARD, RING, TREE, Drawn, public
@@ -105,6 +106,35 @@ def test_a_goal_that_no_way_leads_to() -> None:
     drawn = Drawn("a#b")
     assert drawn.cells.distances(drawn.at("b")[0])[drawn.at("a")[0]] == FAR
     assert search(drawn.cells, drawn.at("a"), drawn.at("b"), Budget()).outcome is Outcome.UNSOLVABLE
+
+
+def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
+    """However many others there are, whose configurations a search would go through."""
+    cells, (a, b, c, d) = (drawn := Drawn("a#b", "###", "c.d")).cells, drawn.at("abcd")
+    for goals, state in (((a, d), State.RUNNING), ((b, d), State.UNSOLVABLE), ((a, b), State.UNSOLVABLE)):
+        tables = [cells.distances(goal) for goal in goals]
+        once = Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1))
+        assert (once.state, once.expansions) == (state, 0)
+
+
+def test_changes_are_tried_until_so_many_in_a_row_are_no_quicker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The seventh change is quicker; the plan itself stays the same."""
+    tried: list[Steps] = []
+
+    class Same:
+        pops = 0
+
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def changed(self, steps: Steps) -> Steps:
+            tried.append(steps)
+            return steps
+
+    monkeypatch.setattr(joint_search, "Improving", Same)
+    monkeypatch.setattr(joint_search, "duration", lambda _: (9.0 if len(tried) < 7 else 8.0, 0.0))
+    assert search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(starts=1)).outcome is Outcome.SOLVED
+    assert len(tried) == 7 + joint_search.FRUITLESS
 
 
 def test_two_robots_with_one_goal_are_refused() -> None:

@@ -69,6 +69,8 @@ REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
     "I have no way to go":                    (replace(MINE, ahead=()), (RESTS,),                          None),
     "of two I wait for, the second rests":    (replace(MINE, waits=("r3", "r2")), (record("r3", D), RESTS), "rest"),
     "two will meet":                          (COMING, (record("r2", E, ahead=(D, C, B)),),                "will meet"),
+    "the other comes a step sooner":          (COMING, (record("r2", D, ahead=(C, B)),),                   "will meet"),
+    "two steps sooner":                       (replace(COMING, ahead=(B, C, D, E)), (record("r2", E, ahead=(D, C)),), None),
     "the other is long gone by then":         (COMING, (record("r2", D, ahead=(C,)),),                     None),
     "it follows a plan":                      (COMING, (record("r2", E, ahead=(D, C, B), epoch=PLAN),),    None),
     "stuck for long":                         (replace(MINE, moved=LONG), (PASSING,),                      "stuck"),
@@ -150,3 +152,22 @@ def test_a_cell_is_entered_after_the_robot_that_comes_first_has_left_it(name: st
     first, waits_for = TURNS[name]
     assert FOLLOWER.waits_for(1, at({"r1": first} if first else {})) == waits_for
     assert FOLLOWER.waits_for(0, at({"r1": first} if first else {})) is None, "no other cell is waited for"
+
+
+# fmt: off
+VISITS: dict[str, tuple[Record | None, bool]] = {  # is r1 in the visit that has to be over first?
+    "it is on its way there":        (record("r1", A, epoch=PLAN, left=0, entered=0),   False),
+    "it is entering":                (record("r1", B, epoch=PLAN, left=0, entered=1),   True),
+    "it is there":                   (record("r1", B, epoch=PLAN, left=1, entered=1),   True),
+    "it is leaving":                 (record("r1", C, epoch=PLAN, left=1, entered=2),   True),
+    "it has left":                   (record("r1", C, epoch=PLAN, left=2, entered=2),   False),
+    "it is there in another plan":   (record("r1", B, epoch=OTHER, left=1, entered=1),  False),
+    "it is silent":                  (None,                                             False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", VISITS)
+def test_nobody_comes_in_between_while_the_robot_waited_for_is_in_that_very_visit(name: str) -> None:
+    first, there = VISITS[name]
+    assert FOLLOWER.next_after(1, at({"r1": first} if first else {})) is there

@@ -10,6 +10,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.cells import CellMap
+from swarm.traffic.claiming import LEANS
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.route_progress import BESIDE
 from swarm.traffic.settings import TrafficSettings
@@ -38,8 +39,8 @@ def other(tick: int, answered: Record | None, refused: tuple[int, ...], says: Ma
 class Driven:
     """A robot's traffic that is stepped with r2 in range."""
 
-    def __init__(self, sweeps: tuple[int, ...] = (ROOM,)) -> None:
-        self.traffic = Traffic("r1", FLOOR.cells, SETTINGS)
+    def __init__(self, sweeps: tuple[int, ...] = (ROOM,), settings: TrafficSettings = SETTINGS) -> None:
+        self.traffic = Traffic("r1", FLOOR.cells, settings)
         self.tick, self.sweeps = 0, sweeps
         self.said: Record | None = None
 
@@ -262,6 +263,13 @@ def test_a_robot_that_comes_back_soon_keeps_its_way() -> None:
         back = list(robot.run(10))
     assert back[-1].held[-len(before) :] == before
     assert all(before[-1] in granted.held for granted in back)
+
+
+@pytest.mark.parametrize(("back", "claims"), [(0.0, True), (LEANS - 0.01, True), (LEANS + 0.01, False)])
+def test_where_walls_stop_the_radio_it_claims_from_the_middle_of_its_cell_alone(back: float, claims: bool) -> None:
+    """From there it hears all that may claim the next cell."""
+    robot = Driven((), TrafficSettings(in_sight=True))
+    assert any(A + 1 in robot.claimed() for _ in robot.run(LONG, back=back) if robot.said is not None) is claims
 
 
 # --- an edit under it ---

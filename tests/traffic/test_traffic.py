@@ -7,6 +7,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
+from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.settings import StartSettings
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
@@ -90,6 +91,22 @@ def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
     assert_clean(report)
     assert report["per_robot"]["r1"]["path_length"] < 1.1 * report["per_robot"]["r1"]["shortest_length"]
     assert max(behind) < 2 * drawn.side, "no cells far behind"
+
+
+@pytest.mark.parametrize(("listens", "gap"), [(False, 4), (True, 2)])
+def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap: int) -> None:
+    drawn, settings = Drawn("....", "a.cb", "...."), TrafficSettings()
+    traffic, (x, y) = Traffic("r1", drawn.cells, settings), drawn.points("b")[0]
+    spoken = []
+    for tick in range(2 * settings.listen):
+        other = Record(robot="r2", stamp=tick, x=x, y=y, goal=0, held=drawn.at("b"), listens=listens)
+        heard = [TrafficBroadcast(own=other, others=())]
+        if traffic.step(TrafficInputs(tick, drawn.pose(drawn.at("a")[0]), None, heard=heard)).broadcast is not None:
+            spoken.append(tick)
+    first = [tick for tick in spoken if tick < settings.listen]
+    later = [tick for tick in spoken if tick >= settings.listen]
+    assert first == list(range(first[0], settings.listen, 2))
+    assert later == list(range(later[0], 2 * settings.listen, gap))
 
 
 def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:

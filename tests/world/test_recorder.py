@@ -34,6 +34,13 @@ def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
     return msgspec.structs.replace(REST, activity=activity, **fields)
 
 
+def test_a_record_begins_with_nothing() -> None:
+    record = recorder(A, B)
+    counts = (record.path_length, record.struck, record.waiting, record.replans)
+    assert counts == ([0.0, 0.0], [0, 0], [0.0, 0.0], [0, 0])
+    assert (record.begun, record.unreachable, record.complete) == ([], [[], []], False)
+
+
 # --- contacts ---
 
 LET_GO = round(PARTED / DT)  # ticks after which a touch is a new one

@@ -10,6 +10,7 @@ from swarm.geometry import Pose
 from swarm.messages import Activity, Command, Edit, Event, Kind, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
+from world import simulate
 from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
 from world.movers import Patrol
 from world.progress import STALLED
@@ -38,6 +39,13 @@ def test_a_run_is_over_when_everybody_is_done() -> None:
     assert not world.finished
     world.step({"r2": say(world, activity=Activity.DONE)})
     assert world.finished
+
+
+def test_a_run_reports_the_time_that_it_took(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter((100.0, 100.5))
+    monkeypatch.setattr(simulate, "perf_counter", lambda: next(clock))
+    report = Simulation.of(scenario_of(), 1, 1).run(limit=1.0)
+    assert (report["wall_time"], report["real_time_factor"]) == (0.5, pytest.approx(2.0))
 
 
 # fmt: off

@@ -35,6 +35,8 @@ LABELS: dict[str, tuple[tuple[float, float], Steering]] = {  # what is commanded
     "backwards in the same ratio":         ((-0.3 * FAST, -0.3 * SLOW),                     BLENDED),
     "the same turn, less way on":          ((FAST - 0.2, SLOW - 0.2),                       TIGHTENED),
     "the same turn on the spot":           ((RATE / 2, -RATE / 2),                          TIGHTENED),
+    "the same turn, all but on the spot":  ((RATE / 2 - CLOSE / 2, -RATE / 2 - CLOSE / 2), TIGHTENED),
+    "all but the same turn and way on":    ((FAST + 1.4 * CLOSE, SLOW - 0.4 * CLOSE),       TIGHTENED),
     "the same turn, more way on":          ((FAST + 0.2, SLOW + 0.2),                       BLENDED),
     "the same turn backwards":             ((RATE / 2 - 0.1, -RATE / 2 - 0.1),              BLENDED),
     "on the spot, faster":                 ((RATE, -RATE),                                  TURNED),

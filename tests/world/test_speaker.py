@@ -1,0 +1,95 @@
+"""What the world sends to all listeners, and when."""
+
+from dataclasses import replace
+from typing import cast
+
+import pytest
+
+from swarm.bus import Bus
+from swarm.geometry import Pose
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Event, Phase
+from tests.shared import scenario_of
+from world import speaker
+from world.speaker import Speaker
+from world.world import World
+
+AT = Pose(2.5, 2.5, 0.0)
+
+
+class Wire:
+    """A bus that keeps what is sent."""
+
+    def __init__(self, *, wanted: bool = True) -> None:
+        self.sent: list[tuple[object, object]] = []
+        self._wanted = wanted
+
+    def send(self, topic: object, message: object) -> None:
+        self.sent.append((topic, message))
+
+    def wanted(self, topic: object) -> bool:
+        assert topic is TRUTH
+        return self._wanted
+
+
+def speaker_of(wire: Wire, rate: float = 20.0) -> tuple[Speaker, World, list[str]]:
+    scenario, logged = scenario_of(rate=rate), list[str]()
+    return Speaker(cast("Bus", wire), scenario, logged.append), World(scenario, [AT], 1), logged
+
+
+@pytest.mark.parametrize(
+    ("rate", "wanted", "ticks"),
+    [
+        (20.0, True, [0, 2, 4, 6, 8]),  # the truth is told 10 times a second
+        (40.0, True, [0, 4, 8]),
+        (5.0, True, list(range(10))),  # at most once a tick
+        (20.0, False, []),
+    ],
+)
+def test_the_truth_is_told_at_its_rate_if_anybody_listens(rate: float, wanted: bool, ticks: list[int]) -> None:
+    wire = Wire(wanted=wanted)
+    one, world, _ = speaker_of(wire, rate)
+    told = []
+    for tick in range(10):
+        one.tell_truth(world)
+        told += [(tick, topic) for topic, _ in wire.sent]
+        wire.sent.clear()
+        world.step({})
+    assert told == [(tick, TRUTH) for tick in ticks]
+
+
+def test_the_clock_is_due_at_first_and_then_once_a_period(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 4 Hz: at the table's 1 Hz a rate and a period are the same number."""
+    wire, now, often = Wire(), [50.0], replace(CLOCK, rate=4.0)
+    monkeypatch.setattr(speaker, "CLOCK", often)
+    monkeypatch.setattr(speaker, "monotonic", lambda: now[0])
+    one, world, _ = speaker_of(wire)
+    assert one.clock_is_due
+    clock = one.clock(world, Phase.RUNNING, ["r1"])
+    one.tell_clock(clock)
+    assert wire.sent == [(often, clock)]
+    assert (clock.tick, clock.robots, clock.present) == (0, ["r1"], ["r1"])
+    for now[0], due in ((50.1, False), (50.2, False), (50.3, True), (90.0, True)):
+        assert one.clock_is_due is due
+
+
+def test_an_event_is_sent_and_logged_in_a_line() -> None:
+    wire = Wire()
+    one, _, logged = speaker_of(wire)
+    events = [Event(run=0, tick=250, time=12.5, kind="stalled", robot=robot, text="says so") for robot in ("r1", None)]
+    for event in events:
+        one.tell(event)
+    assert wire.sent == [(EVENT, event) for event in events]
+    assert logged == ["   12.50 s  r1 says so", "   12.50 s  says so"]
+
+
+def test_the_map_has_the_starts_and_is_the_newest() -> None:
+    wire = Wire()
+    one, world, _ = speaker_of(wire)
+    one.tell_map(world)
+    first = one.floor(world)
+    assert wire.sent == [(MAP, first)]
+    assert first.scenario["starts"] == {"r1": AT}
+    changed = world.floor.cells.copy()
+    changed[2, 2] = 1
+    one.take_map(replace(world.floor, cells=changed))
+    assert one.floor(world).packed != first.packed
