@@ -71,7 +71,7 @@ MUTANTS: Final = (
            "proven, names = _is_proof(call, call.answer)", "proven, names = True"),
     Mutant("always exact", "asleep,unsolvable", TRAFFIC + "question.py", "exact = not blocked", "exact = True"),
     Mutant("who is done makes no room", "shared", ROBOT + "cell_pilot.py",
-           "idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted", "idle = False"),
+           "idle = inputs.done and self._cells.cell_of(*inputs.goal) in self._wanted", "idle = False"),
     Mutant("claim numbers used twice", "contest", TRAFFIC + "reservations.py",
            "claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number + 1)",
            "claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number)"),

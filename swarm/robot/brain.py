@@ -12,7 +12,7 @@ from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Occasion, Stage
 from swarm.robot.navigator import Navigator
-from swarm.robot.pilot import Move, Situation
+from swarm.robot.pilot import Move, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, learned_cells
@@ -192,7 +192,7 @@ class Robot:
         self._find_path(sense, pose)
         mission = self.mission
         goal = mission.goal
-        situation = Situation(
+        inputs = PilotInputs(
             sense=sense,
             pose=pose,
             goal=mission.stops[-1] if goal is None else goal,
@@ -201,7 +201,7 @@ class Robot:
             navigator=self._navigator,
             heard=heard,
         )
-        move = self._pilot.drive(situation)
+        move = self._pilot.drive(inputs)
         self._activity = move.activity
         return move
 

@@ -18,14 +18,15 @@ from swarm.robot.detour import Detour
 from swarm.robot.flight import Flight
 from swarm.robot.ground import Block
 from swarm.robot.lateness import Lateness
-from swarm.robot.pilot import Move, Situation, fuzzy_speeds
+from swarm.robot.pilot import Move, PilotInputs, fuzzy_speeds
 from swarm.robot.rollout import Rollout
-from swarm.robot.safety import NO_BODIES, STAND, Body, Constraints, SafetyFilter, WheelSpeeds
+from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
+from swarm.traffic.getting_on import GettingOn
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
@@ -62,37 +63,38 @@ class CellPilot:
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last
         self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
-        self._progress = (-1, 0, 0)  # current stop, fewest cells left to it, and the tick of that
+        self._target = -1  # current stop
+        self._getting_on = GettingOn(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
-    def drive(self, situation: Situation) -> Move:
+    def drive(self, inputs: PilotInputs) -> Move:
         """Return what the robot does at one tick."""
-        sense, pose = situation.sense, situation.pose
-        idle = situation.done and self._cells.cell_of(*situation.goal) in self._wanted
-        path = situation.navigator.path
-        scan = self._scan(situation)
-        body = Body(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
+        sense, pose = inputs.sense, inputs.pose
+        idle = inputs.done and self._cells.cell_of(*inputs.goal) in self._wanted
+        path = inputs.navigator.path
+        scan = self._scan(inputs)
+        body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         granted = self._traffic.step(
             TrafficInputs(
                 tick=sense.tick,
                 pose=pose,
-                goal=None if idle else situation.goal,
-                sweeps=self._sweeps(situation, body),
+                goal=None if idle else inputs.goal,
+                sweeps=self._sweeps(inputs, body),
                 braking=self._filter.braking(body, self._under_way(sense, body)),
                 scan=scan,
-                done=situation.done,
-                path=() if path is None or situation.done else path.points,
-                heard=[broadcast.traffic for broadcast in situation.heard if broadcast.traffic is not None],
+                done=inputs.done,
+                path=() if path is None or inputs.done else path.points,
+                heard=[broadcast.traffic for broadcast in inputs.heard if broadcast.traffic is not None],
             )
         )
-        speeds, heading = self._wheels(situation, granted, body)
+        speeds, heading = self._wheels(inputs, granted, body)
         self._lateness.command((speeds.left, speeds.right))
         self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.unconstrained else 0
         self._last = speeds.left, speeds.right
         return Move(
             speeds,
             heading,
-            self._activity(situation, granted, idle=idle),
+            self._activity(inputs, granted, idle=idle),
             held=granted.held,
             unconstrained=granted.unconstrained,
             scale=self._scale,
@@ -102,7 +104,7 @@ class CellPilot:
             traffic=granted.broadcast,
         )
 
-    def _under_way(self, sense: Sense, body: Body) -> tuple[tuple[float, float], ...]:
+    def _under_way(self, sense: Sense, body: DriveState) -> tuple[tuple[float, float], ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
@@ -132,16 +134,16 @@ class CellPilot:
         """Return True if joined cells lead from ``here`` to ``goal`` [m]."""
         return comes_near(self._cells, here, goal, self._settings)
 
-    def _wheels(self, situation: Situation, granted: TrafficOutputs, body: Body) -> tuple[WheelSpeeds, float]:
+    def _wheels(self, inputs: PilotInputs, granted: TrafficOutputs, body: DriveState) -> tuple[WheelSpeeds, float]:
         """Choose the wheel speeds, and the heading error [rad] that the fuzzy tables get."""
-        sense, pose, grid = situation.sense, situation.pose, situation.navigator.grid
+        sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and not granted.threats:
             self._detour.end()
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
-        seen = sense.bearings[situation.target] if distance(aim, situation.goal) < 1e-9 else None
+        seen = sense.bearings[inputs.target] if distance(aim, inputs.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         self._drawn_to = (
             aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
@@ -150,9 +152,9 @@ class CellPilot:
         away = self._away(sense, Constraints(grid, shut, local, bodies), granted)
         if away is not None:
             return away, heading
-        self._scale = self._scaled(situation, granted, gap(shut, local.x, local.y), heading)
+        self._scale = self._scaled(inputs, granted, gap(shut, local.x, local.y), heading)
         within = distance_along(pose, granted.waypoints)
-        if within <= NEAR or self._rests(situation, granted):
+        if within <= NEAR or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()
                 return STAND, heading
@@ -179,70 +181,65 @@ class CellPilot:
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-    def _sweeps(self, situation: Situation, body: Body) -> tuple[int, ...]:
+    def _sweeps(self, inputs: PilotInputs, body: DriveState) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
         if self._drawn_to is None or self._circles:
             return ()
-        if situation.sense.tick % PILOT.rolled_every == 0:
-            points = self._rollout(situation.sense, body, self._drawn_to, self._scale)
+        if inputs.sense.tick % PILOT.rolled_every == 0:
+            points = self._rollout(inputs.sense, body, self._drawn_to, self._scale)
             self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
         return self._swept
 
-    def _scaled(self, situation: Situation, granted: TrafficOutputs, room: float, heading: float) -> float:
+    def _scaled(self, inputs: PilotInputs, granted: TrafficOutputs, room: float, heading: float) -> float:
         """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 
         A robot that gets nowhere has the least scale. In some corners the tables turn left and right for ever; if all
         obstacles count as far, the tables turn to the aim.
         """
-        self._circles = self._gets_nowhere(situation, granted)
+        self._circles = self._gets_nowhere(inputs, granted)
         if self._circles or (granted.exactly and len(granted.held) == 1):
             return SCALE.turning
         if granted.unconstrained:
             return 1.0
         return min(1.0, max(SCALE.tight, room / SCALE.roomy)) * (1.0 - SCALE.behind * abs(heading) / pi)
 
-    def _rests(self, situation: Situation, granted: TrafficOutputs) -> bool:
+    def _rests(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
         """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
         if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
             return False
-        away = distance(situation.pose, situation.goal)
-        if situation.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
+        away = distance(inputs.pose, inputs.goal)
+        if inputs.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
             return False
-        (x, y, _), room = situation.pose, self._settings.robot.radius + self._constants.margin
+        (x, y, _), room = inputs.pose, self._settings.robot.radius + self._constants.margin
         return self._cells.fits(granted.held, x, y, room)
 
-    def _gets_nowhere(self, situation: Situation, granted: TrafficOutputs) -> bool:
+    def _gets_nowhere(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
         """Return True if the robot has cells to drive over but its way did not become shorter for long.
 
         Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again.
         """
-        left = (situation.target, len(granted.way))
-        target, fewest, since = self._progress
-        other = left[0] != target or left[1] < fewest or left[1] > fewest + PILOT.longer
-        if len(granted.held) <= 1 or other:
-            self._progress = (*left, situation.sense.tick)
-            return False
-        if not granted.may_drive:
-            self._progress = target, fewest, since + 1
-        return (situation.sense.tick - since) / self._settings.rate > PILOT.nowhere_after
+        new = len(granted.held) <= 1 or inputs.target != self._target
+        self._target = inputs.target
+        ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
+        return ticks / self._settings.rate > PILOT.nowhere_after
 
-    def _activity(self, situation: Situation, granted: TrafficOutputs, *, idle: bool) -> Activity:
-        if idle or (situation.done and distance(situation.pose, situation.goal) <= self._settings.reach):
+    def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
+        if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):
             return Activity.DONE
         if granted.activity is TrafficActivity.CUT_OFF:
             return Activity.BLOCKED
         return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE
 
-    def _scan(self, situation: Situation) -> Scan:
+    def _scan(self, inputs: PilotInputs) -> Scan:
         """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""
-        grid, pose = situation.navigator.grid, situation.pose
+        grid, pose = inputs.navigator.grid, inputs.pose
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
 
         def expected(bearings: Sequence[float]) -> list[float]:
             found: list[float] = (each_on_map(grid, pose, bearings, radius + reach) - radius).tolist()
             return found
 
-        return Scan(self._bearings, situation.sense.rays, expected)
+        return Scan(self._bearings, inputs.sense.rays, expected)
 
 
 def _targets_of_others(settings: Settings, number: int) -> list[Point]:

@@ -1,4 +1,4 @@
-"""The interface of a robot's brain and its pilot: a ``Situation`` goes in, a ``Move`` comes out."""
+"""The interface of a robot's brain and its pilot: a ``PilotInputs`` goes in, a ``Move`` comes out."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -14,7 +14,7 @@ from swarm.robot.safety import WheelSpeeds
 from swarm.settings import RobotSettings
 
 
-class Situation(NamedTuple):
+class PilotInputs(NamedTuple):
     """What the brain knows at one tick."""
 
     sense: Sense

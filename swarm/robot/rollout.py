@@ -13,7 +13,7 @@ from swarm.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_siz
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.motion.sweep import advance
-from swarm.robot.safety import Body
+from swarm.robot.safety import DriveState
 from swarm.robot.tuning import ROLLOUT, RolloutTuning
 from swarm.settings import Settings
 
@@ -66,7 +66,7 @@ class Rollout:
         self._robot = settings.robot
         self._dt = 1.0 / settings.rate
 
-    def __call__(self, sense: Sense, body: Body, aim: Point, scale: float) -> NDArray[np.float64]:
+    def __call__(self, sense: Sense, body: DriveState, aim: Point, scale: float) -> NDArray[np.float64]:
         """Return the points (n, 2) [m] that the robot's centre would pass on its way to an aim, one for each tick.
 
         The sensed distances stay constant; ``scale`` is that of ``fuzzy_speeds``. There are no points if the robot

@@ -37,7 +37,7 @@ class WheelSpeeds(NamedTuple):
 STAND: Final = WheelSpeeds(0.0, 0.0)
 
 
-class Body(NamedTuple):
+class DriveState(NamedTuple):
     """A robot's pose and rim speeds."""
 
     pose: Pose
@@ -89,7 +89,7 @@ class SafetyFilter:
         number, speeds = self._first(SAFETY.turns, sense, wanted, constraints, self._fastest(sense.front, constraints))
         return STAND if number < 0 else speeds
 
-    def face(self, body: Body, error: float) -> WheelSpeeds:
+    def face(self, body: DriveState, error: float) -> WheelSpeeds:
         """Return rim speeds for a turn in place by ``error`` [rad]: brake first, then at most sqrt(2 a e) [rad/s]."""
         if abs(body.left + body.right) > 2 * SAFETY.stands:
             return STAND
@@ -100,7 +100,7 @@ class SafetyFilter:
         rate = min(SAFETY.turn_rate, sqrt(angular_brake * max(0.0, abs(error) - SAFETY.turn_until / 2)))
         return WheelSpeeds(*self._drive.rim_speeds(Twist(0.0, copysign(rate, error))))
 
-    def braking(self, body: Body, under_way: Sequence[tuple[float, float]] = ()) -> NDArray[np.float64]:
+    def braking(self, body: DriveState, under_way: Sequence[tuple[float, float]] = ()) -> NDArray[np.float64]:
         """Return the points (n, 2) [m] that the body passes while it brakes; the robot keeps the cells under them.
 
         ``under_way`` are the newest commands [m/s], oldest first; the wheels may still carry out any number of them.

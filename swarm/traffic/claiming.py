@@ -8,7 +8,7 @@ from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim
 from swarm.traffic.cells import CellMap
 from swarm.traffic.following import Following
-from swarm.traffic.presence import Body
+from swarm.traffic.presence import Footprint
 from swarm.traffic.reservations import ASK, TAKE, Case, obstacle
 from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.settings import TrafficSettings
@@ -38,7 +38,12 @@ class Claiming:
         self.settings = settings
 
     def step(
-        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body, room: Collection[int]
+        self,
+        progress: RouteProgress,
+        plan: Following | None,
+        situation: Situation,
+        body: Footprint,
+        room: Collection[int],
     ) -> Claimed:
         """Claim the next cells of the way, and the cells of ``room`` beside it; take those that are granted."""
         progress, waits = self._ask(progress, plan, situation, body)
@@ -108,7 +113,7 @@ class Claiming:
         return progress
 
     def _ask(
-        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Body
+        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Footprint
     ) -> tuple[RouteProgress, tuple[str, ...]]:
         """Claim what may be claimed, in order; return also who keeps the robot from the first cell of the route."""
         pose, place = body.pose, progress.place(body.cell)

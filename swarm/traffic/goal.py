@@ -4,7 +4,7 @@ from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.presence import Body
+from swarm.traffic.presence import Footprint
 from swarm.traffic.route_progress import BESIDE, RouteProgress
 
 
@@ -19,7 +19,7 @@ class Goal:
         self._place_for: tuple[CellMap, int, Point] | None = None
         self._place: Point = (0.0, 0.0)
 
-    def set(self, wish: Point | None, progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> bool:
+    def set(self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> bool:
         """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
         If no way leads from the head to that point, the nearest reachable cell is taken. ``radius`` [m] is that of the
@@ -50,7 +50,7 @@ class Goal:
         return self._place
 
 
-def _way_out(progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> tuple[int, ...]:
+def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> tuple[int, ...]:
     """Return the cell to drive to, as a way, if an edit has left the body in a cell where no robot can stand.
 
     No way over cells leads out of such a cell. The result is () if the robot stands in a proper cell, or if every cell

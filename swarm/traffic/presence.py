@@ -16,7 +16,7 @@ VIEW: Final = 2  # cells around the body that count while no robot is near
 OFF_WAY: Final = 30  # ticks off its way after which a robot begins its way again where it is
 
 
-class Body(NamedTuple):
+class Footprint(NamedTuple):
     """The body of a robot: where it is, and which cells it reaches into."""
 
     tick: int
@@ -25,30 +25,30 @@ class Body(NamedTuple):
     touched: frozenset[int]  # cells that it reaches into, now and until it has come to rest
 
 
-def body_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Body:
+def footprint_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Footprint:
     """Return the body, as a disc [m]."""
     x, y, _ = inputs.pose
     touched = cells.swept(((x, y),), radius)
     if len(inputs.braking):
         touched |= cells.swept(inputs.braking, radius)
-    return Body(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
+    return Footprint(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
 
 
-def begun(number: int, body: Body, touched: frozenset[int], cells: CellMap) -> RouteProgress:
+def begun(number: int, body: Footprint, touched: frozenset[int], cells: CellMap) -> RouteProgress:
     """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim."""
     head = cells.nearest_standable(body.pose.x, body.pose.y, touched)
     held = (*sorted(touched - {head}), head)
     return RouteProgress(Reservations(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
 
 
-def begun_again(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
+def begun_again(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Begin the way again where the robot is. It holds new cells only if it touches none of those held."""
     return begun(
         progress.reservations.number, body, body.touched & set(progress.reservations.held) or body.touched, cells
     )
 
 
-def awoken(progress: RouteProgress | None, body: Body, cells: CellMap) -> RouteProgress:
+def awoken(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:
     """Return the progress of a robot that has just started or was away."""
     if progress is None:
         return begun(body.tick * 64 + 1, body, body.touched, cells)
@@ -57,7 +57,7 @@ def awoken(progress: RouteProgress | None, body: Body, cells: CellMap) -> RouteP
     return begun_again(progress, body, cells)
 
 
-def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float) -> RouteProgress:
+def owned_up(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> RouteProgress:
     """Hold also the cells that the body is in without holding them: the robot was pushed, or drove badly."""
     if body.touched.issubset(progress.reservations.held):
         return progress
@@ -65,7 +65,7 @@ def owned_up(progress: RouteProgress, body: Body, cells: CellMap, radius: float)
     return progress.widened(under)
 
 
-def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProgress:
+def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Drop the way, the claims, and the held cells ahead of the braking path."""
     if BESIDE in progress.steps:  # the cell behind may not be one to stand in
         return begun_again(progress, body, cells)
@@ -74,10 +74,10 @@ def given_back(progress: RouteProgress, body: Body, cells: CellMap) -> RouteProg
 
 def spread(
     progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings
-) -> tuple[RouteProgress, Body]:
+) -> tuple[RouteProgress, Footprint]:
     """Hold all cells that the body could reach within two ticks: in free drive it may leave the cells held so far."""
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
-    body = body_of(inputs, radius, cells)
+    body = footprint_of(inputs, radius, cells)
     progress = progress.widened(body.touched)
     if progress.strayed(body.cell) and cells.stands[body.cell]:
         progress = begun(progress.reservations.number, body, body.touched, cells)
@@ -85,7 +85,11 @@ def spread(
 
 
 def free_drive_cells(
-    body: Body, others: Mapping[str, Record], fresh: Mapping[str, Record], cells: CellMap, settings: TrafficSettings
+    body: Footprint,
+    others: Mapping[str, Record],
+    fresh: Mapping[str, Record],
+    cells: CellMap,
+    settings: TrafficSettings,
 ) -> tuple[int, ...]:
     """List the free-drive cells: those around the body, if no robot is near enough to ask for any of them, else ().
 
@@ -113,7 +117,9 @@ class Presence:
         away, self._last_tick = tick - self._last_tick > gap, tick
         return away
 
-    def kept_on_way(self, progress: RouteProgress, body: Body, cells: CellMap, *, threatened: bool) -> RouteProgress:
+    def kept_on_way(
+        self, progress: RouteProgress, body: Footprint, cells: CellMap, *, threatened: bool
+    ) -> RouteProgress:
         """Begin the way again where the robot is, if it has been off it for long.
 
         A robot in a joint plan begins again only if it fled, or is not next to its way: if it uses room beside its way,

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
+from swarm.traffic.getting_on import GettingOn
 from swarm.traffic.look import Scan
 from swarm.traffic.route_progress import BESIDE, RouteProgress
 
@@ -134,20 +135,16 @@ class Kept:
     """Detects that a threat has long kept the robot from its next cell, though the robot holds that cell."""
 
     def __init__(self) -> None:
-        self._fewest = 0  # cells left of its way, the fewest so far
-        self._ticks = 0  # ticks of threat since then
+        self._getting_on = GettingOn(OTHER)
 
     def look(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
         """Return that cell, or None; call it once a tick."""
         held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
-        left = len(ahead) + len(progress.route)
-        if not ahead or left < self._fewest or left > self._fewest + OTHER:
-            self._fewest, self._ticks = left, 0
-        self._ticks += threatened
-        if not ahead or self._ticks < KEPT:
+        ticks = self._getting_on.look(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
+        if ticks < KEPT:
             return None
-        self._ticks = 0
+        self._getting_on = GettingOn(OTHER)
         return ahead[0]
 
 

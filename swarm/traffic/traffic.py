@@ -24,7 +24,16 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutpu
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.lookout import Lookout
 from swarm.traffic.peer_records import Event, PeerRecords
-from swarm.traffic.presence import Body, Presence, awoken, body_of, free_drive_cells, given_back, owned_up, spread
+from swarm.traffic.presence import (
+    Footprint,
+    Presence,
+    awoken,
+    footprint_of,
+    free_drive_cells,
+    given_back,
+    owned_up,
+    spread,
+)  # fmt: skip
 from swarm.traffic.room import room_beside
 from swarm.traffic.route import OwnWay
 from swarm.traffic.route_progress import RouteProgress
@@ -81,7 +90,7 @@ class Traffic:
         """Compute the outputs of one tick; call it each tick, before the motors run."""
         # where it is, and what the others say
         tick, cells_changed = inputs.tick, self._swap_cells()
-        body = body_of(inputs, self.settings.radius + self.settings.margin, self.cells)
+        body = footprint_of(inputs, self.settings.radius + self.settings.margin, self.cells)
         progress = self._present(body)
         if cells_changed:
             progress = self._over_new_cells(progress, body)
@@ -91,14 +100,19 @@ class Traffic:
         self._sightings.hear(tick, fresh.values())
 
         # layer 0: the cells that the body needs, and unexpected obstacles
-        free_drive = self._free_drive_cells(progress, body, fresh)
+        waits_here = (
+            listens or self._joint.frozen is not None or not progress.route
+        )  # so it comes to rest in held cells
+        shut_in = waits_here or self.settings.in_sight
+        free_drive = () if shut_in else free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
         if free_drive:
             progress, body = spread(progress, inputs, self.cells, self.settings)
         threats = self._threats
         progress = self._presence.kept_on_way(progress, body, self.cells, threatened=bool(threats))
         asks = not free_drive and self._joint.frozen is None and not listens
         room = room_beside(progress, inputs, fresh, threats, self.cells) if asks else ()
-        progress = self._release(progress, body, room)
+        before, progress = progress.on_way, progress.released(body.touched, body.cell, room)
+        self._moved = tick if progress.on_way < before else self._moved
         other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
         progress, halt, halted = self._halt(progress, inputs, body)
         self._threats = halt.threats
@@ -142,7 +156,7 @@ class Traffic:
         self._joint.take_cells(cells)
         return changed
 
-    def _over_new_cells(self, progress: RouteProgress, body: Body) -> RouteProgress:
+    def _over_new_cells(self, progress: RouteProgress, body: Footprint) -> RouteProgress:
         """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
         self._goal.wish = None  # the goal's cell is chosen again
         if self.settings.learns:
@@ -154,7 +168,7 @@ class Traffic:
         self._goal.cell = OUTSIDE
         return progress.over(self.cells, body.touched, body.cell)
 
-    def _present(self, body: Body) -> RouteProgress:
+    def _present(self, body: Footprint) -> RouteProgress:
         """Return the progress at this tick: begun, awoken, or with the cells that the body has strayed into."""
         progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
         if progress is not None and not away:
@@ -163,22 +177,6 @@ class Traffic:
         self._joint.reset(body.tick)
         self._peers.wake(body.tick)
         return awoken(progress, body, self.cells)
-
-    def _free_drive_cells(self, progress: RouteProgress, body: Body, fresh: Mapping[str, Record]) -> tuple[int, ...]:
-        """List the free-drive cells, beside those held, if no robot is near enough to ask for any of them.
-
-        The result is () if other robots are near, or if the route has ended: a robot comes to rest inside held cells.
-        """
-        listens = body.tick < self._listen_until
-        if listens or self._joint.frozen is not None or not progress.route or self.settings.in_sight:
-            return ()
-        return free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
-
-    def _release(self, progress: RouteProgress, body: Body, room: tuple[int, ...]) -> RouteProgress:
-        released = progress.released(body.touched, body.cell, room)
-        if released.on_way < progress.on_way:
-            self._moved = body.tick
-        return released
 
     # ---- unexpected obstacles
 
@@ -191,7 +189,7 @@ class Traffic:
             return lambda place: True
         return robot_at(self._peers.others.values(), tick, self.cells, self.settings)
 
-    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Body) -> Halted:
+    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint) -> Halted:
         """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
             return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
@@ -272,7 +270,7 @@ class Traffic:
         return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))
 
     def _outputs(
-        self, doing: Doing, body: Body, broadcast: TrafficBroadcast | None, events: list[Event]
+        self, doing: Doing, body: Footprint, broadcast: TrafficBroadcast | None, events: list[Event]
     ) -> TrafficOutputs:
         tick, held, place = body.tick, doing.progress.reservations.held, doing.progress.place(body.cell)
         alone, ahead = self._peers.alone_in(held, tick), way_ahead(doing, place)

@@ -15,7 +15,7 @@ from swarm.fuzzy.kernel import slowing_factor
 from swarm.geometry import Pose
 from swarm.messages import Sense
 from swarm.robot.rollout import Rollout
-from swarm.robot.safety import Body
+from swarm.robot.safety import DriveState
 from tests.shared import scenario_of
 
 PAPER, CAREFUL = Controller(load_profile("paper")), Controller(load_profile("careful"))
@@ -88,7 +88,7 @@ def test_head_on_careful_slows_where_the_paper_hastens() -> None:
 def test_the_seconds_ahead_are_worked_out_with_the_same_speeds() -> None:
     """The compiled rollout: all far the same way bit for bit, beside a wall the same way from the start, but slower."""
     settings = scenario_of().settings
-    body = Body(Pose(0.0, 0.0, 0.0), 0.0, 0.0)
+    body = DriveState(Pose(0.0, 0.0, 0.0), 0.0, 0.0)
     lengths = []
     for right in (1.6, 0.6):
         sense = Sense(

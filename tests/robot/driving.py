@@ -11,7 +11,7 @@ from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.planning.grid import Grid
-from swarm.robot.safety import NO_BODIES, Body, Constraints
+from swarm.robot.safety import NO_BODIES, Constraints, DriveState
 from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from tests.shared import scenario_of
@@ -26,13 +26,13 @@ NOTHING = 1.6  # m, measured by a sensor that sees nothing
 NO_BOXES = np.empty((0, 4))
 
 
-def rolled(body: Body, wanted: tuple[float, float]) -> Body:
+def rolled(body: DriveState, wanted: tuple[float, float]) -> DriveState:
     """Let a tick pass, the rim speeds ramping."""
     left, right = ramp(body.left, wanted[0], MOST), ramp(body.right, wanted[1], MOST)
-    return Body(integrate(body.pose, DRIVE.twist(left, right), DT), left, right)
+    return DriveState(integrate(body.pose, DRIVE.twist(left, right), DT), left, right)
 
 
-def to_a_stand(body: Body) -> list[Pose]:
+def to_a_stand(body: DriveState) -> list[Pose]:
     """Brake: every pose from now until the wheels stand."""
     poses = [body.pose]
     while body.left or body.right:
@@ -41,7 +41,7 @@ def to_a_stand(body: Body) -> list[Pose]:
     return poses
 
 
-def told(body: Body, wanted: tuple[float, float], ticks: int) -> list[Pose]:
+def told(body: DriveState, wanted: tuple[float, float], ticks: int) -> list[Pose]:
     """Drive with what the wheels are told for so many ticks, and brake: every pose after now."""
     poses = []
     for _ in range(ticks):
@@ -50,7 +50,9 @@ def told(body: Body, wanted: tuple[float, float], ticks: int) -> list[Pose]:
     return [*poses, *to_a_stand(body)[1:]]
 
 
-def sense_of(body: Body, tick: int = 0, left: float = NOTHING, front: float = NOTHING, right: float = NOTHING) -> Sense:
+def sense_of(
+    body: DriveState, tick: int = 0, left: float = NOTHING, front: float = NOTHING, right: float = NOTHING
+) -> Sense:
     """Make what a body senses; where nothing is given its distance sensors see nothing."""
     twist = DRIVE.twist(body.left, body.right)
     return Sense(

@@ -11,7 +11,7 @@ from swarm.geometry import Pose
 from swarm.motion.sweep import LONGEST, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
-from swarm.robot.safety import Body, SafetyFilter
+from swarm.robot.safety import DriveState, SafetyFilter
 from swarm.robot.tuning import SAFETY
 from tests.robot.driving import (
     DRIVE,
@@ -44,7 +44,7 @@ def test_the_braking_points_are_where_the_wheels_come_to_rest_however_many_comma
     pose: Pose, now: tuple[float, float], late: list[tuple[float, float]]
 ) -> None:
     """Of the newest commands none, one, and so on to all are carried out, and then the brake."""
-    body = Body(pose, *now)
+    body = DriveState(pose, *now)
     points = SafetyFilter(SETTINGS).braking(body, late).tolist()
     by_hand = []
     for first in range(len(late), -1, -1):
@@ -59,7 +59,7 @@ def test_the_braking_points_are_where_the_wheels_come_to_rest_however_many_comma
 
 
 def test_who_stands_and_was_told_nothing_needs_no_way_to_come_to_rest() -> None:
-    safety, body = SafetyFilter(SETTINGS), Body(Pose(1.0, 2.0, 0.3), 0.0, 0.0)
+    safety, body = SafetyFilter(SETTINGS), DriveState(Pose(1.0, 2.0, 0.3), 0.0, 0.0)
     assert len(safety.braking(body)) == 0
     assert len(safety.braking(body, [(0.0, 0.0)] * 4)) == 0
     assert len(safety.braking(body, [(0.0, 0.0), (0.1, 0.0)])) > 0
@@ -67,9 +67,9 @@ def test_who_stands_and_was_told_nothing_needs_no_way_to_come_to_rest() -> None:
 
 def test_no_brake_is_longer_than_the_points_that_are_kept() -> None:
     late = [(1.6, 1.6)] * 10
-    points = SafetyFilter(SETTINGS).braking(Body(Pose(0.0, 0.0, 0.0), 1.6, 1.6), late)
+    points = SafetyFilter(SETTINGS).braking(DriveState(Pose(0.0, 0.0, 0.0), 1.6, 1.6), late)
     assert len(points) < (len(late) + 1) * LONGEST
-    assert points[:, 0].max() == pytest.approx(told(Body(Pose(0.0, 0.0, 0.0), 1.6, 1.6), (1.6, 1.6), 10)[-1].x)
+    assert points[:, 0].max() == pytest.approx(told(DriveState(Pose(0.0, 0.0, 0.0), 1.6, 1.6), (1.6, 1.6), 10)[-1].x)
 
 
 @given(pose=inside, now=rims, wanted=rims)
@@ -79,7 +79,7 @@ def test_the_room_in_held_cells_is_that_of_a_way_stepped_by_hand(
     cells = FREE.cells
     held = tuple(cells.columns + 4 + step for step in range(4))
     x, y = cells.centre(held[1])
-    body = Body(Pose(x + pose.x, y + pose.y, pose.yaw), *now)
+    body = DriveState(Pose(x + pose.x, y + pose.y, pose.yaw), *now)
     boxes = Aiming(cells, RADIUS).shut(held)
     got = path_room(boxes, *body.pose, *now, *wanted, DRIVE.track_width, MOST, DT, TICKS)
     way = [body.pose, *told(body, wanted, TICKS)]
@@ -100,7 +100,7 @@ def test_however_fast_the_tables_are_it_brakes_inside_its_cells(pose: Pose, tabl
     cells = FREE.cells
     held = tuple(cells.columns + 4 + step for step in range(4))
     x, y = cells.centre(held[1])
-    body = Body(Pose(x + pose.x, y + pose.y, pose.yaw), 0.0, 0.0)
+    body = DriveState(Pose(x + pose.x, y + pose.y, pose.yaw), 0.0, 0.0)
     outside = cells_as_shape(cells, set(range(len(cells))).difference(held))
     assume(room(outside, body.pose) > SAFETY.gap)
     aiming, safety = Aiming(cells, RADIUS), SafetyFilter(SETTINGS)
@@ -118,7 +118,7 @@ def test_it_slows_down_no_sooner_and_no_later_than_the_brake_needs(walled: bool,
     held = tuple(range(a, a + (8 if walled else 6)))  # all the hall, or a part of it
     x, y = HALL.cells.centre(a + (7 if walled else 5))
     edge = x + SIDE / 2
-    body = Body(Pose(edge - away, y, 0.0), speed, speed)
+    body = DriveState(Pose(edge - away, y, 0.0), speed, speed)
     judge = solid(HALL.occupancy) if walled else cells_as_shape(HALL.cells, [held[-1] + 1])
     shares: list[float] = SAFETY.remedies[:, 0].tolist()
     rooms = [

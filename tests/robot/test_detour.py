@@ -8,7 +8,7 @@ import pytest
 from swarm.geometry import Pose
 from swarm.planning.grid import Grid
 from swarm.robot.detour import Detour
-from swarm.robot.safety import Body, Constraints, SafetyFilter
+from swarm.robot.safety import Constraints, DriveState, SafetyFilter
 from swarm.robot.tuning import DETOUR
 from tests.robot.driving import DT, NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
 from tests.shared import scenario_of
@@ -27,7 +27,7 @@ def told(
     detour: Detour, tick: int, pose: Pose = MIDDLE, front: float = BLOCKED, limits: Constraints = FREE
 ) -> float | None:
     """Ask what the tables are told of a robot that stands at a pose."""
-    sense = sense_of(Body(pose, 0.0, 0.0), tick, front=front)
+    sense = sense_of(DriveState(pose, 0.0, 0.0), tick, front=front)
     return detour.heading(sense, limits._replace(local=pose))
 
 
@@ -56,7 +56,7 @@ def test_where_it_gets_nowhere_the_tables_are_told_to_turn_to_the_freer_side(
     elsewhere = Pose(10.0, 10.0, 0.0)
     for tick in range(5):  # what was free before shortens no patience
         told(detour, tick - 5, elsewhere)
-    stands = Body(MIDDLE, 0.0, 0.0)
+    stands = DriveState(MIDDLE, 0.0, 0.0)
     found = [detour.heading(sense_of(stands, tick, left, BLOCKED, right), limits) for tick in range(2 * PATIENT)]
     began = next(tick for tick, heading in enumerate(found) if heading is not None)
     assert PATIENT <= began <= PATIENT + 3, "the tables have the time to turn out of it themselves"

@@ -11,7 +11,7 @@ from swarm.geometry import Pose, Twist, distance, wrap
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.flight import Flight
-from swarm.robot.safety import STAND, Body, Constraints, SafetyFilter
+from swarm.robot.safety import STAND, Constraints, DriveState, SafetyFilter
 from swarm.traffic.threat import HALF_WIDTH, Threat
 from tests.robot.driving import (
     DRIVE,
@@ -40,7 +40,9 @@ angles = st.floats(-pi, pi)
 rims = st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7))
 
 
-def step(flight: Flight, safety: SafetyFilter, body: Body, tick: int, limits: Constraints, *threats: Threat) -> Body:
+def step(
+    flight: Flight, safety: SafetyFilter, body: DriveState, tick: int, limits: Constraints, *threats: Threat
+) -> DriveState:
     out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threats)
     return rolled(body, STAND if out is None else safety.out(sense_of(body, tick), out, limits))
 
@@ -61,7 +63,7 @@ def courses(threat: Threat, turns: list[tuple[int, float]], ticks: int) -> list[
 @settings(max_examples=15)
 @given(angles, angles)
 def test_it_gets_out_of_the_way_of_what_comes_from_anywhere(speed: float, yaw: float, coming: float) -> None:
-    body = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
+    body = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
     x, y = MIDDLE.x + 1.4 * cos(coming), MIDDLE.y + 1.4 * sin(coming)
     flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
     for tick, threat in enumerate(courses(Threat(x, y, -speed * cos(coming), -speed * sin(coming)), [], 160)):
@@ -78,7 +80,7 @@ def test_it_never_drives_into_what_comes(
     yaw: float, coming: float, off: float, speed: float, turns: list[tuple[int, float]]
 ) -> None:
     """Whatever that does: where they touch, the robot did not come nearer faster than it."""
-    body = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
+    body = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
     x, y = MIDDLE.x + 1.2 * cos(coming), MIDDLE.y + 1.2 * sin(coming)
     heading = coming + pi + off
     flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
@@ -99,7 +101,7 @@ def test_it_never_drives_into_what_comes(
 )  # fmt: skip
 def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threats: list[tuple[float, float]]) -> None:
     x, y = WALLED.cells.centre(A)
-    body, aiming = Body(Pose(x + dx, y + dy, yaw), 0.0, 0.0), Aiming(WALLED.cells, RADIUS)
+    body, aiming = DriveState(Pose(x + dx, y + dy, yaw), 0.0, 0.0), Aiming(WALLED.cells, RADIUS)
     flight, safety, within = Flight(SETTINGS), SafetyFilter(SETTINGS), cells_as_shape(WALLED.cells, HELD)
     for tick in range(120):
         off = threats[tick // 30]
@@ -110,7 +112,7 @@ def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threat
 
 
 def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
-    body, flight = Body(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
     for gap, threatened in ((0.6, True), (1.4, False)):
         threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
         said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
@@ -134,7 +136,7 @@ def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
 def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
     yaw: float, coming: float, linear: float, angular: float
 ) -> None:
-    body, side = Body(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
+    body, side = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
     threat = Threat(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
     twist = Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
     assert twist == pytest.approx((linear, angular))
@@ -144,7 +146,9 @@ def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
 COURSES = ((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.0), (0.0, 0.0))
 
 
-def gaps_by_hand(body: Body, threat: Threat, heading: float, speeds: tuple[float, float], drive: int) -> list[float]:
+def gaps_by_hand(
+    body: DriveState, threat: Threat, heading: float, speeds: tuple[float, float], drive: int
+) -> list[float]:
     """Drive for so many ticks, then brake, for 2.5 s in all: the least gap [m] on each course."""
     start, least = Pose(*body.pose), [inf] * len(COURSES)
     for tick in range(50):
@@ -171,7 +175,7 @@ def test_the_gaps_to_a_threat_are_those_of_stepping_by_hand(
     yaw: float, now: tuple[float, float], at: tuple[float, float], coming: tuple[float, float],
     heading: float, speeds: tuple[float, float], drive: int,
 ) -> None:  # fmt: skip
-    body = Body(MIDDLE._replace(yaw=yaw), *now)
+    body = DriveState(MIDDLE._replace(yaw=yaw), *now)
     threat = Threat(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
     assume(abs(abs(wrap(yaw - heading)) - pi) > 1.0 or heading != heading)  # turned away, a bit decides the side
     gaps = Flight(SETTINGS)._gaps(

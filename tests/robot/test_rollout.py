@@ -13,7 +13,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.robot.pilot import fuzzy_speeds
 from swarm.robot.rollout import Rollout
-from swarm.robot.safety import Body
+from swarm.robot.safety import DriveState
 from swarm.robot.tuning import ROLLOUT
 from tests.robot.driving import DT, NOTHING, ROBOT, SETTINGS, rolled, sense_of
 from tests.shared import constant_rules
@@ -27,7 +27,7 @@ FAR = 9.0  # m, from where it circles round nothing
 distances = st.floats(0.05, NOTHING)
 
 
-def by_hand(controller: Controller, sense: Sense, body: Body, aim: Point, scale: float) -> list[Pose]:
+def by_hand(controller: Controller, sense: Sense, body: DriveState, aim: Point, scale: float) -> list[Pose]:
     """Ask the tables and let a tick pass, as long as is looked ahead or until it is there."""
     poses: list[Pose] = []
     while len(poses) < TICKS and distance(body.pose, aim) > ROLLOUT.there:
@@ -47,7 +47,7 @@ def by_hand(controller: Controller, sense: Sense, body: Body, aim: Point, scale:
 def test_the_rollout_is_the_tables_and_the_kinematics_stepped_by_hand(
     aim: Point, yaw: float, now: tuple[float, float], seen: tuple[float, float, float], scale: float
 ) -> None:
-    body = Body(START._replace(yaw=yaw), *now)
+    body = DriveState(START._replace(yaw=yaw), *now)
     sense = sense_of(body, 0, *seen)
     expected = by_hand(PAPER, sense, body, aim, scale)
     before, after = distance(START, aim), distance(expected[-1], aim) if expected else 0.0
@@ -66,7 +66,7 @@ def test_the_rollout_is_the_tables_and_the_kinematics_stepped_by_hand(
 
 
 def test_it_ends_at_the_aim() -> None:
-    body = Body(START, 0.0, 0.0)
+    body = DriveState(START, 0.0, 0.0)
     for away in (0.3, 0.8):
         points = ROLL(sense_of(body), body, (away, 0.0), 1.0)
         assert 0 < len(points) < TICKS
@@ -76,7 +76,7 @@ def test_it_ends_at_the_aim() -> None:
 
 
 def test_to_a_far_aim_it_looks_no_farther_ahead_than_it_says() -> None:
-    body = Body(START, 0.0, 0.0)
+    body = DriveState(START, 0.0, 0.0)
     assert len(ROLL(sense_of(body), body, (FAR, 0.0), 1.0)) == TICKS
 
 
@@ -84,7 +84,7 @@ def test_to_a_far_aim_it_looks_no_farther_ahead_than_it_says() -> None:
 def test_where_it_would_circle_round_a_near_aim_it_is_empty(away: float, empty: bool) -> None:
     """Tables that turn left whatever they are told; the aim is the middle of the circle."""
     circling = Rollout(Controller(constant_rules(load_profile("paper"), "slow", "medium")), SETTINGS)
-    body = Body(START, 0.0, 0.0)
+    body = DriveState(START, 0.0, 0.0)
     points = circling(sense_of(body), body, (0.0, away), 1.0)
     assert (len(points) == 0) is empty
 
@@ -93,7 +93,7 @@ def test_where_it_would_circle_round_a_near_aim_it_is_empty(away: float, empty: 
 def test_who_drives_straight_to_a_near_aim_does_not_circle(yaw: float) -> None:
     """Tables that drive straight on at 0.4 m/s, after a ramp over three ticks: 0.97 m in 2.5 s, of 1.2 m."""
     straight = Rollout(Controller(constant_rules(load_profile("paper"), "slow", "slow")), SETTINGS)
-    body = Body(Pose(3.0, -2.0, yaw), 0.0, 0.0)
+    body = DriveState(Pose(3.0, -2.0, yaw), 0.0, 0.0)
     points = straight(sense_of(body), body, (3.0 + 1.2 * cos(yaw), -2.0 + 1.2 * sin(yaw)), 1.0)
     assert len(points) == TICKS
     assert points[-1].tolist() == pytest.approx((3.0 + 0.97 * cos(yaw), -2.0 + 0.97 * sin(yaw)))
@@ -102,7 +102,7 @@ def test_who_drives_straight_to_a_near_aim_does_not_circle(yaw: float) -> None:
 @pytest.mark.parametrize("far", [inf, NOTHING])
 def test_it_asks_with_the_distances_as_they_are_sensed(far: float) -> None:
     """What is seen at a side now is taken to stay there: another distance gives another way."""
-    body = Body(START, 0.3, 0.3)
+    body = DriveState(START, 0.3, 0.3)
     free, beside = (ROLL(sense_of(body, 0, left), body, (3.0, 1.0), 1.0) for left in (min(far, NOTHING), 0.2))
     count = min(len(free), len(beside))
     assert np.abs(free[:count] - beside[:count]).max() > 0.02

@@ -16,7 +16,7 @@ from swarm.geometry import Pose, Twist, distance, from_frame
 from swarm.motion.sweep import GRAZE, TIGHT, clearance_along, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
-from swarm.robot.safety import NO_BODIES, STAND, Body, SafetyFilter
+from swarm.robot.safety import NO_BODIES, STAND, DriveState, SafetyFilter
 from swarm.robot.tuning import SAFETY
 from swarm.traffic.settings import NEAR
 from tests.robot.driving import (
@@ -63,8 +63,8 @@ wishes = st.tuples(st.floats(0.0, TOP), st.floats(0.0, TOP))
 starts = st.builds(Pose, st.floats(1.3, 10.7), st.floats(1.3, 6.7), st.floats(-pi, pi, exclude_min=True))
 
 
-def at_rest(pose: Pose) -> Body:
-    return Body(pose, 0.0, 0.0)
+def at_rest(pose: Pose) -> DriveState:
+    return DriveState(pose, 0.0, 0.0)
 
 
 def twist_of(speeds: Speeds) -> Twist:
@@ -141,7 +141,7 @@ NONE_AT_ALL: dict[str, Speeds] = {
 @pytest.mark.parametrize("name", NONE_AT_ALL)
 @pytest.mark.parametrize("speed", [0.0, 0.5])
 def test_tables_that_give_no_number_make_it_stand(name: str, speed: float) -> None:
-    body = Body(MIDDLE, speed, speed)
+    body = DriveState(MIDDLE, speed, speed)
     assert SafetyFilter(SETTINGS).check(sense_of(body), NONE_AT_ALL[name], constraints(WIDE, MIDDLE)) == STAND
 
 
@@ -163,10 +163,12 @@ def test_what_is_commanded_is_a_remedy(pose: Pose, wish: Speeds, ticks: int) -> 
 def test_with_room_around_the_tables_speeds_pass_unchanged(wish: Speeds) -> None:
     aiming, a = Aiming(DOOR.cells, RADIUS), DOOR.at("a")[0]
     free = constraints(WIDE, MIDDLE)
-    assert SafetyFilter(SETTINGS).check(sense_of(Body(MIDDLE, *wish)), wish, free) == pytest.approx(wish, abs=1e-12)
+    assert SafetyFilter(SETTINGS).check(sense_of(DriveState(MIDDLE, *wish)), wish, free) == pytest.approx(
+        wish, abs=1e-12
+    )
     held = tuple(a + row * DOOR.cells.columns + column for row in (-1, 0, 1) for column in range(4))
     x, y = DOOR.cells.centre(a + 1)
-    body = Body(Pose(x, y, 0.3), *wish)
+    body = DriveState(Pose(x, y, 0.3), *wish)
     grid = Grid.grown(DOOR.occupancy, RADIUS, resolution=0.1)
     speeds = SafetyFilter(SETTINGS).check(sense_of(body), wish, constraints(grid, body.pose, aiming.shut(held)))
     assert speeds == pytest.approx(wish, abs=1e-12)
@@ -199,7 +201,7 @@ def test_the_front_sensor_stops_it_though_the_map_is_free() -> None:
 @given(st.floats(0.0, 1.6), st.floats(0.1, TOP))
 def test_the_brake_stops_it_before_what_the_front_sector_sees(front: float, wish: float) -> None:
     """It stands before the gap, and is not slower than that needs."""
-    body = Body(MIDDLE, wish, wish)
+    body = DriveState(MIDDLE, wish, wish)
     left, right = SafetyFilter(SETTINGS).check(sense_of(body, front=front), (wish, wish), constraints(WIDE, MIDDLE))
     assert left == pytest.approx(right)
     room_ahead = max(0.0, front - SAFETY.front_gap)
@@ -234,7 +236,7 @@ def test_who_may_not_drive_may_turn() -> None:
 @pytest.mark.parametrize("forward", [1, -1])
 def test_who_may_not_drive_brakes_with_both_wheels_before_it_turns(wish: Speeds, forward: int) -> None:
     pose = Pose(5.2, 2.5, 0.0)
-    body, limits = Body(pose, 0.4 * forward, 0.4 * forward), constraints(GRID, pose)._replace(may_drive=False)
+    body, limits = DriveState(pose, 0.4 * forward, 0.4 * forward), constraints(GRID, pose)._replace(may_drive=False)
     assert SafetyFilter(SETTINGS).check(sense_of(body), wish, limits) == STAND
 
 
@@ -299,7 +301,7 @@ def test_it_stands_no_farther_on_than_it_is_told(slowly: bool, away: float, wish
     """Straight on, as fast as the tables like: the way to the place is a line."""
     start = Pose(10.0, 10.0, 0.0)
     stop = away + speed**2 / (2 * ACCELERATION) + speed * DT  # m; nearer than that it could not stop at all
-    safety, body = SafetyFilter(SETTINGS), Body(start, speed, speed)
+    safety, body = SafetyFilter(SETTINGS), DriveState(start, speed, speed)
     for tick in range(400):
         left = stop - (body.pose.x - start.x)
         limits = constraints(WIDE, body.pose)._replace(stop_within=max(0.0, left), slowly=slowly)
@@ -333,7 +335,7 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
     ("linear", "turns"), [(0.0, True), (0.019, True), (0.021, False), (-0.019, True), (-0.021, False)]
 )
 def test_to_face_something_it_brakes_first(linear: float, turns: bool) -> None:
-    speeds = SafetyFilter(SETTINGS).face(Body(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
+    speeds = SafetyFilter(SETTINGS).face(DriveState(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
     assert (speeds != STAND) is turns
     assert speeds.left == pytest.approx(-speeds.right)
 
@@ -372,7 +374,7 @@ def test_nearly_opposite_it_keeps_the_side_that_it_turns_to(side: float) -> None
 
 @given(st.floats(-pi, pi), st.sampled_from([0.3, -0.3]))
 def test_it_brakes_before_it_turns_to_face_something(error: float, speed: float) -> None:
-    safety, body = SafetyFilter(SETTINGS), Body(MIDDLE, speed, speed)
+    safety, body = SafetyFilter(SETTINGS), DriveState(MIDDLE, speed, speed)
     while abs(DRIVE.twist(body.left, body.right).linear) > SAFETY.stands:
         speeds = safety.face(body, error)
         assert speeds == STAND
@@ -403,7 +405,7 @@ def room_by_hand(grid: Grid, boxes: list[list[float]], bodies: list[list[float]]
 
 
 def first_by_hand(
-    grid: Grid, boxes: list[list[float]], bodies: list[list[float]], body: Body, wanted: Speeds, fastest: float
+    grid: Grid, boxes: list[list[float]], bodies: list[list[float]], body: DriveState, wanted: Speeds, fastest: float
 ) -> tuple[int, Speeds, float]:
     """Find the first clear remedy, and by how much [m] the nearest decision was made."""
     here = room_by_hand(grid, boxes, bodies, body.pose)
@@ -448,7 +450,7 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
 ) -> None:
     boxes = [[x, y, x + SIDE, y + SIDE] for x, y in corners]
     bodies = [list(other) for other in others]
-    body = Body(pose, *now)
+    body = DriveState(pose, *now)
     assume(room(SOLID, pose) > 0.0)
     assume(max(distance(pose, one) for one in told(body, now, TICKS)) < 1.4)  # it stays within the map
     number, speeds, sure = first_by_hand(GRID, boxes, bodies, body, wanted, fastest)
@@ -462,7 +464,9 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
     assert (left, right) == pytest.approx(speeds)
 
 
-def clearance(grid: Grid, body: Body, wanted: Speeds, bodies: NDArray[np.float64], radius: float, ticks: int) -> float:
+def clearance(
+    grid: Grid, body: DriveState, wanted: Speeds, bodies: NDArray[np.float64], radius: float, ticks: int
+) -> float:
     return float(
         clearance_along(
             grid.clearance, grid.resolution, *grid.origin, bodies, radius, *body.pose, body.left, body.right, *wanted,
@@ -475,13 +479,13 @@ def clearance(grid: Grid, body: Body, wanted: Speeds, bodies: NDArray[np.float64
 def test_the_clearance_along_a_way_is_that_of_stepping_by_hand(
     pose: Pose, now: Speeds, wanted: Speeds, ticks: int
 ) -> None:
-    poses = told(Body(pose, *now), wanted, ticks)
+    poses = told(DriveState(pose, *now), wanted, ticks)
     expected = min(room(SOLID, place) + RADIUS for place in poses)
     assume(expected > 0.3)  # nearer than that the grid's clearance is a cell's, not a point's
-    got = clearance(GRID, Body(pose, *now), wanted, NO_BODIES, 0.0, ticks)
+    got = clearance(GRID, DriveState(pose, *now), wanted, NO_BODIES, 0.0, ticks)
     assert got == pytest.approx(expected, abs=0.1)
     body = poses[len(poses) // 2]
-    beside = clearance(GRID, Body(pose, *now), wanted, np.array([[body.x, body.y]]), 0.27, ticks)
+    beside = clearance(GRID, DriveState(pose, *now), wanted, np.array([[body.x, body.y]]), 0.27, ticks)
     nearest = min(distance(place, body) for place in poses) - 0.27
     assert beside == pytest.approx(min(got, nearest), abs=2e-3)
 
@@ -496,7 +500,8 @@ def test_on_a_floor_that_lies_elsewhere_and_turned_the_clearance_is_the_same(
     there = Grid.grown(replace(FLOOR, origin=origin), RADIUS, 0.8, 0.1)
     moved = Pose(*from_frame(origin, pose.x, pose.y), pose.yaw + origin.yaw)
     here, elsewhere = (
-        clearance(grid, Body(place, *now), wanted, NO_BODIES, 0.0, 8) for grid, place in ((GRID, pose), (there, moved))
+        clearance(grid, DriveState(place, *now), wanted, NO_BODIES, 0.0, 8)
+        for grid, place in ((GRID, pose), (there, moved))
     )
     assert elsewhere == pytest.approx(here, abs=1e-4)
 
@@ -509,7 +514,7 @@ def test_on_a_floor_that_lies_elsewhere_and_turned_it_drives_the_same(pose: Pose
     x, y = WALLED.cells.centre(A)
     held, boxes = (A, A + 1, A + 2), Aiming(WALLED.cells, RADIUS)
     here = Pose(x + pose.x, y + pose.y, pose.yaw)
-    _, _, sure = first_by_hand(WALLED_GRID, boxes.shut(held).tolist(), [], Body(here, *wish), twist_of(wish), inf)
+    _, _, sure = first_by_hand(WALLED_GRID, boxes.shut(held).tolist(), [], DriveState(here, *wish), twist_of(wish), inf)
     assume(sure > 2e-4)
     driven = []
     for lies in (Pose(0.0, 0.0, 0.0), origin):
@@ -518,5 +523,5 @@ def test_on_a_floor_that_lies_elsewhere_and_turned_it_drives_the_same(pose: Pose
         place = Pose(*from_frame(lies, here.x, here.y), here.yaw + lies.yaw)
         limits = constraints(Grid.grown(floor, RADIUS, resolution=0.1), place, aiming.shut(held))
         limits = limits._replace(local=aiming.local(place))
-        driven.append(SafetyFilter(SETTINGS).check(sense_of(Body(place, *wish)), wish, limits))
+        driven.append(SafetyFilter(SETTINGS).check(sense_of(DriveState(place, *wish)), wish, limits))
     assert driven[1] == pytest.approx(driven[0], abs=1e-6)

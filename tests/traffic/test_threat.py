@@ -134,26 +134,26 @@ def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgre
 )
 def test_the_next_cell_is_given_up_after_a_while(way: RouteProgress, body: int, cell: int | None) -> None:
     kept = Kept()
-    said = [kept.look(way, body, threatened=True) for _ in range(2 * KEPT)]
+    said = [kept.look(way, body, threatened=True) for _ in range(2 * KEPT + 2)]
     assert [one for one in said if one is not None] == ([] if cell is None else [cell, cell])
-    assert said[KEPT - 1] == cell
+    assert said[KEPT] == cell
 
 
 def test_only_ticks_under_a_threat_count() -> None:
     kept, way = Kept(), progress((1, 2), 3)
-    said = [kept.look(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT - 2]
+    said = [kept.look(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT]
 
 
 def test_who_gets_on_is_not_kept() -> None:
     kept = Kept()
     ways = [progress((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
     for way in ways:
-        for _ in range(KEPT - 1):
+        for _ in range(KEPT):
             assert kept.look(way, way.reservations.held[0], threatened=True) is None
 
 
 def test_to_flee_and_come_back_is_not_to_get_on() -> None:
     kept, way = Kept(), progress((9, 1, 2), 3, beside=1)
-    said = [kept.look(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 20)]
+    said = [kept.look(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 21)]
     assert any(one is not None for one in said)
