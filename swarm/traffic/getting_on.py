@@ -1,14 +1,12 @@
 """How long a robot's way has not become shorter."""
 
-from math import inf
-
 
 class GettingOn:
     """Counts ticks since a way last became shorter. A way that is ``longer`` [cells] than the shortest is a new way."""
 
     def __init__(self, longer: int) -> None:
         self._longer = longer
-        self._fewest: float = inf  # cells left of the way, the fewest so far
+        self._fewest: int | None = None  # cells left of the way, the fewest so far
         self._ticks = 0
 
     def look(self, left: int, *, counts: bool, new: bool = False) -> int:
@@ -16,7 +14,7 @@ class GettingOn:
 
         ``left`` is the number of cells left. A tick ``counts`` if the robot could have got on in it.
         """
-        if new or left < self._fewest or left > self._fewest + self._longer:
+        if new or self._fewest is None or not self._fewest <= left <= self._fewest + self._longer:
             self._fewest, self._ticks = left, 0
         else:
             self._ticks += counts
