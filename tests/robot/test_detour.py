@@ -79,6 +79,8 @@ def test_it_ends_though_nothing_came_of_it(front: float) -> None:
     detour = begun()
     found = [told(detour, PATIENT + 3 + tick, front=front) for tick in range(PATIENT + 5)]
     assert None in found
+    ended = found.index(None)
+    assert ended == pytest.approx(PATIENT + 1 if front > BLOCKED else PATIENT - 1, abs=1), "3 s after its phase began"
     assert found[:5] == [0.0 if front > BLOCKED else DETOUR.aside] * 5
 
 
@@ -109,6 +111,19 @@ def test_who_is_stopped_before_a_body_turns_away_from_it() -> None:
     found = [told(detour, tick, front=1.6, limits=stopped) for tick in range(PATIENT + 3)]
     assert (found[PATIENT], found[-1]) == (None, DETOUR.aside)
     assert told(detour, PATIENT + 3, front=1.6) == 0.0, "and drives on once it no longer faces it"
+
+
+def test_after_a_detour_patience_begins_anew_and_then_another_detour() -> None:
+    detour = begun()
+    found = [told(detour, PATIENT + 3 + tick) for tick in range(3 * PATIENT)]
+    waits = [heading is None for heading in found]
+    assert waits.count(True) == pytest.approx(PATIENT, abs=3)
+    assert not waits[-1]
+
+
+def test_who_has_a_little_way_to_drive_begins_one_all_the_same() -> None:
+    detour, limits = Detour(SafetyFilter(SETTINGS)), FREE._replace(stop_within=0.2)
+    assert [told(detour, tick, limits=limits) for tick in range(PATIENT + 3)][-1] == DETOUR.aside
 
 
 def test_who_rests_forgets_it() -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 from math import copysign, hypot, inf, nan, pi, sqrt
 
+import msgspec
 import numpy as np
 import pytest
 import shapely
@@ -26,6 +27,7 @@ from tests.robot.driving import (
     MOST,
     NO_BOXES,
     RADIUS,
+    ROBOT,
     SETTINGS,
     TOP,
     cells_as_shape,
@@ -338,6 +340,17 @@ def test_to_face_something_it_brakes_first(linear: float, turns: bool) -> None:
     speeds = SafetyFilter(SETTINGS).face(DriveState(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
     assert (speeds != STAND) is turns
     assert speeds.left == pytest.approx(-speeds.right)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("error", "rate"), [(0.03, 0.0), (0.035, 0.0), (0.135, 1.0), (0.26, 1.5), (0.8, 2.5), (3.0, 2.5)]
+)
+def test_a_turn_ends_with_six_tenths_of_the_brake(side: float, error: float, rate: float) -> None:
+    """A track of 0.48 m and 2 m/s2 at the rims: 8.33 rad/s2, of which 5 are used; r^2 = 2 * 5 * (e - 0.035)."""
+    robot = msgspec.structs.replace(ROBOT, track_width=0.48, wheel_acceleration=2.0)
+    speeds = SafetyFilter(msgspec.structs.replace(SETTINGS, robot=robot)).face(at_rest(MIDDLE), side * error)
+    assert speeds == pytest.approx((-0.24 * side * rate, 0.24 * side * rate), abs=1e-9)
 
 
 @given(st.floats(-pi, pi))
