@@ -146,6 +146,16 @@ def test_who_forgot_everything_believes_others_again_after_30_s() -> None:
     assert walls(one) == [(30, 62)]
 
 
+def test_who_forgot_everything_plans_as_on_an_empty_floor() -> None:
+    one, empty = ground(), ground()
+    one.hear([0, 99, 5900, 5999, CELL], 0.0)
+    assert (one.grid.solid != empty.grid.solid).any()
+    one.forget(0.0)
+    assert (one.grid.solid == empty.grid.solid).all()
+    assert (one.grid.free == empty.grid.free).all()
+    assert np.allclose(one.grid.clearance, empty.grid.clearance)
+
+
 def surrounded(*places: Point) -> Ground:
     """Look four times with many rays at each place: arcs of walls, 1.2 m away."""
     one = ground(rays=45)
