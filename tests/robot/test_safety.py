@@ -330,7 +330,27 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
     assert all(nearer < farther for farther, nearer in pairwise(speeds[1:]))
 
 
+@pytest.mark.parametrize(
+    ("within", "slowly", "speed"), [(0.5, True, 0.4), (0.1, True, 0.08), (0.15, False, 0.6), (0.0, False, 0.0)]
+)
+def test_the_speed_before_a_place_is_that_of_a_gentle_brake_or_eight_tenths_of_the_way_per_second(
+    within: float, slowly: bool, speed: float
+) -> None:
+    """The gentle brake has 0.6 * 2 m/s2: v^2 = 2 * 1.2 * s."""
+    robot = msgspec.structs.replace(ROBOT, wheel_acceleration=2.0)
+    safety = SafetyFilter(msgspec.structs.replace(SETTINGS, robot=robot))
+    limits = constraints(WIDE, MIDDLE)._replace(stop_within=within, slowly=slowly)
+    assert safety.check(sense_of(at_rest(MIDDLE)), (1.0, 1.0), limits) == pytest.approx((speed, speed))
+
+
 # --- turning to face something ---
+
+
+@pytest.mark.parametrize(("error", "keeps"), [(2.59, False), (2.61, True)])
+def test_from_149_degrees_on_it_keeps_the_side_that_it_turns_to(error: float, keeps: bool) -> None:
+    safety = SafetyFilter(SETTINGS)
+    assert safety.face(at_rest(MIDDLE), 1.0).right > 0.0
+    assert (safety.face(at_rest(MIDDLE), -error).right > 0.0) is keeps
 
 
 @pytest.mark.parametrize(
