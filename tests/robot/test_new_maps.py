@@ -5,6 +5,7 @@ from itertools import pairwise
 import msgspec
 import pytest
 
+from swarm.geometry import distance
 from swarm.maps.occupancy import WALL
 from swarm.messages import Broadcast, Edit, Kind, Sense
 from swarm.robot.brain import Robot
@@ -29,7 +30,7 @@ def robot(text: str, **of_map: object) -> Robot:
 
 
 def length(points: list[tuple[float, float]]) -> float:
-    return sum(((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5 for (x0, y0), (x1, y1) in pairwise(points))
+    return sum(distance(a, b) for a, b in pairwise(points))
 
 
 @pytest.mark.parametrize("whole", [True, False], ids=["a whole map", "an edit"])

@@ -9,7 +9,9 @@ from swarm.geometry import Pose
 from swarm.messages import Activity
 from swarm.robot.brain import Robot
 from swarm.robot.cell_pilot import CellPilot
+from swarm.robot.safety import DriveState
 from swarm.traffic.traffic import TrafficActivity, TrafficInputs, TrafficOutputs
+from tests.robot.driving import sense_of
 from tests.robot.shared import AT, robot, step
 from tests.shared import scenario_of
 
@@ -122,3 +124,17 @@ def test_what_is_looked_ahead_to_is_the_fourth_cell_of_the_way_at_most(monkeypat
             assert one._pilot._drawn_to == one._pilot._cells.centre(way[:5][-1])
             found.add(len(way))
     assert max(found) > 5
+
+
+@pytest.mark.parametrize(("edge", "above"), [(0.22, True), (0.24, False)])
+def test_the_cells_that_it_would_drive_over_are_those_under_its_radius_and_margin(edge: float, above: bool) -> None:
+    """It drives straight on, ``edge`` [m] below the upper edge of its row: 0.2 m and 0.03 m do not fit into 0.22 m."""
+    one = pilot()
+    cell = one._cells.cell_of(AT.x, AT.y)
+    x, y = one._cells.centre(cell)
+    body = DriveState(Pose(x, y + one._cells.side / 2 - edge, 0.0), 0.0, 0.0)
+    one._drawn_to = (x + 2.0, body.pose.y)
+    swept = one._sweeps(Mock(sense=sense_of(body)), body)
+    assert cell in swept
+    assert (cell + one._cells.columns in swept) is above
+    assert cell - one._cells.columns not in swept
