@@ -5,6 +5,8 @@ from typing import Final
 _BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
+_LARGER: Final = "a larger block of the map is looked through: nothing beside the smaller one has changed"
+_UNREAD: Final = "it is set before it is read for the first time"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
@@ -30,5 +32,30 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
      "1 becomes 2 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",
      "1 becomes 100 in `len(variable.terms) + 1`"): "there are no combinations of more terms than the variable has",
+    ("swarm/robot/ground.py", "block = np.s_[low[0] : row + reach + 1, low[1] : column + reach + 1]",
+     "1 becomes 2 in `row + reach + 1`"): _LARGER,
+    ("swarm/robot/ground.py", "block = np.s_[low[0] : row + reach + 1, low[1] : column + reach + 1]",
+     "1 becomes 100 in `row + reach + 1`"): _LARGER,
+    ("swarm/robot/ground.py", "block = np.s_[low[0] : row + reach + 1, low[1] : column + reach + 1]",
+     "1 becomes 2 in `column + reach + 1`"): _LARGER,
+    ("swarm/robot/ground.py", "block = np.s_[low[0] : row + reach + 1, low[1] : column + reach + 1]",
+     "1 becomes 100 in `column + reach + 1`"): _LARGER,
+    ("swarm/robot/ground.py", "changed |= self._settle(row, column, 0)", "0 becomes"): _LARGER,
+    ("swarm/robot/ground.py", "return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)",
+     "2 becomes"): _LARGER,
+    ("swarm/robot/navigator.py", "self._along = 0.0  # m, progress along the path", "0.0 becomes"): _UNREAD,
+    ("swarm/robot/detour.py", "self._since = 0.0  # s, time of that, or of the detour's last phase",
+     "0.0 becomes"): _UNREAD,
+    ("swarm/robot/detour.py", "self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear",
+     "0.0 becomes"): _UNREAD,
+    ("swarm/robot/detour.py", "self._heading = DETOUR.aside * self._filter.freer_side(sense, constraints)",
+     "`DETOUR.aside * self._filter.freer_side(sense, constraints)` with /"): "the side is 1 or -1",
+    ("swarm/robot/brain.py", "self._progress_at = (self._start[:2], 0.0)  # where and when [s] it last made progress",
+     "2 becomes"): "only the first two numbers are read",
+    ("swarm/robot/brain.py", "self._forgot_for = -1  # the stop for which it last cleared its map",
+     "1 becomes"): "any number below the first stop works",
+    ("swarm/robot/lateness.py", "self._tick = -1", "`-1` without"): "there is no command yet that could be forgotten",
+    ("swarm/robot/lateness.py", "self._tick = -1", "1 becomes"): "there is no command yet that could be forgotten",
+    ("swarm/robot/lateness.py", "self._ticks = 0", "0 becomes"): "one tick of doubt is over before the first command",
 }
 # fmt: on

@@ -134,8 +134,7 @@ class Ground:
     def _settle(self, row: int, column: int, reach: int) -> bool:
         """Update the map from the counts around a cell; return True if a cell became solid or stopped being solid."""
         low = max(0, row - reach), max(0, column - reach)
-        high = min(self.map.shape[0], row + reach + 1), min(self.map.shape[1], column + reach + 1)
-        block = np.s_[low[0] : high[0], low[1] : high[1]]
+        block = np.s_[low[0] : row + reach + 1, low[1] : column + reach + 1]
         odds, was = self._odds[block], self.map.cells[block] == WALL
         solid = np.where(was, odds > 0, odds >= SOLID)
         changed = np.argwhere(solid != was)

@@ -59,6 +59,48 @@ def test_near_a_corner_it_aims_between_its_waypoints_and_not_back() -> None:
     assert there[1] < y < here[1]
 
 
+OPEN = Drawn(*["." * 8] * 6)
+B = 2 * OPEN.cells.columns + 3  # a cell in the middle
+
+
+@pytest.mark.parametrize("longer", [False, True])
+def test_between_its_waypoints_means_on_the_line_to_the_second(longer: bool) -> None:
+    """It comes from below and has to drive round a corner to the right; the way may go on upwards."""
+    up = OPEN.cells.columns
+    x, y = OPEN.cells.centre(B)
+    waypoints = (B, B + 1, *[B + 1 + 2 * up] * longer)
+    held = (B - up, *waypoints, B + 1 + up)
+    pose = Pose(x + 0.26, y - 0.54, 0.0)
+    aim = aiming(OPEN).choose(None, pose, held, middles(waypoints, OPEN))
+    assert aim[1] == pytest.approx(y)
+    assert x + 0.1 < aim[0] < x + SIDE - 0.1
+
+
+@pytest.mark.parametrize(("off", "hidden"), [(0.1, False), (0.34, False), (0.42, True)])
+def test_for_a_stop_near_the_edge_of_its_cell_it_aims_at_the_middle(off: float, hidden: bool) -> None:
+    """Beside the last cell nothing is held: there the footprint would lie over the edge."""
+    x, y = OPEN.cells.centre(B)
+    stop = (x + SIDE, y + off)
+    aim = aiming(OPEN).choose(None, Pose(x, y, 0.0), (B, B + 1), [(x, y), stop])
+    assert aim == pytest.approx((x + SIDE, y) if hidden else stop)
+
+
+@pytest.mark.parametrize(("off", "to_stop"), [(0.385, True), (0.395, False)])
+def test_along_the_edge_of_its_cells_it_keeps_a_centimetre_at_least(off: float, to_stop: bool) -> None:
+    """Half a cell is 0.6 m and the radius 0.2 m: 0.39 m beside the middle a centimetre is left."""
+    x, y = OPEN.cells.centre(B)
+    stop = (x + SIDE, y + off)
+    aim = aiming(OPEN).choose(None, Pose(x, y + off, 0.0), (B, B + 1), [(x, y), stop])
+    assert (aim == stop) is to_stop
+
+
+def test_where_nothing_is_reached_it_aims_at_the_first_waypoint_wherever_that_lies() -> None:
+    x, y = OPEN.cells.centre(B)
+    stop, pose = (x, y + 0.42), Pose(x - 0.1, y, 0.0)
+    assert aiming(OPEN).choose(None, pose, (B,), [stop]) == stop
+    assert aiming(OPEN).choose(None, pose, (B,), [stop, (x + 3 * SIDE, y + 0.42)]) == stop
+
+
 def test_where_no_other_point_is_to_be_reached_it_aims_at_the_first() -> None:
     held = (A, A + 1 - COLUMNS)  # they meet in a corner alone
     (x, y), _ = waypoints = middles(held)

@@ -1,12 +1,15 @@
 """Driving in reserved cells, one robot stepped by hand: when it only turns, what its tables get, where it stays."""
 
+from math import pi
+from unittest.mock import Mock
+
 import pytest
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Activity
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.brain import Robot
-from swarm.robot.tuning import PILOT, SCALE
+from swarm.robot.tuning import SCALE
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.halting import HALTED
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
@@ -83,12 +86,40 @@ def test_alone_in_the_open_the_tables_are_told_the_distances_as_they_are() -> No
     assert all(SCALE.turning <= command.scale <= 1.0 for command in commands), "never farther than they are known to be"
 
 
+# fmt: off
+SCALES = {  # room [m], heading error [rad]: scale
+    "as much room as in the open":   (0.8,  0.0,     1.0),
+    "more room than in the open":    (3.0,  0.0,     1.0),
+    "three quarters of it":          (0.6,  0.0,     0.75),
+    "half of it":                    (0.4,  0.0,     0.5),
+    "hardly any room":               (0.24, 0.0,     0.4),
+    "the aim is behind":             (0.8,  pi,      0.3),
+    "the aim is to the right":       (0.8,  -pi / 2, 0.65),
+    "half the room, aim to the left": (0.4, pi / 2,  0.325),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", SCALES)
+def test_the_less_room_and_the_more_turn_the_smaller_is_the_scale(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tables' distances are divided by 40 % to 100 %, as is room, and by 70 % less if the aim is behind."""
+    room, heading, scale = SCALES[name]
+    pilot = robot()._pilot
+    monkeypatch.setattr(pilot, "_gets_nowhere", lambda inputs, granted: False)
+    for held, exactly, unconstrained, expected in (
+        ((1, 2), False, False, scale), ((1,), False, False, scale), ((1, 2), True, False, scale),
+        ((1, 2), False, True, 1.0), ((1,), True, False, 0.15),
+    ):  # fmt: skip
+        granted = Mock(held=held, exactly=exactly, unconstrained=unconstrained)
+        assert pilot._scaled(Mock(), granted, room, heading) == pytest.approx(expected)
+
+
 def to_and_fro(tick: int, x: float = AT.x) -> Pose:
     """Return where a robot is that gets on all the time, and nowhere: within a cell, facing away from its stop."""
     return Pose(x + (0.2 if tick // 20 % 2 else 0.0), AT.y, 3.0)
 
 
-LONG = round(PILOT.nowhere_after / 0.05)  # ticks
+LONG = 100  # ticks: 5 s
 OPEN = [FAR] * 15
 BLOCKED = [FAR] * 5 + [0.3] * 5 + [FAR] * 5
 
@@ -144,6 +175,6 @@ def test_traffic_is_told_the_cells_that_the_tables_would_drive_it_over(monkeypat
     assert stop not in told[-1], "no farther than in the next seconds"
     assert all(cells.centre(cell)[0] > AT.x - cells.side for cell in told[-1]), "ahead of it"
     assert len(told[-1]) > 1
-    for tick in range(2 * LISTENED, 2 * LISTENED + 2 * round(PILOT.nowhere_after / 0.05)):
+    for tick in range(2 * LISTENED, 2 * LISTENED + 2 * LONG):
         step(one, tick, pose=to_and_fro(tick))
     assert told[-1] == (), "who gets nowhere asks for nothing"

@@ -10,13 +10,13 @@ from swarm.planning.grid import Grid
 from swarm.robot.detour import Detour
 from swarm.robot.safety import Constraints, DriveState, SafetyFilter
 from swarm.robot.tuning import DETOUR
-from tests.robot.driving import DT, NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
+from tests.robot.driving import NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
 from tests.shared import scenario_of
 
 HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
 WIDE = Grid.grown(HALL, RADIUS, 0.8, 0.1)
 MIDDLE = Pose(15.0, 10.0, 0.0)
-PATIENT = round(DETOUR.patience / DT)  # ticks
+PATIENT = 60  # ticks: 3 s
 FREE = constraints(WIDE, MIDDLE)
 BLOCKED = 0.05  # m, sensed in front
 LOW, HIGH = (14.5, 9.0, 15.6, 9.74), (14.5, 10.26, 15.6, 11.0)  # cells not held, to its right and to its left
@@ -79,6 +79,8 @@ def test_it_ends_though_nothing_came_of_it(front: float) -> None:
     detour = begun()
     found = [told(detour, PATIENT + 3 + tick, front=front) for tick in range(PATIENT + 5)]
     assert None in found
+    ended = found.index(None)
+    assert ended == pytest.approx(PATIENT + 1 if front > BLOCKED else PATIENT - 1, abs=1), "3 s after its phase began"
     assert found[:5] == [0.0 if front > BLOCKED else DETOUR.aside] * 5
 
 
@@ -109,6 +111,35 @@ def test_who_is_stopped_before_a_body_turns_away_from_it() -> None:
     found = [told(detour, tick, front=1.6, limits=stopped) for tick in range(PATIENT + 3)]
     assert (found[PATIENT], found[-1]) == (None, DETOUR.aside)
     assert told(detour, PATIENT + 3, front=1.6) == 0.0, "and drives on once it no longer faces it"
+
+
+def test_after_a_detour_patience_begins_anew_and_then_another_detour() -> None:
+    detour = begun()
+    found = [told(detour, PATIENT + 3 + tick) for tick in range(3 * PATIENT)]
+    waits = [heading is None for heading in found]
+    assert waits.count(True) == pytest.approx(PATIENT, abs=3)
+    assert not waits[-1]
+
+
+def test_who_has_a_little_way_to_drive_begins_one_all_the_same() -> None:
+    detour, limits = Detour(SafetyFilter(SETTINGS)), FREE._replace(stop_within=0.2)
+    assert [told(detour, tick, limits=limits) for tick in range(PATIENT + 3)][-1] == DETOUR.aside
+
+
+@pytest.mark.parametrize(("moves", "begins"), [(0.0, True), (0.09, True), (0.11, False)])
+def test_after_3_s_with_no_decimetre_of_progress_a_quarter_turn_is_asked_for(moves: float, begins: bool) -> None:
+    """The robot stands for 2.9 s, moves, and stands for 0.3 s more."""
+    detour = Detour(SafetyFilter(SETTINGS))
+    assert {told(detour, tick) for tick in range(58)} == {None}
+    there = MIDDLE._replace(x=MIDDLE.x + moves)
+    found = [told(detour, tick, there) for tick in range(58, 64)]
+    assert found[-1] == (pytest.approx(1.5708, abs=1e-4) if begins else None)
+
+
+@pytest.mark.parametrize(("away", "over"), [(0.39, False), (0.41, True)])
+def test_a_detour_is_over_40_cm_from_its_beginning(away: float, over: bool) -> None:
+    found = told(begun(), PATIENT + 3, MIDDLE._replace(y=MIDDLE.y + away))
+    assert (found is None) is over
 
 
 def test_who_rests_forgets_it() -> None:

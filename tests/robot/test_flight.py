@@ -142,6 +142,65 @@ def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
     assert twist == pytest.approx((linear, angular))
 
 
+def coming_from(degrees: float, away: float = 0.8, speed: float = 0.3) -> Threat:
+    """Return what comes straight towards a robot in the middle; it is ``away`` [m] now."""
+    x, y = cos(degrees * pi / 180), sin(degrees * pi / 180)
+    return Threat(MIDDLE.x + away * x, MIDDLE.y + away * y, -speed * x, -speed * y)
+
+
+def test_a_way_out_is_over_as_soon_as_standing_is_enough() -> None:
+    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    for away, out in ((0.8, True), (3.0, False), (0.8, True)):
+        twist = flight.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (coming_from(180, away),))
+        assert (twist is not None) is out
+
+
+# fmt: off
+THEN = {  # how far away it is [m], from where it comes at first, and then: the heading of the second way out [deg]
+    "head-on, and a way to the left is under way":   (0.6, -10, 0,    90),
+    "still nearly as good":                          (0.6, -10, 30,   90),
+    "a smaller turn would be as good":               (0.6, -10, -90,  90),
+    "far worse than to the right":                   (0.6, -10, 60,   -75),
+    "far worse than straight on":                    (0.6, -10, 180,  -15),
+    "from behind on the right":                      (0.6, -10, -135, 15),
+    "from the left, farther off":                    (1.0, -10, 75,   -15),
+    "straight on is under way and still good":       (1.0, -90, -75,  0),
+    "it comes from ahead now":                       (0.8, -90, -45,  90),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", THEN)
+def test_a_way_out_under_way_is_kept_unless_another_is_better_by_a_decimetre(name: str) -> None:
+    away, first, then, heading = THEN[name]
+    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    for coming in (first, then):
+        threat = coming_from(coming, away)
+        twist = flight.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
+    off = heading * pi / 180
+    assert twist == pytest.approx((0.6 * cos(off), max(-4.0, min(4.0, 5.0 * off))))
+
+
+@pytest.mark.parametrize(("gap", "threatened"), [(0.0, True), (0.5, True), (1.08, True), (1.13, False)])
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_the_tables_keep_a_gap_of_30_cm_to_what_may_turn_round(gap: float, threatened: bool, yaw: float) -> None:
+    """In 0.4 s and while it brakes the robot drives 0.24 m; what turns back comes 0.585 m nearer in 39 ticks."""
+    body, away = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0), TOUCHES + gap
+    threat = Threat(MIDDLE.x + away * cos(yaw), MIDDLE.y + away * sin(yaw), 0.3 * cos(yaw), 0.3 * sin(yaw))
+    for speed, said in ((0.6, threatened), (0.0, False), (-0.3, False)):
+        limits = constraints(WIDE, body.pose)
+        assert Flight(SETTINGS).threatens(sense_of(body), (speed, speed), limits, [threat]) is said
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.2])
+def test_who_cannot_stop_clear_of_a_wall_has_no_way_out(speed: float) -> None:
+    """The safety filter alone brakes it."""
+    body = DriveState(Pose(1.0 + RADIUS + 0.05, 10.0, pi), speed, speed)
+    threat = Threat(body.pose.x + 0.8, 10.0, -0.3, 0.0)
+    assert Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,)) is None
+    assert Flight(SETTINGS).threatens(sense_of(body), (0.0, 0.0), constraints(WIDE, body.pose), [threat])
+
+
 # courses of a threat: its turn [rad], and the share of its speed that it keeps
 COURSES = ((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.0), (0.0, 0.0))
 

@@ -44,6 +44,15 @@ def test_every_pair_leads_where_the_table_says_or_is_refused_and_changes_nothing
         assert snapshot(mission) == before
 
 
+@pytest.mark.parametrize("stage", [Stage.READY, Stage.DONE])
+@pytest.mark.parametrize("stops", [1, 2, 4])
+def test_no_stop_is_finished_before_the_start_or_after_the_end(stage: Stage, stops: int) -> None:
+    mission = Mission(STOPS[:stops], returns=True)
+    mission.stage = stage
+    with pytest.raises(ValueError, match=f"in stage {stage}, got stop done"):
+        mission.finish_stop(reached=True)
+
+
 def test_every_stage_has_a_row() -> None:
     assert set(TRANSITIONS) == set(Stage)
 

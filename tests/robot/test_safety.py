@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 from math import copysign, hypot, inf, nan, pi, sqrt
 
+import msgspec
 import numpy as np
 import pytest
 import shapely
@@ -26,6 +27,7 @@ from tests.robot.driving import (
     MOST,
     NO_BOXES,
     RADIUS,
+    ROBOT,
     SETTINGS,
     TOP,
     cells_as_shape,
@@ -328,7 +330,27 @@ def test_told_to_come_slowly_it_turns_the_more_tightly_the_nearer_it_is() -> Non
     assert all(nearer < farther for farther, nearer in pairwise(speeds[1:]))
 
 
+@pytest.mark.parametrize(
+    ("within", "slowly", "speed"), [(0.5, True, 0.4), (0.1, True, 0.08), (0.15, False, 0.6), (0.0, False, 0.0)]
+)
+def test_the_speed_before_a_place_is_that_of_a_gentle_brake_or_eight_tenths_of_the_way_per_second(
+    within: float, slowly: bool, speed: float
+) -> None:
+    """The gentle brake has 0.6 * 2 m/s2: v^2 = 2 * 1.2 * s."""
+    robot = msgspec.structs.replace(ROBOT, wheel_acceleration=2.0)
+    safety = SafetyFilter(msgspec.structs.replace(SETTINGS, robot=robot))
+    limits = constraints(WIDE, MIDDLE)._replace(stop_within=within, slowly=slowly)
+    assert safety.check(sense_of(at_rest(MIDDLE)), (1.0, 1.0), limits) == pytest.approx((speed, speed))
+
+
 # --- turning to face something ---
+
+
+@pytest.mark.parametrize(("error", "keeps"), [(2.59, False), (2.61, True)])
+def test_from_149_degrees_on_it_keeps_the_side_that_it_turns_to(error: float, keeps: bool) -> None:
+    safety = SafetyFilter(SETTINGS)
+    assert safety.face(at_rest(MIDDLE), 1.0).right > 0.0
+    assert (safety.face(at_rest(MIDDLE), -error).right > 0.0) is keeps
 
 
 @pytest.mark.parametrize(
@@ -338,6 +360,17 @@ def test_to_face_something_it_brakes_first(linear: float, turns: bool) -> None:
     speeds = SafetyFilter(SETTINGS).face(DriveState(MIDDLE, linear - 0.1, linear + 0.1), 1.0)
     assert (speeds != STAND) is turns
     assert speeds.left == pytest.approx(-speeds.right)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("error", "rate"), [(0.03, 0.0), (0.035, 0.0), (0.135, 1.0), (0.26, 1.5), (0.8, 2.5), (3.0, 2.5)]
+)
+def test_a_turn_ends_with_six_tenths_of_the_brake(side: float, error: float, rate: float) -> None:
+    """A track of 0.48 m and 2 m/s2 at the rims: 8.33 rad/s2, of which 5 are used; r^2 = 2 * 5 * (e - 0.035)."""
+    robot = msgspec.structs.replace(ROBOT, track_width=0.48, wheel_acceleration=2.0)
+    speeds = SafetyFilter(msgspec.structs.replace(SETTINGS, robot=robot)).face(at_rest(MIDDLE), side * error)
+    assert speeds == pytest.approx((-0.24 * side * rate, 0.24 * side * rate), abs=1e-9)
 
 
 @given(st.floats(-pi, pi))
