@@ -5,6 +5,7 @@ from typing import Final
 _BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
+_NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
@@ -24,6 +25,11 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
+    ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or tick // settings.every % OLD_NEWS == 0 "
+     "else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
+     "1 becomes"): _BEFORE,
+    ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,
     ("swarm/traffic/joint_search.py", "self._together, self._search, self._begun = False, None, LATE + 1",
      "1 becomes"): "any number above LATE works: no other start follows",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",

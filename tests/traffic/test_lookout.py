@@ -80,6 +80,7 @@ LOOKS: dict[str, tuple[tuple[Record, ...], dict[str, Any], Look]] = {
     "one waited for is not long silent":     ((silent(), replace(WAITED, stamp=1)), {"waits": ("r2", "r3")},       NOTHING),
     "both are long silent":                  ((silent(), WAITED),                  {"waits": ("r2", "r3")},        FREE),
     "one that keeps it too is heard":        ((silent(), replace(WAITED, stamp=1, held=(C,))), {},                 NOTHING),
+    "one that is heard stands near it":      ((silent(-9.0), silent(2.0, robot="r3", stamp=NOW, held=(D,))), {"fresh": ("r3",)}, FREE),
     "nobody keeps it":                       ((silent(held=(D,)),),                {},                             NOTHING),
     "it was seen empty before":              ((silent(),),                         {"cleared": frozenset({("r2", C)})}, NOTHING),
     "waits for nobody":                      ((silent(),),                         {"waits": ()},                  NOTHING),
@@ -120,18 +121,28 @@ def test_bodies_stand_near_within_two_cells() -> None:
 
 
 def test_a_body_beyond_the_rays_is_judged_from_where_the_robot_leans() -> None:
-    """r2 was last heard 1.95 m away, with a part of its body in c; the robot leans 0.29 m towards c."""
+    """r2 was last heard 2 m away, with a part of its body in c; the robot leans 0.29 m towards c."""
     one = lookout()
-    assert looked(one, silent(1.95)) == NOTHING
+    assert looked(one, silent(2.0)) == NOTHING
     assert one.leans_to == C
-    assert looked(one, silent(1.95), waits=(), at=0.40) == NOTHING, "not there yet"
+    assert looked(one, silent(2.0), waits=(), at=0.40) == NOTHING, "not there yet"
     assert one.leans_to == C
-    assert looked(one, silent(1.95), waits=(), at=0.29, measured=1.95 - 0.29 - 0.4) == TAKEN
+    assert looked(one, silent(2.0), waits=(), at=0.29, measured=2.0 - 0.29 - 0.4) == TAKEN
     assert one.leans_to is None
 
 
 def test_a_robot_that_leans_gives_up_when_the_silent_one_speaks() -> None:
     one = lookout()
-    looked(one, silent(1.95))
-    assert looked(one, silent(1.95, stamp=NOW), waits=(), fresh=("r2",)) == NOTHING
+    looked(one, silent(2.0))
+    assert looked(one, silent(2.0, stamp=NOW), waits=(), fresh=("r2",)) == NOTHING
+    assert one.leans_to is None
+
+
+def test_a_cell_that_something_hides_is_judged_from_where_the_robot_leans() -> None:
+    """r2 was last heard elsewhere; every ray ends before c, first from the middle of b and then from nearer."""
+    one, last = lookout(), silent(-9.0)
+    assert looked(one, last, measured=0.1) == NOTHING
+    assert one.leans_to == C
+    assert looked(one, last, waits=(), at=0.15, measured=0.0) == NOTHING, "on its way"
+    assert looked(one, last, waits=(), at=0.29, measured=0.0) == TAKEN
     assert one.leans_to is None
