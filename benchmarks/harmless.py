@@ -25,8 +25,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
-    ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or tick // settings.every % OLD_NEWS == 0 "
-     "else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
+     "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,

@@ -1,5 +1,6 @@
 """Whole fleets on small maps, in physics: no contacts, no deadlocks, and impossible goals are reported."""
 
+from itertools import count
 from typing import Any
 
 import msgspec
@@ -11,6 +12,7 @@ from swarm.geometry import Pose
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.settings import StartSettings
+from swarm.traffic import traffic
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import TrafficSettings
@@ -195,3 +197,25 @@ def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> 
         told.append((out.way, out.members))
     assert told[59] == (floor.at("aefghd"), ("r1", "r2"))
     assert told[60] == (floor.at("ab"), ())
+
+
+def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    floor = Drawn("abc", "def")
+    (x, y), goal = floor.points("ac")
+    a, b = floor.at("ab")
+    ticks = count()
+
+    class KeptOnce:
+        def look(self, progress: object, body: int, **_: object) -> int | None:
+            return b if next(ticks) == 60 else None
+
+    monkeypatch.setattr(traffic, "Kept", KeptOnce)
+    r1 = Traffic("r1", floor.cells, TrafficSettings())
+    outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal)) for tick in range(62)]
+    assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())
+    assert [(event.kind, event.text) for event in outs[60].events] == [
+        ("halted", f"gave up cell {b}: a moving obstacle blocks the way into it")
+    ]
+    assert (outs[60].held, outs[60].way) == ((a,), floor.at("adefc"))
