@@ -24,6 +24,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,

@@ -187,6 +187,14 @@ def test_how_many_expansions_each_start_gets(name: str, monkeypatch: pytest.Monk
     assert (result.outcome, result.expansions) == (outcome, sum(given))
 
 
+def test_after_the_proof_that_not_all_can_arrive_no_start_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The longest way has one step: four starts of 32 expansions and one of 64 come before the proof."""
+    full = Drawn("####", "abc.", "####")
+    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: Scripted(10**9))
+    result = search(full.cells, full.at("abc"), full.at("acb"), Budget(), share=10**6)
+    assert (result.outcome, result.expansions) == (Outcome.FOR_ONE, 4 * 32 + 64)
+
+
 def test_two_robots_with_one_goal_are_refused() -> None:
     tables = [BAY.cells.distances(BAY.at("b")[0])] * 2
     with pytest.raises(ValueError, match="two robots in one cell"):
