@@ -5,6 +5,8 @@ from typing import Final
 _BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
+_LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
+_NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _WITHIN: Final = (
@@ -25,6 +27,9 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
     ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
+    ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
+    ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
+    ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
