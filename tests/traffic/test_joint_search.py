@@ -195,6 +195,30 @@ def test_after_the_proof_that_not_all_can_arrive_no_start_is_made(monkeypatch: p
     assert (result.outcome, result.expansions) == (Outcome.FOR_ONE, 4 * 32 + 64)
 
 
+def test_a_long_search_for_any_plan_spends_its_share_in_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The start that proves that not all can arrive counts as one expansion."""
+    spent: list[int] = []
+
+    class Long:
+        expansions = 0
+
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def advance(self, expansions: int) -> State:
+            self.expansions += min(expansions, 30)
+            spent.append(min(expansions, 30))
+            return State.RUNNING
+
+    never = Scripted(0)
+    monkeypatch.setattr(never, "advance", lambda _: State.UNSOLVABLE)
+    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: never)
+    monkeypatch.setattr(joint_search, "BestFirst", Long)
+    tables = [BAY.cells.distances(BAY.at("b")[0])]
+    once = JointSearch(BAY.cells.neighbours, tables, BAY.at("a"), BAY.at("b"), budget=Budget(), random=Random(1))
+    assert [(once.advance(100), sum(spent)) for _ in range(4)] == [(None, 100 * step - 1) for step in range(1, 5)]
+
+
 def test_two_robots_with_one_goal_are_refused() -> None:
     tables = [BAY.cells.distances(BAY.at("b")[0])] * 2
     with pytest.raises(ValueError, match="two robots in one cell"):
