@@ -68,6 +68,7 @@ def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -
     world.step({})
     assert world.finished is ends
     assert (world.verdict == "again") is said
+    assert world.time < 10.0, "nobody waits long for a run that is over"
 
 
 def test_who_reaches_a_stop_takes_the_proof_back() -> None:
