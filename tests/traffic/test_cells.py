@@ -211,7 +211,7 @@ def test_a_place_beside_a_wall_moves_towards_the_middle_until_a_disc_fits(
         floor = OccupancyMap(solid.T.copy() if turned else solid, 0.1)
         cells = CellMap(floor, side=1.2, radius=0.23)
         middle = cells.cell_of(1.8, 1.8)
-        here, there = [(1.8 + off, 1.8)[:: -1 if turned else 1] for off in (wanted, got)]
+        here, there = [(1.8, 1.8 + off) if turned else (1.8 + off, 1.8) for off in (wanted, got)]
         assert cells.moved_inside(middle, here, 0.28) == pytest.approx(there)
 
 
