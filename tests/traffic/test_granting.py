@@ -1,4 +1,4 @@
-"""What a robot is said to do, and where it may drive: tables of decisions that are made by hand."""
+"""What a robot is said to do, where it may drive, and what it tells: tables of decisions that are made by hand."""
 
 import pytest
 
@@ -14,6 +14,7 @@ from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
+from swarm.traffic.telling import Telling
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcdefgh", "i.......")
@@ -150,3 +151,27 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     assert list(waypoints(at_corner, (a,), (a,), corner.cells, radio)) == [(x, y), pytest.approx((x + 0.29, y))]
     assert list(waypoints(at_corner, (a,), (a,), corner.cells, SETTINGS)) == [(x, y)]
     assert points(doing("a", "bc", "h"), "a", "a", radio) == ROW.points("a"), "no corner"
+
+
+@pytest.mark.parametrize(
+    ("slot", "often", "turns"),
+    [(0, False, [0, 4, 8]), (1, False, [3, 7, 11]), (1, True, [1, 3, 5, 7, 9, 11]), (5, False, [3, 7, 11])],
+)
+def test_a_robot_tells_in_its_turn(slot: int, often: bool, turns: list[int]) -> None:
+    telling = Telling("r1", SETTINGS, slot)
+    assert [tick for tick in range(12) if telling.is_due(tick, often=often)] == turns
+
+
+@pytest.mark.parametrize(
+    ("steps", "follows", "left", "entered"),
+    [((4, 5), True, 4, 5), ((4, 5), False, 0, 0), ((ALONE, 0), True, 0, 0), ((ALONE, ALONE), True, 0, 0)],
+)
+def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
+    steps: tuple[int, ...], follows: bool, left: int, entered: int
+) -> None:
+    way = RouteProgress(Reservations((A, B)), steps, ROW.at("cdefgha"))
+    decisions = doing("ab", progress=way, joint=following() if follows else None, moved=2, waits=("r2",))
+    told = Telling("r1", SETTINGS, 0).record(decisions, (), ())
+    assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
+    assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
+    assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
