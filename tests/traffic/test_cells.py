@@ -1,5 +1,6 @@
 """The lattice of cells, compared with the map from which it is made."""
 
+from itertools import product
 from math import hypot, pi
 
 import numpy as np
@@ -213,6 +214,22 @@ def test_a_place_beside_a_wall_moves_towards_the_middle_until_a_disc_fits(
         middle = cells.cell_of(1.8, 1.8)
         here, there = [(1.8, 1.8 + off) if turned else (1.8 + off, 1.8) for off in (wanted, got)]
         assert cells.moved_inside(middle, here, 0.28) == pytest.approx(there)
+
+
+@pytest.mark.parametrize(
+    ("aside", "apart", "stands"),
+    [(1, 1, False), (1, 2, False), (2, 2, True), (0, 2, False), (0, 3, True), (1, 3, True)],
+)
+def test_a_disc_is_round(aside: int, apart: int, stands: bool) -> None:
+    """Its radius is 0.23 m; the nearest corner of the wall is so many fine cells of 0.1 m off its middle, each way.
+
+    0.1 and 0.2 m make 0.224 m, 0.2 and 0.2 m make 0.283 m.
+    """
+    for down, left, turned in product((False, True), repeat=3):
+        row, column = (apart, aside) if turned else (aside, apart)
+        solid = np.zeros((12, 12), np.uint8)
+        solid[5 - row if down else 6 + row, 5 - column if left else 6 + column] = 1
+        assert bool(CellMap(OccupancyMap(solid, 0.1), side=1.2, radius=0.23).stands[0]) is stands
 
 
 @pytest.mark.parametrize(("along", "up"), [(0.0, 0.0), (0.3, 0.5), (-0.2, 0.1), (0.1, -0.7)])
