@@ -216,6 +216,25 @@ def test_a_place_beside_a_wall_moves_towards_the_middle_until_a_disc_fits(
         assert cells.moved_inside(middle, here, 0.28) == pytest.approx(there)
 
 
+@pytest.mark.parametrize("origin", [Pose(3.0, -7.0, 0.0), Pose(-2.0, 5.0, 0.7)])
+def test_on_a_map_that_lies_elsewhere_and_turned_cells_are_the_same(origin: Pose) -> None:
+    solid = np.zeros((36, 48), np.uint8)
+    solid[12:20, 24:26] = 1
+    here, there = (CellMap(OccupancyMap(solid, 0.1, at), side=1.2, radius=0.23) for at in (Pose(0.0, 0.0, 0.0), origin))
+    assert here.neighbours == there.neighbours
+    for x, y in ((0.6, 0.6), (1.1, 1.3), (2.3, 3.1), (4.5, 0.2)):
+        moved = from_frame(origin, x, y)
+        assert set(here.touched(x, y, 0.23)) == set(there.touched(*moved, 0.23))
+        assert here.cell_of(x, y) == there.cell_of(*moved)
+        for other in ((3.3, 1.4), (0.5, 2.9), (4.3, 3.2)):
+            assert here.in_sight((x, y), other) is there.in_sight(moved, from_frame(origin, *other))
+        cell = here.cell_of(x, y)
+        assert there.moved_inside(cell, moved, 0.28) == pytest.approx(
+            from_frame(origin, *here.moved_inside(cell, (x, y), 0.28))
+        )
+    assert not here.in_sight((1.1, 1.3), (3.3, 1.4))
+
+
 @pytest.mark.parametrize(
     ("aside", "apart", "stands"),
     [(1, 1, False), (1, 2, False), (2, 2, True), (0, 2, False), (0, 3, True), (1, 3, True)],
