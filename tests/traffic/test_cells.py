@@ -225,6 +225,8 @@ def test_on_a_map_that_lies_elsewhere_and_turned_cells_are_the_same(origin: Pose
     for x, y in ((0.6, 0.6), (1.1, 1.3), (2.3, 3.1), (4.5, 0.2)):
         moved = from_frame(origin, x, y)
         assert set(here.touched(x, y, 0.23)) == set(there.touched(*moved, 0.23))
+        path = here.swept([(x, y), (x, y)], 0.23)
+        assert path == there.swept([moved, moved], 0.23) == set(here.touched(x, y, 0.23)) - {OUTSIDE}
         assert here.cell_of(x, y) == there.cell_of(*moved)
         for other in ((3.3, 1.4), (0.5, 2.9), (4.3, 3.2)):
             assert here.in_sight((x, y), other) is there.in_sight(moved, from_frame(origin, *other))
