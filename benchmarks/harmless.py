@@ -7,7 +7,12 @@ _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
 _LARGER: Final = "a larger block of the map is looked through: nothing beside the smaller one has changed"
 _UNREAD: Final = "it is set before it is read for the first time"
+_LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
+_NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
+_NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
+_READ: Final = "the yaws of all robots are read before they are used"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
+_STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
 )
@@ -17,6 +22,21 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
      "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
     ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
+    ("world/physics.py", "self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped", "0 becomes"): _READ,
+    ("world/physics.py", "self._disturbed = True  # a contact may have changed a body's velocity", "True becomes"):
+     "bodies begin at rest, and those told to move are moving",
+    ("world/radio_model.py", "self._chance = np.random.default_rng([seed, 2])", "2 becomes"): _STREAM,
+    ("world/sensing.py", "self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]",
+     "1 becomes 100"): _STREAM,
+    ("world/clearance.py", "BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with the run",
+     "256 becomes"): "it costs memory only",
+    ("world/clearance.py",
+     "_, gaps = self._tree.query_nearest(points, return_distance=True, all_matches=False)",
+     "False becomes"): "all nearest blocks are equally near",
+    ("world/report.py", 'text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\\n"', "1 becomes"):
+     "how far a line of the file is indented",
+    ("world/report.py", 'text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\\n"', "False becomes"):
+     "numbers that are not finite are null by then",
     ("world/physics.py", "self._stale = False", "False becomes"): "a cache: the poses are read again, and are the same",
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "1 becomes"): _FAR,
     ("swarm/traffic/breadth_first.py", "FAR: Final = 1 << 30  # steps; the cell cannot be reached", "30 becomes"): _FAR,
@@ -25,7 +45,16 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
+    ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
+    ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
+    ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
+    ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
+     "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
+     "1 becomes"): _BEFORE,
+    ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,
     ("swarm/traffic/joint_search.py", "self._together, self._search, self._begun = False, None, LATE + 1",
      "1 becomes"): "any number above LATE works: no other start follows",
     ("swarm/fuzzy/tables.py", "for size in range(1, len(variable.terms) + 1):",

@@ -80,7 +80,6 @@ class Physics:
         shape.collision_type = OBSTACLE
         self._space.add(body, shape)
         self._movers.append(body)
-        self._stale = True
         if radius is not None:
             self._round.append(body)
             self._discs = np.vstack([self._discs, (*body.position, radius)])

@@ -1,5 +1,6 @@
 """The lattice of cells, compared with the map from which it is made."""
 
+from itertools import product
 from math import hypot, pi
 
 import numpy as np
@@ -12,6 +13,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import best_offset
+from swarm.traffic.fitting import OPEN, measure
 from swarm.traffic.route import own_way
 from tests.traffic.maps import BAY, SIDE, Drawn
 
@@ -185,3 +187,80 @@ def test_joins_can_be_left_out() -> None:
     assert a not in shut.neighbours[first]
     assert first in BAY.cells.neighbours[a], "the others stay as they are"
     assert BAY.cells.without([]) is BAY.cells
+
+
+@pytest.mark.parametrize(
+    ("wall", "wanted", "got"),
+    [
+        (2.4, 0.32, 0.32),
+        (2.4, 0.5, 0.32),  # inside the edge of the cell
+        (2.3, 0.26, 0.8 * 0.26),
+        (2.3, 0.32, 0.6 * 0.32),
+        (2.2, 0.28, 0.4 * 0.28),
+        (2.2, 0.32, 0.2 * 0.32),
+        (2.1, 0.32, 0.0),
+    ],
+)
+def test_a_place_beside_a_wall_moves_towards_the_middle_until_a_disc_fits(
+    wall: float, wanted: float, got: float
+) -> None:
+    """The middle of the cell is at 1.8 m, its edge at 2.4 m; a disc with a radius of 0.28 m stands left of a wall."""
+    for turned in (False, True):
+        solid = np.zeros((36, 36), np.uint8)
+        column = round(wall / 0.1)
+        solid[17:19, column] = 1
+        floor = OccupancyMap(solid.T.copy() if turned else solid, 0.1)
+        cells = CellMap(floor, side=1.2, radius=0.23)
+        middle = cells.cell_of(1.8, 1.8)
+        here, there = [(1.8, 1.8 + off) if turned else (1.8 + off, 1.8) for off in (wanted, got)]
+        assert cells.moved_inside(middle, here, 0.28) == pytest.approx(there)
+
+
+@pytest.mark.parametrize("origin", [Pose(3.0, -7.0, 0.0), Pose(-2.0, 5.0, 0.7)])
+def test_on_a_map_that_lies_elsewhere_and_turned_cells_are_the_same(origin: Pose) -> None:
+    solid = np.zeros((36, 48), np.uint8)
+    solid[12:20, 24:26] = 1
+    here, there = (CellMap(OccupancyMap(solid, 0.1, at), side=1.2, radius=0.23) for at in (Pose(0.0, 0.0, 0.0), origin))
+    assert here.neighbours == there.neighbours
+    for x, y in ((0.6, 0.6), (1.1, 1.3), (2.3, 3.1), (4.5, 0.2)):
+        moved = from_frame(origin, x, y)
+        assert set(here.touched(x, y, 0.23)) == set(there.touched(*moved, 0.23))
+        path = here.swept([(x, y), (x, y)], 0.23)
+        assert path == there.swept([moved, moved], 0.23) == set(here.touched(x, y, 0.23)) - {OUTSIDE}
+        assert here.cell_of(x, y) == there.cell_of(*moved)
+        for other in ((3.3, 1.4), (0.5, 2.9), (4.3, 3.2)):
+            assert here.in_sight((x, y), other) is there.in_sight(moved, from_frame(origin, *other))
+        cell = here.cell_of(x, y)
+        assert there.moved_inside(cell, moved, 0.28) == pytest.approx(
+            from_frame(origin, *here.moved_inside(cell, (x, y), 0.28))
+        )
+    assert not here.in_sight((1.1, 1.3), (3.3, 1.4))
+
+
+@pytest.mark.parametrize(
+    ("aside", "apart", "stands"),
+    [(1, 1, False), (1, 2, False), (2, 2, True), (0, 2, False), (0, 3, True), (1, 3, True)],
+)
+def test_a_disc_is_round(aside: int, apart: int, stands: bool) -> None:
+    """Its radius is 0.23 m; the nearest corner of the wall is so many fine cells of 0.1 m off its middle, each way.
+
+    0.1 and 0.2 m make 0.224 m, 0.2 and 0.2 m make 0.283 m.
+    """
+    for down, left, turned in product((False, True), repeat=3):
+        row, column = (apart, aside) if turned else (aside, apart)
+        solid = np.zeros((12, 12), np.uint8)
+        solid[5 - row if down else 6 + row, 5 - column if left else 6 + column] = 1
+        assert bool(CellMap(OccupancyMap(solid, 0.1), side=1.2, radius=0.23).stands[0]) is stands
+
+
+@pytest.mark.parametrize(("along", "up"), [(0.0, 0.0), (0.3, 0.5), (-0.2, 0.1), (0.1, -0.7)])
+def test_a_cell_is_open_if_it_is_all_on_the_map_and_nothing_solid_is_in_it(along: float, up: float) -> None:
+    """Counted fine cell by fine cell; cells of 1.2 m on a map of 4 m, twelve fine cells to a side."""
+    solid = np.random.default_rng(3).random((40, 40)) < 0.003
+    flags = np.zeros((4, 3, 3), np.bool_)
+    measure(np.pad(solid, 1, constant_values=True), 0.1, along, up, 1.2, 0.23, 0, 0, 3, 3, flags)
+    wide = np.pad(solid, 40, constant_values=True)
+    low, left = 40 + round(up / 0.1), 40 + round(along / 0.1)
+    blocks = [[wide[low + 12 * row :, left + 12 * column :][:12, :12] for column in range(3)] for row in range(3)]
+    assert flags[OPEN].tolist() == [[not block.any() for block in row] for row in blocks]
+    assert 0 < flags[OPEN].sum() < 9

@@ -137,6 +137,88 @@ def test_changes_are_tried_until_so_many_in_a_row_are_no_quicker(monkeypatch: py
     assert len(tried) == 7 + joint_search.FRUITLESS
 
 
+# fmt: off
+STARTS: dict[str, tuple[list[int], Budget, list[int], Outcome]] = {  # what each start needs; what each start gets
+    "none ends: twice as long every fourth time, and what is left at last":
+        ([],             Budget(expansions=1000),           [44] * 4 + [88] * 4 + [176, 176, 120], Outcome.NOT_FOUND),
+    "after a plan, four times its cost and 30 more":
+        ([10],           Budget(starts=3),                  [10, 70, 70],                          Outcome.SOLVED),
+    "a cheaper plan limits the starts after it":
+        ([10, 5],        Budget(starts=3),                  [10, 5, 50],                           Outcome.SOLVED),
+    "a dearer one does not":
+        ([10, 20],       Budget(starts=3),                  [10, 20, 70],                          Outcome.SOLVED),
+    "all that is left":
+        ([10],           Budget(starts=3, expansions=100),  [10, 70, 20],                          Outcome.SOLVED),
+    "no start after enough":
+        ([10],           Budget(starts=9, enough=80),       [10, 70],                              Outcome.SOLVED),
+}
+# fmt: on
+
+
+class Scripted:
+    """A search that finds a way from a to b after so many expansions."""
+
+    def __init__(self, needs: int) -> None:
+        self.expansions, self.needs, self.steps = 0, needs, [BAY.at("a"), BAY.at("b")]
+
+    def advance(self, expansions: int) -> State:
+        self.expansions += min(expansions, self.needs - self.expansions)
+        return State.SOLVED if self.expansions == self.needs else State.RUNNING
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_how_many_expansions_each_start_gets(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For one robot with a way of 7 steps: its first starts may cost 2 x 7 + 30 expansions."""
+    needs, budget, given, outcome = STARTS[name]
+    begun: list[Scripted] = []
+
+    def begin(*_: object, **__: object) -> Scripted:
+        begun.append(Scripted(dict(enumerate(needs)).get(len(begun), 10**9)))
+        return begun[-1]
+
+    monkeypatch.setattr(joint_search, "Search", begin)
+    monkeypatch.setattr(joint_search, "LATE", 99)  # so that nothing else is tried
+    tables = [BAY.cells.distances(BAY.at("b")[0])]
+    assert tables[0][BAY.at("a")[0]] == 7
+    once = JointSearch(BAY.cells.neighbours, tables, BAY.at("a"), BAY.at("b"), budget=budget, random=Random(1))
+    result = once.advance(10_000)
+    assert result is not None
+    assert [search.expansions for search in begun] == given
+    assert (result.outcome, result.expansions) == (outcome, sum(given))
+
+
+def test_after_the_proof_that_not_all_can_arrive_no_start_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The longest way has one step: four starts of 32 expansions and one of 64 come before the proof."""
+    full = Drawn("####", "abc.", "####")
+    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: Scripted(10**9))
+    result = search(full.cells, full.at("abc"), full.at("acb"), Budget(), share=10**6)
+    assert (result.outcome, result.expansions) == (Outcome.FOR_ONE, 4 * 32 + 64)
+
+
+def test_a_long_search_for_any_plan_spends_its_share_in_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The start that proves that not all can arrive counts as one expansion."""
+    spent: list[int] = []
+
+    class Long:
+        expansions = 0
+
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def advance(self, expansions: int) -> State:
+            self.expansions += min(expansions, 30)
+            spent.append(min(expansions, 30))
+            return State.RUNNING
+
+    never = Scripted(0)
+    monkeypatch.setattr(never, "advance", lambda _: State.UNSOLVABLE)
+    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: never)
+    monkeypatch.setattr(joint_search, "BestFirst", Long)
+    tables = [BAY.cells.distances(BAY.at("b")[0])]
+    once = JointSearch(BAY.cells.neighbours, tables, BAY.at("a"), BAY.at("b"), budget=Budget(), random=Random(1))
+    assert [(once.advance(100), sum(spent)) for _ in range(4)] == [(None, 100 * step - 1) for step in range(1, 5)]
+
+
 def test_two_robots_with_one_goal_are_refused() -> None:
     tables = [BAY.cells.distances(BAY.at("b")[0])] * 2
     with pytest.raises(ValueError, match="two robots in one cell"):

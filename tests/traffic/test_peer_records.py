@@ -96,6 +96,33 @@ def test_after_sleep_a_silent_robot_may_have_got_on() -> None:
     assert peers.others["r1"].held == (A,)
 
 
+AHEAD = tuple(range(A + 1, A + 6))
+
+# fmt: off
+SLEPT = {  # tick of a record, of waking, of asking: how many cells of its way the robot may have taken meanwhile
+    "silent before and since":          (9,   110, 110, SETTINGS.horizon),
+    "spoke after I woke":               (115, 110, 200, 0),
+    "spoke in the tick in which I woke": (110, 110, 200, 0),
+    "not silent yet":                   (9,   30,  9 + SETTINGS.fresh, 0),
+    "just silent":                      (9,   30,  10 + SETTINGS.fresh, SETTINGS.horizon),
+    "I never slept":                    (9,   0,   200, 0),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", SLEPT)
+def test_only_what_a_silent_robot_did_while_i_slept_is_surmised(name: str) -> None:
+    """r2 is silent all the time: so something is surmised at every tick."""
+    stamp, woke, asked, taken = SLEPT[name]
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(2, [told(record(1, "r2"))])
+    for tick in sorted({woke, stamp + 1, asked} - {0}):
+        if tick == woke:
+            peers.wake(tick)
+        peers.hear(tick, [told(replace(record(stamp), ahead=AHEAD))] if tick == stamp + 1 else [])
+    assert set(peers.others["r1"].held) == {A, *AHEAD[:taken]}
+
+
 # --- bounds of what is believed, and of what is passed on ---
 
 

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.messages.traffic import Claim
+from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from tests.traffic.maps import Drawn
@@ -57,6 +58,61 @@ def test_what_the_body_is_in_is_held_beside_the_way() -> None:
     assert (wide.reservations.held, wide.steps) == ((8, 9, 1, 2, 3), (BESIDE, BESIDE, ALONE, ALONE, ALONE))
     assert wide.reservations.claims == MINE.reservations.claims
     assert MINE.widened((1, 3)) is MINE
+
+
+# fmt: off
+STALE = {  # cells claimed, route: cells still claimed
+    "all fit":                     ((8, 9), (8, 9, 6), (8, 9)),
+    "the second does not":         ((8, 6), (8, 9),    (8,)),
+    "not even the first":          ((6, 9), (8, 9),    ()),
+    "the right ones, out of turn": ((9, 8), (8, 9),    ()),
+    "more than the route":         ((8, 9), (8,),      (8,)),
+    "no route":                    ((8,),   (),        ()),
+    "none":                        ((),     (8,),      ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", STALE)
+def test_claims_stand_as_far_as_they_are_the_next_cells_of_the_route(name: str) -> None:
+    claimed, route, still = STALE[name]
+    claims = tuple(Claim(cell, number, 70) for number, cell in enumerate(claimed))
+    before = RouteProgress(Reservations((1,), claims, 5), (ALONE,), route)
+    after = before.without_stale_claims()
+    assert tuple(claim.cell for claim in after.reservations.claims) == still
+    assert (after.route, after.reservations.number) == (route, 5)
+
+
+def test_no_claim_is_left_when_all_are_withdrawn() -> None:
+    beside = Claim(6, 3, 60)
+    both = PLAN._replace(reservations=PLAN.reservations._replace(beside=(beside,)))
+    assert both.without_claims() == PLAN._replace(reservations=Reservations((1, 2, 3), (), 5))
+    assert WIDE.without_claims().without_claims().reservations.all_claims == ()
+
+
+def test_room_that_was_granted_is_held_beside_the_way_as_long_as_it_is_asked_for() -> None:
+    beside = Claim(6, 3, 60)
+    asked = MINE._replace(reservations=MINE.reservations._replace(beside=(beside,)))
+    wide = asked.with_room(beside)
+    assert (wide.reservations, wide.steps) == (Reservations((6, 1, 2, 3), (CLAIM,), 5), (BESIDE, *MINE.steps))
+    assert wide.released({2}, 2, room=(6,)).reservations.held == (6, 2, 3)
+    assert wide.released({2}, 2, room=(1,)).reservations.held == (2, 3), "only cells beside the way are kept as room"
+    assert wide.released({2}, 2).reservations.held == (2, 3)
+
+
+def test_a_cell_is_beside_the_way_if_it_is_next_to_a_held_cell_of_it() -> None:
+    floor = Drawn("abc", "def")
+    a, b, c, d, e, f = floor.at("abcdef")
+    wide = progress((f, a), (BESIDE, ALONE))
+    beside = {cell: wide.is_beside(cell, floor.cells) for cell in (a, b, c, d, e, f, OUTSIDE)}
+    assert beside == {a: False, b: True, c: False, d: True, e: False, f: False, OUTSIDE: False}
+
+
+def test_only_a_way_that_a_search_found_counts_as_sought() -> None:
+    alone = PLAN.alone(())
+    assert (PLAN.sought, alone.sought, alone.onto((3, 5)).sought, alone.nowhere().sought) == (False, True, False, False)
+    nowhere = PLAN.nowhere()
+    assert (nowhere.steps, nowhere.route, nowhere.following) == ((ALONE,) * 3, (), False)
 
 
 # fmt: off

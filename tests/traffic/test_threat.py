@@ -68,6 +68,18 @@ def test_what_came_into_view_a_moment_ago_is_not_known_to_move() -> None:
     assert [bool(now) for now in found] == [False] * LATELY + [True] * (NOTED - LATELY)
 
 
+def test_hits_are_on_one_obstacle_counted_from_the_nearest_one_on() -> None:
+    """Three hits in a row, each 0.4 m behind the one before: the first two are on one obstacle, the last is not.
+
+    The middle of the first obstacle is between its two hits, that of the last one half a width behind its hit.
+    """
+    threats = Threats(DT, RADIUS)
+    for tick in range(2 * LATELY):
+        moved = 0.3 * DT * tick
+        found = threats.look(tick, HERE, [(x - moved, 0.0) for x in (1.8, 1.0, 1.4)], BLIND)
+    assert sorted(now.x + moved for now in found) == pytest.approx([1.2, 1.8 + HALF_WIDTH], abs=0.01)
+
+
 # fmt: off
 TOLD: dict[str, tuple[Moving, int, bool]] = {  # what another robot says, how many ticks later -> is it a threat?
     "near, just now":         (Moving(-1.0, 0.0, 0.3, 0.0, 0),  0,          True),

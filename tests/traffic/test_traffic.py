@@ -1,15 +1,18 @@
 """Whole fleets on small maps, in physics: no contacts, no deadlocks, and impossible goals are reported."""
 
+from itertools import count
 from typing import Any
 
 import msgspec
 import pytest
+from msgspec.structs import replace
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages.traffic import Record, TrafficBroadcast
+from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.settings import StartSettings
+from swarm.traffic import traffic
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.look import Scan
 from swarm.traffic.settings import TrafficSettings
@@ -175,3 +178,44 @@ def test_bodies_that_start_in_one_cell_part(places: tuple[tuple[float, float], t
 def test_cells_too_large_for_the_radio_are_refused() -> None:
     with pytest.raises(ConfigError, match="too short for cells"):
         Traffic("r0", BAY.cells, TrafficSettings(radio_range=3.0))
+
+
+def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> None:
+    floor = Drawn("abcd", "efgh")
+    ways = {"r1": floor.at("cb"), "r2": floor.at("aefghd")}
+    epoch = Epoch(50, "r1")
+    plan = JointPlan(epoch=epoch, ways=ways, after={})
+    r2 = Traffic("r2", floor.cells, TrafficSettings())
+    (c, d), (x, y) = floor.points("cd"), floor.points("a")[0]
+    told: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
+    for tick in range(70):
+        own = Record(robot="r1", stamp=tick, x=c[0], y=c[1], goal=floor.at("b")[0], held=floor.at("c"))
+        if tick >= 50:
+            own = replace(own, collect=Collect(epoch, ("r1", "r2")), plan=plan if tick >= 55 else None)
+        goal = d if tick < 60 else floor.points("b")[0]
+        out = r2.step(TrafficInputs(tick, Pose(x, y, 0.0), goal, heard=[TrafficBroadcast(own=own)]))
+        told.append((out.way, out.members))
+    assert told[59] == (floor.at("aefghd"), ("r1", "r2"))
+    assert told[60] == (floor.at("ab"), ())
+
+
+def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    floor = Drawn("abc", "def")
+    (x, y), goal = floor.points("ac")
+    a, b = floor.at("ab")
+    ticks = count()
+
+    class KeptOnce:
+        def look(self, progress: object, body: int, **_: object) -> int | None:
+            return b if next(ticks) == 60 else None
+
+    monkeypatch.setattr(traffic, "Kept", KeptOnce)
+    r1 = Traffic("r1", floor.cells, TrafficSettings())
+    outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal)) for tick in range(62)]
+    assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())
+    assert [(event.kind, event.text) for event in outs[60].events] == [
+        ("halted", f"gave up cell {b}: a moving obstacle blocks the way into it")
+    ]
+    assert (outs[60].held, outs[60].way) == ((a,), floor.at("adefc"))

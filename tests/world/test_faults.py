@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.shared import scenario_of
+from tests.traffic.maps import BAY
 from world.faults import LASTS, Drill, Faults, Health
 from world.simulate import Simulation
 
@@ -130,3 +131,16 @@ def test_a_robot_held_up_for_ever_gets_nowhere() -> None:
     before = simulation.world.poses()
     simulation.run(10.0)
     assert simulation.world.poses() == before
+
+
+def test_only_who_tells_a_joint_plan_leads() -> None:
+    alone = Simulation.of(scenario_of(), 2, 1, Faults(kill_leader_at=0.0))
+    alone.run(10.0)
+    assert alone.drill.dead == {}, "they drive, and tell no plan"
+    swap = BAY.fleet("ab", "ba", faults=Faults(kill_leader_at=0.0))
+    led: dict[str, float] = {}
+    while not swap.drill.dead and swap.world.time < 60.0:
+        for name, told in swap.step().spoken.items():
+            if told.traffic is not None and told.traffic.own.plan is not None:
+                led.setdefault(name, swap.world.time)
+    assert list(swap.drill.dead) == list(led) != []

@@ -44,7 +44,7 @@ AHEAD, BACK, STAND = Twist(1.0, 0.0), Twist(-1.0, 0.0), Twist(0.0, 0.0)
 def test_a_wall_stops_a_body_and_the_touch_counts_once_however_long_it_lasts() -> None:
     physics = Physics(SMALL, RADIUS, [Pose(7.5, 3.5, 0.0)], TOP, DT)
     assert drive(physics, 60, AHEAD) == [Contact(0, "wall", None)]
-    assert physics.pose(0).x == pytest.approx(9.0 - RADIUS, abs=0.03)
+    assert physics.pose(0).x == pytest.approx(9.0 - RADIUS, abs=1e-6)
 
 
 def test_a_second_touch_after_letting_go_counts_again() -> None:
@@ -63,7 +63,42 @@ def test_an_obstacle_is_told_from_a_wall() -> None:
 def test_two_robots_that_meet_each_count_the_touch_once() -> None:
     physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 0.0), Pose(5.0, 3.5, pi)], TOP, DT)
     assert drive(physics, 40, AHEAD, AHEAD) == [Contact(0, "robot", 1), Contact(1, "robot", 0)]
-    assert distance(physics.pose(0), physics.pose(1)) >= 2 * RADIUS - 0.05
+    assert distance(physics.pose(0), physics.pose(1)) == pytest.approx(2 * RADIUS, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("middle", "order"),
+    [
+        (0, [(0, 1), (0, 2), (1, 0), (2, 0)]),
+        (1, [(0, 1), (1, 0), (1, 2), (2, 1)]),
+        (2, [(0, 2), (1, 2), (2, 0), (2, 1)]),
+    ],
+)
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_contacts_of_one_tick_come_in_the_order_of_the_robots(
+    middle: int, order: list[tuple[int, int]], mirrored: bool
+) -> None:
+    """Two robots drive into a third one from both sides."""
+    sides = [(-0.42, AHEAD), (0.42, BACK)]
+    placed = sides[::-1] if mirrored else sides
+    placed.insert(middle, (0.0, STAND))
+    physics = Physics(SMALL, RADIUS, [Pose(5.0 + dx, 3.5, 0.0) for dx, _ in placed], TOP, DT)
+    assert physics.roll([twist for _, twist in placed]) == [Contact(robot, "robot", other) for robot, other in order]
+
+
+def test_who_is_told_to_stop_stops_in_that_tick() -> None:
+    physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 0.0), Pose(3.0, 2.0, 0.0)], TOP, DT)
+    drive(physics, 4, AHEAD, Twist(0.0, 1.0))
+    drive(physics, 9, STAND, STAND)
+    assert physics.poses() == [pytest.approx((3.2, 3.5, 0.0)), pytest.approx((3.0, 2.0, 0.2))]
+
+
+def test_several_boxes_are_each_where_they_have_come_to() -> None:
+    physics = Physics(WIDE, RADIUS, [Pose(20.0, 20.0, 0.0)], TOP, DT)
+    for x, y in ((21.0, 20.0), (19.0, 20.0)):
+        physics.add_mover(Pose(x, y, 0.0), None, (0.4, 0.2))
+    physics.roll([STAND], [Pose(21.0, 20.0, pi / 2), Pose(18.9, 20.0, 0.0)])
+    assert physics.cast(0, [0.0, pi / 2, pi, -pi / 2], 1.6) == pytest.approx([0.7, 1.6, 0.7, 1.6], abs=1e-6)
 
 
 def test_nothing_is_driven_through_even_at_top_speed() -> None:

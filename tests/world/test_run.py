@@ -8,9 +8,11 @@ import pytest
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command, Edit, Event, Kind, Steering
+from swarm.robot.tuning import SAFETY
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from world import simulate
+from world.edits import edited
 from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
 from world.movers import Patrol
 from world.progress import STALLED
@@ -68,6 +70,7 @@ def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -
     world.step({})
     assert world.finished is ends
     assert (world.verdict == "again") is said
+    assert world.time < 10.0, "nobody waits long for a run that is over"
 
 
 def test_who_reaches_a_stop_takes_the_proof_back() -> None:
@@ -161,6 +164,33 @@ def test_a_wall_is_put_up_only_where_who_drives_can_stop_before_it(ahead: float,
         with pytest.raises(ConfigError, match="r1 can stop before"):
             world.edit(edit)
     assert world.edits == allowed
+
+
+# fmt: off
+BEFORE = [  # rim speeds [m/s]; m, from the edge of the robot, below which no wall may be put up
+    ((0.6, 0.6),   0.7**2 / 4 + 2 * 0.7 * DT + SAFETY.gap),  # it is 0.1 m/s faster by the next tick
+    ((-0.6, 0.2),  0.7**2 / 4 + 2 * 0.7 * DT + SAFETY.gap),  # the faster wheel counts
+    ((0.0, 0.2),   0.3**2 / 4 + 2 * 0.3 * DT + SAFETY.gap),
+    ((0.0, 0.0),   0.0),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("wheels", "least"), BEFORE)
+@pytest.mark.parametrize(("more", "allowed"), [(-0.001, False), (0.001, True)])
+def test_how_near_to_a_robot_a_wall_may_be_put_up(
+    wheels: tuple[float, float], least: float, more: float, allowed: bool
+) -> None:
+    """At 2 m/s2; the wall is the cell from 6 m on, the robot's radius 0.2 m."""
+    scenario = scenario_of()
+    bodies = [("r1", Pose(6.0 - 0.2 - least - more, 3.5, 0.0), wheels)]
+    wall, hole = (Edit(kind=kind, low=(6.2, 3.2), high=(6.8, 3.8)) for kind in (Kind.WALL, Kind.FREE))
+    edited(scenario.map, hole, bodies, scenario.settings.robot, DT)
+    if allowed:
+        assert edited(scenario.map, wall, bodies, scenario.settings.robot, DT).cells[3, 6]
+    else:
+        with pytest.raises(ConfigError, match="r1 can stop before" if any(wheels) else "r1 stands there"):
+            edited(scenario.map, wall, bodies, scenario.settings.robot, DT)
 
 
 # --- what watchers see ---

@@ -1,6 +1,6 @@
 """The sensors' noise: zero mean, the requested deviation, and independent from ray to ray."""
 
-from math import radians
+from math import pi, radians
 from statistics import fmean, pstdev
 
 import numpy as np
@@ -99,3 +99,14 @@ def test_all_at_once_read_what_each_reads_alone() -> None:
     physics = Physics(QUIET.map, QUIET.settings.robot.radius, poses, 1.6, 0.05)
     one, all_of_them = (Sensing(NOISY.settings.sensors, 3, 7) for _ in range(2))
     assert all_of_them.all_distances(physics) == [one.distances(physics, robot) for robot in range(3)]
+
+
+def test_who_stands_sees_a_target_until_a_wall_is_put_up_before_it() -> None:
+    """Neither the pose nor the targets change, only the floor; then only the targets, then only the pose."""
+    physics, sensing = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05), Sensing(QUIET.settings.sensors, 1, 7)
+    targets = np.array([(8.0, 2.0)])
+    assert [sensing.bearings(physics, 0, AT, targets) for _ in range(2)] == [[pytest.approx(0.0)]] * 2
+    physics.set_floor(scenario_of("##########\n#........#\n#........#\n#.....#..#\n#.....#..#\n##########\n").map)
+    assert sensing.bearings(physics, 0, AT, targets) == [None]
+    assert sensing.bearings(physics, 0, AT, np.array([(5.0, 4.0)])) == [pytest.approx(pi / 2)]
+    assert sensing.bearings(physics, 0, Pose(7.5, 4.0, 0.0), targets) == [pytest.approx(-1.326, abs=1e-3)]

@@ -137,6 +137,7 @@ def test_each_label_is_weighed_by_ticks_metres_and_angle() -> None:
         watch.look([command_of(*commanded), idle], [pose, BESIDE])
         assert watch.labels == [label, BRAKED]
     assert watch.report() == BY_HAND
+    assert [sum(weights) for weights in zip(*watch.weights.values(), strict=True)] == pytest.approx([8, 2.0, 2.0])
 
 
 def test_robots_are_summed_up_and_an_angle_is_the_shorter_way_round() -> None:

@@ -136,6 +136,14 @@ def test_a_true_claim_counts_at_its_time_and_once() -> None:
     assert world.recorder.reached_at[0][0] == pytest.approx(0.05)
 
 
+@pytest.mark.parametrize(("away", "counts"), [(0.45, True), (0.47, False)])
+def test_a_claim_counts_within_the_reach_and_two_ticks_at_top_speed(away: float, counts: bool) -> None:
+    """0.3 m of reach, and twice 1.6 m/s for 0.05 s."""
+    world = world_of(Pose(7.5 - away, 3.5, 0.0), scenario=with_settings(scenario_of(), reach=0.3))
+    world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])})
+    assert world.recorder.is_reached(0, 0) is counts
+
+
 def test_flags_of_stops_that_are_not_there_are_ignored() -> None:
     world = world_of(Pose(7.4, 3.5, 0.0))
     assert len(world.step({"r1": drive(world, 0.0, 0.0, reached=[True] * 9)})) == 2  # target 1, and home: its start

@@ -1,0 +1,177 @@
+"""What a robot is said to do, where it may drive, and what it tells: tables of decisions that are made by hand."""
+
+import pytest
+
+from swarm.messages.traffic import Epoch, JointPlan, Record
+from swarm.traffic.calls import Frozen
+from swarm.traffic.doing import Doing
+from swarm.traffic.following import Following
+from swarm.traffic.goal import Goal
+from swarm.traffic.granting import activity, looks, stops_in, way_ahead, waypoints
+from swarm.traffic.interface import TrafficActivity, TrafficInputs
+from swarm.traffic.joint import JointPlanning
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from swarm.traffic.telling import Telling
+from tests.traffic.maps import Drawn
+
+ROW = Drawn("abcdefgh", "i.......")
+A, B, C, D, E, F, G, H = ROW.at("abcdefgh")
+SETTINGS = TrafficSettings()
+HEARD = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=A)
+
+
+def doing(
+    held: str = "a", route: str = "bc", goal: str = "d", *, joint: JointPlanning | None = None, **changes: object
+) -> Doing:
+    """Return the decisions of a robot in a that drives to the middle of d, with r2 in hearing."""
+    aim, heard = Goal(), {"r2": HEARD}
+    aim.cell, aim.wish = ROW.at(goal)[0], ROW.points(goal)[0]
+    plain = Doing(
+        inputs=TrafficInputs(5, ROW.pose(A), aim.wish),
+        situation=Situation(
+            tick=5, head=A, goal=D, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
+            fresh=heard,
+        ),
+        progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
+        goal=aim, joint=joint or JointPlanning("r1", ROW.cells, SETTINGS), waits=(), listens=False, stopped=False,
+        face=None, leans_to=None, free_drive=(), moved=0, room=(), threats=(),
+    )  # fmt: skip
+    return plain._replace(**changes)  # type: ignore[arg-type]
+
+
+def standing() -> JointPlanning:
+    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint.call = Frozen(Epoch(3, "r2"), 3)
+    return joint
+
+
+def following() -> JointPlanning:
+    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint.following = Following("r1", JointPlan(epoch=Epoch(3, "r2"), ways={}, after={}), (), 3, 140, {})
+    return joint
+
+
+# fmt: off
+ACTIVITIES: dict[str, tuple[Doing, str]] = {
+    "nothing is in its way":                (doing(),                                              "driving"),
+    "halted, whatever else":                (doing(stopped=True, listens=True, joint=standing()),  "halted"),
+    "stands for a plan, whatever else":     (doing(listens=True, joint=standing()),                "standing"),
+    "listens before it looks":              (doing(listens=True, face=(1.0, 1.0)),                 "listening"),
+    "looks before it waits":                (doing(face=(1.0, 1.0), waits=("r2",)),                "looking"),
+    "is there":                             (doing("d", "", waits=("r2",)),                        "arrived"),
+    "has to pass its goal's cell":          (doing("d", "e"),                                      "driving"),
+    "waits":                                (doing(waits=("r2",)),                                 "waiting"),
+    "waits, but has a cell to drive into":  (doing("ab", "c", waits=("r2",)),                      "driving"),
+    "no way leads there":                   (doing("a", ""),                                       "cut_off"),
+    "was sent aside":                       (doing("a", "", joint=following()),                    "waiting"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", ACTIVITIES)
+def test_what_a_robot_does_is_the_first_that_applies(name: str) -> None:
+    decisions, what = ACTIVITIES[name]
+    assert activity(decisions) is TrafficActivity(what)
+
+
+def test_a_robot_needs_an_exact_place_to_look_or_to_be_heard_from() -> None:
+    in_sight = TrafficSettings(in_sight=True)
+    for decisions, settings, exact in (
+        (doing(), SETTINGS, False),
+        (doing(), in_sight, True),
+        (doing(route=""), in_sight, False),
+        (doing(leans_to=B), SETTINGS, True),
+        (doing(waits=("r2",)), SETTINGS, False),
+        (doing(waits=("r2", "r3")), SETTINGS, True),
+    ):
+        assert looks(decisions, settings) is exact
+
+
+# fmt: off
+AHEAD: dict[str, tuple[Doing, int, str]] = {  # from which of the held cells on: the cells to drive through
+    "those held":                       (doing("abc", "ef", "h"),                       0, "abc"),
+    "from where it is":                 (doing("abc", "ef", "h"),                       1, "bc"),
+    "to the next stop":                 (doing("abcd", "ef", "c"),                      1, "bc"),
+    "past a place to stand":            (doing("abcd", "ef", "c", inputs=TrafficInputs(5, ROW.pose(A), (0.0, 0.0), done=True)), 1, "bcd"),
+    "past it without a goal":           (doing("abcd", "ef", "c", inputs=TrafficInputs(5, ROW.pose(A), None)), 1, "bcd"),
+    "as far as it sees, drives freely": (doing("ab", "cdefg", "h", free_drive=(A,)),    0, "abcde"),
+    "freely to the next stop":          (doing("ab", "cdefg", "d", free_drive=(A,)),    0, "abcd"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", AHEAD)
+def test_the_way_ahead_ends_at_the_head_or_at_the_next_stop(name: str) -> None:
+    decisions, place, cells = AHEAD[name]
+    got = way_ahead(decisions, place)
+    assert got == ROW.at(cells)
+    assert stops_in(decisions, got) is ("stop" in name)
+
+
+def points(decisions: Doing, cells: str, alone: str, settings: TrafficSettings = SETTINGS) -> list[tuple[float, float]]:
+    return list(waypoints(decisions, ROW.at(cells), ROW.at(alone), ROW.cells, settings))
+
+
+def test_a_robot_drives_over_the_middles_of_its_cells() -> None:
+    assert points(doing("abc", "d", "h"), "abc", "abc") == ROW.points("abc")
+    assert points(doing("abc", "d", "h"), "abc", "bc") == ROW.points("bc"), "another robot is in a too"
+    assert points(doing("a", "d", "h"), "a", "") == [ROW.cells.centre(A)], "and there is nowhere else: it stays"
+    moved = TrafficInputs(5, ROW.pose(A)._replace(x=0.9), None)
+    assert points(doing("a", "d", "h", inputs=moved), "a", "") == [(0.9, ROW.cells.centre(A)[1])]
+
+
+def test_the_last_point_is_the_stop_itself() -> None:
+    x, y = ROW.points("c")[0]
+    stop = doing("abc", "d", "c")
+    stop.goal.wish = (x + 0.1, y - 0.1)
+    assert points(stop, "abc", "abc") == [*ROW.points("ab"), pytest.approx((x + 0.1, y - 0.1))]
+    last = doing("abc", "", "c", inputs=TrafficInputs(5, ROW.pose(A), stop.goal.wish, done=True))
+    last.goal.wish = (x + 0.5, y)
+    assert points(last, "abc", "abc") == [*ROW.points("ab"), pytest.approx((x + 0.32, y))], "where it fits in the cell"
+    last = doing("abc", "", "h")
+    assert points(last, "abc", "abc") == ROW.points("abc"), "its goal is elsewhere"
+
+
+def test_who_leans_drives_on_to_where_it_leans() -> None:
+    """A robot leans 0.6 - 0.31 m out of the middle of its cell."""
+    x, y = ROW.points("a")[0]
+    assert points(doing("a", "bc", "h", leans_to=B), "a", "a") == [(x, y), pytest.approx((x + 0.29, y))]
+    assert points(doing("a", "bc", "h", leans_to=C), "a", "a") == [(x, y)]
+
+
+def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
+    corner, radio = Drawn("ab#", "#cd"), TrafficSettings(in_sight=True)
+    a, b = corner.at("ab")
+    way = RouteProgress(Reservations((a,)), (ALONE,), (b,))
+    x, y = corner.cells.centre(a)
+    at_corner = doing("a", "b", "h", progress=way)
+    assert list(waypoints(at_corner, (a,), (a,), corner.cells, radio)) == [(x, y), pytest.approx((x + 0.29, y))]
+    assert list(waypoints(at_corner, (a,), (a,), corner.cells, SETTINGS)) == [(x, y)]
+    assert points(doing("a", "bc", "h"), "a", "a", radio) == ROW.points("a"), "no corner"
+
+
+@pytest.mark.parametrize(
+    ("slot", "often", "turns"),
+    [(0, False, [0, 4, 8]), (1, False, [3, 7, 11]), (1, True, [1, 3, 5, 7, 9, 11]), (5, False, [3, 7, 11])],
+)
+def test_a_robot_tells_in_its_turn(slot: int, often: bool, turns: list[int]) -> None:
+    telling = Telling("r1", SETTINGS, slot)
+    assert [tick for tick in range(12) if telling.is_due(tick, often=often)] == turns
+
+
+@pytest.mark.parametrize(
+    ("steps", "follows", "left", "entered"),
+    [((4, 5), True, 4, 5), ((4, 5), False, 0, 0), ((ALONE, 0), True, 0, 0), ((ALONE, ALONE), True, 0, 0)],
+)
+def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
+    steps: tuple[int, ...], follows: bool, left: int, entered: int
+) -> None:
+    way = RouteProgress(Reservations((A, B)), steps, ROW.at("cdefgha"))
+    decisions = doing("ab", progress=way, joint=following() if follows else None, moved=2, waits=("r2",))
+    told = Telling("r1", SETTINGS, 0).record(decisions, (), ())
+    assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
+    assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
+    assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
