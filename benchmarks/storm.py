@@ -1,7 +1,8 @@
 """Storm: random worlds held against the laws, how often they fail, and whether a seed means the same run again.
 
 ``--share 1`` runs all seeds that are needed to accept a version; the default is a small share. Seeds begin at
-``--start``: use seeds that nobody has looked at yet.
+``--start``: use seeds that nobody has looked at yet. ``--python .venv-compiled/bin/python`` runs the compiled package
+(`make compiled`).
 """
 
 import argparse
@@ -9,12 +10,10 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
 from benchmarks.measure import machine, table
-
-ROOT: Final = Path(__file__).parents[1]
 
 
 class Case(NamedTuple):
@@ -40,13 +39,19 @@ CASES: Final = (
 # fmt: on
 
 
-def storm(case: Case, seeds: int, start: int, jobs: int) -> dict[str, Any]:
+def swarm(python: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the command line of the package that is installed beside an interpreter."""
+    command = [python, "-m", "swarm.cli", *arguments]
+    with TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
+        return subprocess.run(command, cwd=empty, stdout=subprocess.PIPE, text=True, check=False)
+
+
+def storm(case: Case, seeds: int, start: int, jobs: int, python: str) -> dict[str, Any]:
     """Run a storm and return its summary."""
-    command = [
-        sys.executable, "-m", "swarm.cli", "storm", *case.arguments, "--json",
+    answer = swarm(
+        python, "storm", *case.arguments, "--json",
         "--seeds", str(seeds), "--start", str(start), "--jobs", str(jobs),
-    ]  # fmt: skip
-    answer = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=False)
+    )  # fmt: skip
     if answer.returncode not in {0, 1}:
         raise SystemExit(f"{case.name}: swarm storm ended with status {answer.returncode}")
     summary: dict[str, Any] = json.loads(answer.stdout)
@@ -65,18 +70,20 @@ def main() -> int:
     parser.add_argument("--share", type=float, default=0.02, help="share of the seeds needed to accept a version")
     parser.add_argument("--start", type=int, default=100_000, help="the first seed")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--python", type=os.path.abspath, default=sys.executable, help="interpreter of the package")
     options = parser.parse_args()
     rows: list[tuple[str, ...]] = [("storm", "runs", "failed", "rate", "95 %", "silent")]
     speeds, broken = [], []
     for case in CASES:
-        told = storm(case, max(2, round(options.share * case.seeds)), options.start, options.jobs)
+        told = storm(case, max(2, round(options.share * case.seeds)), options.start, options.jobs, options.python)
         rows.append(row(case.name, told))
         if len(told["by"]["class"]) > 1:
             rows += [row(f"- {one['name']}", one) for one in told["by"]["class"]]
         speeds.append(f"{case.name} {told['seeds_per_hour']:.0f}")
         broken += [f"{one['profile']} {one['seed']}: {one['law']}: {one['text']}" for one in told["failures"]]
         print(f"{case.name}: {told['failed']} of {told['runs']}", file=sys.stderr, flush=True)
-    print(f"{machine()}; `--share {options.share:g} --start {options.start}`\n")
+    package = swarm(options.python, "--version").stdout.strip()
+    print(f"{machine()}, {package}; `--share {options.share:g} --start {options.start}`\n")
     print(table(rows))
     print(f"\nSeeds an hour, {options.jobs} side by side: {', '.join(speeds)}.")
     if broken:
