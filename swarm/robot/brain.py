@@ -62,7 +62,7 @@ class Robot:
             self._ground = Ground(self._scenario)
         self.run = run
         self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), settings.return_home)
-        self._navigator = Navigator(self._ground.grid, settings.robot.radius)
+        self._navigator = Navigator(self._ground.grid, settings.robot.radius, settings.reach)
         self._pilot = self._new_pilot()
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY

@@ -10,19 +10,20 @@ from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 
 RADIUS = 0.2  # m
+REACH = 0.4  # m
 OPEN = "#" * 16 + "\n" + ("#" + "." * 14 + "#\n") * 8 + "#" * 16 + "\n"
 GRID = planning_grid(scenario_of(OPEN))
 START, GOAL = (2.0, 5.0), (12.0, 5.0)
 
 
 def under_way(grid: Grid = GRID, start: tuple[float, float] = START, goal: tuple[float, float] = GOAL) -> Navigator:
-    navigator = Navigator(grid, RADIUS)
+    navigator = Navigator(grid, RADIUS, REACH)
     assert navigator.head_for(start, goal)
     return navigator
 
 
 def test_what_is_left_is_counted_from_where_the_robot_is() -> None:
-    navigator = Navigator(GRID, RADIUS)
+    navigator = Navigator(GRID, RADIUS, REACH)
     assert navigator.remaining == 0.0
     navigator = under_way()
     for x in (2.0, 2.5, 4.0):
@@ -57,8 +58,25 @@ def test_each_path_is_counted_and_begun_at_its_start() -> None:
     assert navigator.remaining == pytest.approx(3.0), "and the one at hand stays"
 
 
+@pytest.mark.parametrize(
+    ("x", "ends"),
+    [
+        (1.25, 1.25),  # the wall ends at x = 1.0: there is room
+        (1.05, 1.25),  # a wall too near: as near as it fits, to a cell of the grid
+        (0.9, 1.25),
+        (0.8, None),  # farther than 0.9 of the reach from where it fits
+    ],
+)
+def test_beside_a_stop_too_near_a_wall_it_ends_within_reach(x: float, ends: float | None) -> None:
+    navigator = Navigator(GRID, RADIUS, REACH)
+    assert navigator.head_for(START, (x, 5.0)) is (ends is not None)
+    if ends is not None:
+        assert navigator.path is not None
+        assert navigator.path.points[-1] == pytest.approx((ends, 5.0), abs=GRID.resolution)
+
+
 def test_it_plans_round_who_stands_in_the_way_but_not_round_who_touches_it() -> None:
-    navigator = Navigator(GRID, RADIUS)
+    navigator = Navigator(GRID, RADIUS, REACH)
     body = (7.0, 5.0)
     assert navigator.head_for(START, GOAL, [body])
     assert navigator.path is not None
