@@ -45,6 +45,10 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/cells_of.py", "cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))",
+     "0.0 becomes"): "the offset is never None: all callers have placed the lattice",
+    ("swarm/traffic/cells_of.py", "occupancy: OccupancyMap, *, side: float, radius: float, "
+     "missed: Callable[[CellMap], int] = lambda cells: 0", "0 becomes"): "any number works that is the same for all",
     ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
