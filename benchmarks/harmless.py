@@ -2,6 +2,8 @@
 
 from typing import Final
 
+_BLOCK: Final = "a larger block of the map is looked through: each of its cells is measured"
+_KNOWN: Final = "robots that are too far away to be what is seen explain nothing"
 _BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
@@ -49,6 +51,18 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
      "0.0 becomes"): "the offset is never None: all callers have placed the lattice",
     ("swarm/traffic/cells_of.py", "occupancy: OccupancyMap, *, side: float, radius: float, "
      "missed: Callable[[CellMap], int] = lambda cells: 0", "0 becomes"): "any number works that is the same for all",
+    ("swarm/traffic/fitting.py", "for row in range(low, low + ceil((dy + 2 * radius) / resolution) + 2):",
+     "2 becomes"): _BLOCK,
+    ("swarm/traffic/fitting.py", "for column in range(left, left + ceil((dx + 2 * radius) / resolution) + 2):",
+     "2 becomes"): _BLOCK,
+    ("swarm/traffic/footprint.py", "found = np.empty(points.shape[0] * (ceil(2 * reach) + 2) ** 2, np.int64)",
+     "2 becomes"): "it costs memory only",
+    ("swarm/traffic/halting.py", "self._still: tuple[int, Point] = (0, (0.0, 0.0))  "
+     "# since when an obstacle is at one place [tick, m]", "0"): _UNREAD,
+    ("swarm/traffic/halting.py", "farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at",
+     "2 becomes"): _KNOWN,
+    ("swarm/traffic/halting.py", "if hypot(record.x - x, record.y - y) > farthest + within:", "`if hypot"): _KNOWN,
+    ("swarm/traffic/look.py", "through = hidden = 0", "0 becomes"): "both begin alike, and are only compared",
     ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
@@ -56,6 +70,11 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/threat.py", "return self._at(track.moving, tick)[:2]", "2 becomes"): "only x and y are read",
+    ("swarm/traffic/threat.py", "spread = sum((tick - middle) ** 2 for tick in ticks) * dt or 1.0", "1.0 becomes"):
+     "no velocity is asked of one place alone",
+    ("swarm/traffic/threat.py", "share = HALF_WIDTH / (distance(hit, origin) or 1.0)", "1.0 becomes"):
+     "the hit is the origin then: any share of nothing is nothing",
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,
