@@ -196,6 +196,8 @@ def test_joins_can_be_left_out() -> None:
         (2.4, 0.5, 0.32),  # inside the edge of the cell
         (2.3, 0.26, 0.8 * 0.26),
         (2.3, 0.32, 0.6 * 0.32),
+        (2.3, 0.22 + 5e-7, 0.22 + 5e-7),  # as exact as rounding
+        (2.3, 0.22 + 1.5e-6, 0.8 * 0.22),
         (2.2, 0.28, 0.4 * 0.28),
         (2.2, 0.32, 0.2 * 0.32),
         (2.1, 0.32, 0.0),
@@ -311,3 +313,27 @@ def test_a_long_sweep_of_a_large_disc_is_in_all_cells() -> None:
     assert cells.swept(path, 2 * SIDE) == set(range(1200))
     assert cells.swept_in_order(path[:1], 0.1) == (400, 401)
     assert cells.swept_in_order(path[[-1, 0]], 0.1) == (798, 799, 400, 401)
+
+
+def test_the_newest_256_tables_of_distances_are_kept() -> None:
+    cells = CellMap(OccupancyMap(np.zeros((20, 20), np.uint8), SIDE), side=SIDE, radius=0.23)
+    first, second, *_ = [cells.distances(goal) for goal in range(256)]
+    assert cells.distances(0) is first
+    cells.distances(256)
+    assert cells.distances(1) is second
+    assert cells.distances(0) is not first, "the oldest was dropped"
+
+
+@pytest.mark.parametrize(("fine", "count"), [(0.5, 1), (0.5 + 1e-10, 1), (0.5 + 1e-8, 2), (0.3, 1), (0.1, 0)])
+def test_a_row_counts_from_half_a_cell_on_but_for_rounding(fine: float, count: int) -> None:
+    """Three fine cells against half a cell more than one cell of 1 m."""
+    cells = CellMap(OccupancyMap(np.zeros((3, 20), np.uint8), fine), side=1.0, radius=0.1)
+    assert cells.rows == count
+    cells = CellMap(OccupancyMap(np.zeros((20, 3), np.uint8), fine), side=1.0, radius=0.1)
+    assert cells.columns == count
+
+
+def test_one_point_is_swept_as_many_are() -> None:
+    cells = Drawn("abcd").cells
+    x, y = cells.centre(0)
+    assert cells.swept([(x + SIDE * (k // 50), y) for k in range(100)], 0.3) == {0, 1}
