@@ -2,6 +2,7 @@
 
 from typing import Final
 
+_AGAIN: Final = "a fast path for an edit that changes little: what is computed again comes out the same"
 _BLOCK: Final = "a larger block of the map is looked through: each of its cells is measured"
 _KNOWN: Final = "robots that are too far away to be what is seen explain nothing"
 _BEFORE: Final = "any number below the first tick works"
@@ -12,6 +13,7 @@ _UNREAD: Final = "it is set before it is read for the first time"
 _LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
 _NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
+_NOTHING: Final = "a fast path for a robot that has seen nothing: the general code finds nothing either"
 _READ: Final = "the yaws of all robots are read before they are used"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
@@ -47,6 +49,24 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "`if left"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "0.0 becomes"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", "self._flags = np.zeros((4, self.rows, self.columns), np.bool_)", "4 becomes"):
+     "it costs memory only",
+    ("swarm/traffic/cells.py", "if len(points) == 1:", "`if len"):
+     "a fast path for one point: the general code does the same",
+    ("swarm/traffic/cells.py", "return all(self._open[cell] for cell in touched) or "
+     "self._is_clear((x, y), (x, y), radius, 2)", "2 becomes"): "the same point is tried several times",
+    ("swarm/traffic/cells.py", "if (other._flags == self._flags).all():", "`if"): _AGAIN,
+    ("swarm/traffic/cells.py", "if (other._flags[:OPEN] == self._flags[:OPEN]).all():", "`if"): _AGAIN,
+    ("swarm/traffic/cells.py", "rows, columns = range(row, min(self.rows, beyond_row + 1)), "
+     "range(column, min(self.columns, beyond_column + 1))", "1 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "1.5 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "0.5 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "0 becomes 1 in `towards < 0`"): "it is 1 or -1",
     ("swarm/traffic/cells_of.py", "cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))",
      "0.0 becomes"): "the offset is never None: all callers have placed the lattice",
     ("swarm/traffic/cells_of.py", "occupancy: OccupancyMap, *, side: float, radius: float, "
@@ -70,6 +90,10 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/sightings.py", "if not self._newest and not self._cleared:", "`if not"): _NOTHING,
+    ("swarm/traffic/sightings.py", "if not self._newest:", "`if not"): _NOTHING,
+    ("swarm/traffic/standing.py", "lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))",
+     "`-epoch.tick` without"): "a robot calls for one plan at a time: no two calls have the same leader",
     ("swarm/traffic/threat.py", "return self._at(track.moving, tick)[:2]", "2 becomes"): "only x and y are read",
     ("swarm/traffic/threat.py", "spread = sum((tick - middle) ** 2 for tick in ticks) * dt or 1.0", "1.0 becomes"):
      "no velocity is asked of one place alone",
