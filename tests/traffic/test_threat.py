@@ -128,6 +128,7 @@ def test_where_rays_show_that_it_is_gone_it_is_forgotten(name: str, own: bool) -
     told = [] if own else [Moving(*straight(tick - 1, 1)[0], -0.3, 0.0, tick - 1)]
     found = threats.look(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
     assert len(found) == believed
+    assert len(threats.seen()) == (own and believed)
 
 
 def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgress:
@@ -207,3 +208,25 @@ def test_what_was_seen_to_move_counts_as_moving_while_it_comes_at_all(then: floa
 def test_what_is_always_slow_is_no_threat() -> None:
     path = [(1.5 - 0.15 * DT * tick, 0.2) for tick in range(40)]
     assert not any(follow(Threats(DT, RADIUS), 0, [(at, FACING) for at in path]))
+
+
+def test_what_is_not_seen_for_100_ticks_is_told_no_more() -> None:
+    threats, last = known(), 2 * NOTED - 1
+    for unseen in range(1, 102):
+        threats.look(last + unseen, HERE, (), BLIND)
+        assert len(threats.seen()) == (unseen < 100), unseen
+
+
+def test_of_two_obstacles_the_nearer_one_is_seen_on() -> None:
+    """One comes at y = 0.4 m, one stands at y = -0.25 m; then something is seen at y = 0.2 m, within 0.5 m of both."""
+
+    def front(x: float, y: float) -> Point:
+        share = 1.0 - HALF_WIDTH / hypot(x, y)
+        return x * share, y * share
+
+    threats = Threats(DT, RADIUS)
+    for tick in range(24):
+        threats.look(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
+    assert [one.tick for one in threats.seen()] == [23]
+    threats.look(24, HERE, [front(1.14, 0.2)], BLIND)
+    assert [one.tick for one in threats.seen()] == [24]
