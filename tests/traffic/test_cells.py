@@ -337,3 +337,13 @@ def test_one_point_is_swept_as_many_are() -> None:
     cells = Drawn("abcd").cells
     x, y = cells.centre(0)
     assert cells.swept([(x + SIDE * (k // 50), y) for k in range(100)], 0.3) == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("along", "up", "is_open"), [(0.0, 0.0, True), (-1.0, 0, False), (1.0, 0, False), (0, -1.0, False), (0, 1.0, False)]
+)
+def test_a_cell_partly_off_a_free_map_is_not_open(along: float, up: float, is_open: bool) -> None:
+    flags = np.zeros((4, 1, 1), np.bool_)
+    free = np.pad(np.zeros((4, 4), np.bool_), 1, constant_values=True)
+    measure(free, 1.0, float(along), float(up), 4.0, 0.5, 0, 0, 1, 1, flags)
+    assert bool(flags[OPEN, 0, 0]) is is_open

@@ -22,9 +22,9 @@ def progress(held: str, beside: int = 0) -> RouteProgress:
 
 def asked(way: RouteProgress, at: str, others: dict[str, str] | None = None, sweeps: tuple[int, ...] = ALL) -> str:
     """Return the cells asked for by name; ``others`` hold, claim or plan (``ahead``) what is named."""
-    told = {field: FLOOR.at(names) for field, names in (others or {}).items()}
-    if "claims" in told:
-        told["claims"] = tuple(Claim(cell, 1, 0) for cell in told["claims"])
+    told: dict[str, tuple[object, ...]] = {field: FLOOR.at(names) for field, names in (others or {}).items()}
+    if others and "claims" in others:
+        told["claims"] = tuple(Claim(cell, 1, 0) for cell in FLOOR.at(others["claims"]))
     record = replace(Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0), **told)
     inputs = TrafficInputs(0, FLOOR.pose(*FLOOR.at(at)), None, sweeps=sweeps)
     return named(room_beside(way, inputs, {"r2": record}, (), FLOOR.cells))
