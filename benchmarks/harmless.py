@@ -16,6 +16,7 @@ _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general c
 _NOTHING: Final = "a fast path for a robot that has seen nothing: the general code finds nothing either"
 _READ: Final = "the yaws of all robots are read before they are used"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
+_SLOPE: Final = "a ray as straight as that is straight"
 _STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
@@ -83,6 +84,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
      "2 becomes"): _KNOWN,
     ("swarm/traffic/halting.py", "if hypot(record.x - x, record.y - y) > farthest + within:", "`if hypot"): _KNOWN,
     ("swarm/traffic/look.py", "through = hidden = 0", "0 becomes"): "both begin alike, and are only compared",
+    ("swarm/traffic/look.py", "if abs(slope) < 1e-9:", "1e-09 becomes 2e-09"): _SLOPE,
+    ("swarm/traffic/look.py", "if abs(slope) < 1e-9:", "1e-09 becomes 1.0000000000000001e-07"): _SLOPE,
     ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
