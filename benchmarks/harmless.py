@@ -2,6 +2,9 @@
 
 from typing import Final
 
+_AGAIN: Final = "a fast path for an edit that changes little: what is computed again comes out the same"
+_BLOCK: Final = "a larger block of the map is looked through: each of its cells is measured"
+_KNOWN: Final = "robots that are too far away to be what is seen explain nothing"
 _BEFORE: Final = "any number below the first tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
@@ -10,8 +13,10 @@ _UNREAD: Final = "it is set before it is read for the first time"
 _LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
 _NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
+_NOTHING: Final = "a fast path for a robot that has seen nothing: the general code finds nothing either"
 _READ: Final = "the yaws of all robots are read before they are used"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
+_SLOPE: Final = "a ray as straight as that is straight"
 _STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
 _WITHIN: Final = (
     "if left + 1 - u >= reach <= u - (left - 1) - 1 and low + 1 - v >= reach <= v - (low - 1) - 1 and reach > 0.0:"
@@ -45,6 +50,42 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 2 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "1 becomes 100 in `v - (low - 1) - 1`"): _SHORT_CUT,
     ("swarm/traffic/cells.py", _WITHIN, "`reach > 0.0` with <="): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "`if left"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", _WITHIN, "0.0 becomes"): _SHORT_CUT,
+    ("swarm/traffic/cells.py", "self._flags = np.zeros((4, self.rows, self.columns), np.bool_)", "4 becomes"):
+     "it costs memory only",
+    ("swarm/traffic/cells.py", "if len(points) == 1:", "`if len"):
+     "a fast path for one point: the general code does the same",
+    ("swarm/traffic/cells.py", "return all(self._open[cell] for cell in touched) or "
+     "self._is_clear((x, y), (x, y), radius, 2)", "2 becomes"): "the same point is tried several times",
+    ("swarm/traffic/cells.py", "if (other._flags == self._flags).all():", "`if"): _AGAIN,
+    ("swarm/traffic/cells.py", "if (other._flags[:OPEN] == self._flags[:OPEN]).all():", "`if"): _AGAIN,
+    ("swarm/traffic/cells.py", "rows, columns = range(row, min(self.rows, beyond_row + 1)), "
+     "range(column, min(self.columns, beyond_column + 1))", "1 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "1.5 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "0.5 becomes"): _LARGER,
+    ("swarm/traffic/cells.py", "return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))",
+     "0 becomes 1 in `towards < 0`"): "it is 1 or -1",
+    ("swarm/traffic/cells_of.py", "cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))",
+     "0.0 becomes"): "the offset is never None: all callers have placed the lattice",
+    ("swarm/traffic/cells_of.py", "occupancy: OccupancyMap, *, side: float, radius: float, "
+     "missed: Callable[[CellMap], int] = lambda cells: 0", "0 becomes"): "any number works that is the same for all",
+    ("swarm/traffic/fitting.py", "for row in range(low, low + ceil((dy + 2 * radius) / resolution) + 2):",
+     "2 becomes"): _BLOCK,
+    ("swarm/traffic/fitting.py", "for column in range(left, left + ceil((dx + 2 * radius) / resolution) + 2):",
+     "2 becomes"): _BLOCK,
+    ("swarm/traffic/footprint.py", "found = np.empty(points.shape[0] * (ceil(2 * reach) + 2) ** 2, np.int64)",
+     "2 becomes"): "it costs memory only",
+    ("swarm/traffic/halting.py", "self._still: tuple[int, Point] = (0, (0.0, 0.0))  "
+     "# since when an obstacle is at one place [tick, m]", "0"): _UNREAD,
+    ("swarm/traffic/halting.py", "farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at",
+     "2 becomes"): _KNOWN,
+    ("swarm/traffic/halting.py", "if hypot(record.x - x, record.y - y) > farthest + within:", "`if hypot"): _KNOWN,
+    ("swarm/traffic/look.py", "through = hidden = 0", "0 becomes"): "both begin alike, and are only compared",
+    ("swarm/traffic/look.py", "if abs(slope) < 1e-9:", "1e-09 becomes 2e-09"): _SLOPE,
+    ("swarm/traffic/look.py", "if abs(slope) < 1e-9:", "1e-09 becomes 1.0000000000000001e-07"): _SLOPE,
     ("swarm/traffic/look.py", "return inf, 0.0", "0.0 becomes"): "any end before an infinite beginning works",
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
@@ -52,6 +93,15 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/sightings.py", "if not self._newest and not self._cleared:", "`if not"): _NOTHING,
+    ("swarm/traffic/sightings.py", "if not self._newest:", "`if not"): _NOTHING,
+    ("swarm/traffic/standing.py", "lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))",
+     "`-epoch.tick` without"): "a robot calls for one plan at a time: no two calls have the same leader",
+    ("swarm/traffic/threat.py", "return self._at(track.moving, tick)[:2]", "2 becomes"): "only x and y are read",
+    ("swarm/traffic/threat.py", "spread = sum((tick - middle) ** 2 for tick in ticks) * dt or 1.0", "1.0 becomes"):
+     "no velocity is asked of one place alone",
+    ("swarm/traffic/threat.py", "share = HALF_WIDTH / (distance(hit, origin) or 1.0)", "1.0 becomes"):
+     "the hit is the origin then: any share of nothing is nothing",
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,

@@ -196,6 +196,8 @@ def test_joins_can_be_left_out() -> None:
         (2.4, 0.5, 0.32),  # inside the edge of the cell
         (2.3, 0.26, 0.8 * 0.26),
         (2.3, 0.32, 0.6 * 0.32),
+        (2.3, 0.22 + 5e-7, 0.22 + 5e-7),  # as exact as rounding
+        (2.3, 0.22 + 1.5e-6, 0.8 * 0.22),
         (2.2, 0.28, 0.4 * 0.28),
         (2.2, 0.32, 0.2 * 0.32),
         (2.1, 0.32, 0.0),
@@ -264,3 +266,84 @@ def test_a_cell_is_open_if_it_is_all_on_the_map_and_nothing_solid_is_in_it(along
     blocks = [[wide[low + 12 * row :, left + 12 * column :][:12, :12] for column in range(3)] for row in range(3)]
     assert flags[OPEN].tolist() == [[not block.any() for block in row] for row in blocks]
     assert 0 < flags[OPEN].sum() < 9
+
+
+def test_a_cell_all_beyond_the_map_is_no_place_to_stand() -> None:
+    floor = OccupancyMap(np.zeros((12, 12), np.uint8), 0.1)
+    cells = CellMap(floor, side=1.2, radius=0.23, offset=(-1.2, -1.2))
+    assert cells.stands == (False, False, False, True)
+
+
+@pytest.mark.parametrize(("over", "stands"), [(0.0, True), (1e-12, True), (3e-12, False), (0.01, False)])
+def test_a_disc_may_touch_a_wall_and_reach_into_it_by_what_rounding_makes(over: float, stands: bool) -> None:
+    """A cell of 1 m with a wall 0.25 m off its middle; a disc of 0.25 m that reaches in by 2e-12 m is refused."""
+    for row, column in ((1, 4), (6, 4), (4, 1), (4, 6)):
+        solid = np.zeros((8, 8), np.uint8)
+        solid[row - (row == 4) : row + 1, column - (column == 4) : column + 1] = 1
+        cells = CellMap(OccupancyMap(solid, 0.125), side=1.0, radius=0.25 + over)
+        assert cells.stands[0] is stands, (row, column)
+
+
+@pytest.mark.parametrize(("wall", "stands"), [(7, False), (8, False), (9, True), (4, False), (3, False), (2, True)])
+def test_a_large_disc_is_looked_round_as_far_as_it_reaches(wall: int, stands: bool) -> None:
+    """A disc with a radius of 3 m in the middle of 12 m, and a wall 1 m wide."""
+    for turned in (False, True):
+        solid = np.zeros((12, 12), np.uint8)
+        solid[wall] = 1
+        floor = OccupancyMap(solid.T.copy() if turned else solid, 1.0)
+        assert CellMap(floor, side=12.0, radius=3.0).stands[0] is stands
+
+
+@pytest.mark.parametrize(("over", "is_open"), [(0.5e-6, True), (1.5e-6, False)])
+@pytest.mark.parametrize("side", ["left", "right", "below", "above"])
+def test_a_cell_that_reaches_into_a_wall_by_rounding_alone_is_open(side: str, over: float, is_open: bool) -> None:
+    """A cell of 4 x 4 m over fine cells of 1 m; what solid cells it overlaps by less than a millionth do not count."""
+    solid = np.ones((8, 8), np.bool_)
+    solid[2:6, 2:6] = False
+    along = {"left": 2.0 - over, "right": 2.0 + over}.get(side, 2.0)
+    up = {"below": 2.0 - over, "above": 2.0 + over}.get(side, 2.0)
+    flags = np.zeros((4, 1, 1), np.bool_)
+    measure(np.pad(solid, 1, constant_values=True), 1.0, along, up, 4.0, 0.5, 0, 0, 1, 1, flags)
+    assert bool(flags[OPEN, 0, 0]) is is_open
+
+
+def test_a_long_sweep_of_a_large_disc_is_in_all_cells() -> None:
+    cells = CellMap(OccupancyMap(np.zeros((3, 400), np.uint8), SIDE), side=SIDE, radius=0.23)
+    path = np.column_stack([np.linspace(SIDE, 399 * SIDE, 4000), np.full(4000, 1.5 * SIDE)])
+    assert cells.swept(path, 2 * SIDE) == set(range(1200))
+    assert cells.swept_in_order(path[:1], 0.1) == (400, 401)
+    assert cells.swept_in_order(path[[-1, 0]], 0.1) == (798, 799, 400, 401)
+
+
+def test_the_newest_256_tables_of_distances_are_kept() -> None:
+    cells = CellMap(OccupancyMap(np.zeros((20, 20), np.uint8), SIDE), side=SIDE, radius=0.23)
+    first, second, *_ = [cells.distances(goal) for goal in range(256)]
+    assert cells.distances(0) is first
+    cells.distances(256)
+    assert cells.distances(1) is second
+    assert cells.distances(0) is not first, "the oldest was dropped"
+
+
+@pytest.mark.parametrize(("fine", "count"), [(0.5, 1), (0.5 + 1e-10, 1), (0.5 + 1e-8, 2), (0.3, 1), (0.1, 0)])
+def test_a_row_counts_from_half_a_cell_on_but_for_rounding(fine: float, count: int) -> None:
+    """Three fine cells against half a cell more than one cell of 1 m."""
+    cells = CellMap(OccupancyMap(np.zeros((3, 20), np.uint8), fine), side=1.0, radius=0.1)
+    assert cells.rows == count
+    cells = CellMap(OccupancyMap(np.zeros((20, 3), np.uint8), fine), side=1.0, radius=0.1)
+    assert cells.columns == count
+
+
+def test_one_point_is_swept_as_many_are() -> None:
+    cells = Drawn("abcd").cells
+    x, y = cells.centre(0)
+    assert cells.swept([(x + SIDE * (k // 50), y) for k in range(100)], 0.3) == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("along", "up", "is_open"), [(0.0, 0.0, True), (-1.0, 0, False), (1.0, 0, False), (0, -1.0, False), (0, 1.0, False)]
+)
+def test_a_cell_partly_off_a_free_map_is_not_open(along: float, up: float, is_open: bool) -> None:
+    flags = np.zeros((4, 1, 1), np.bool_)
+    free = np.pad(np.zeros((4, 4), np.bool_), 1, constant_values=True)
+    measure(free, 1.0, float(along), float(up), 4.0, 0.5, 0, 0, 1, 1, flags)
+    assert bool(flags[OPEN, 0, 0]) is is_open

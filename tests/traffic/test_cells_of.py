@@ -1,10 +1,34 @@
-"""The constants of traffic for a scenario."""
+"""The constants of traffic for a scenario, and where the lattice of its floor lies."""
 
+from itertools import product
+from math import inf
+from typing import Any
+
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
-from swarm.traffic.cells_of import DEAF, LOSSY, UNHEARD, traffic_settings
+from swarm.errors import ConfigError
+from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
+from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings
+from swarm.settings import TrafficSettings as LatticeSettings
+from swarm.traffic.cells import CellMap
+from swarm.traffic.cells_of import (
+    DEAF,
+    LOSSY,
+    UNHEARD,
+    best_offset,
+    cells_of,
+    cells_within,
+    comes_near,
+    learned_cells,
+    short_of,
+    traffic_settings,
+    with_lattice,
+)
 from swarm.traffic.settings import TrafficSettings
 from tests.shared import scenario_of
+from tests.traffic.maps import Drawn
 from tests.traffic.test_settings import ORDERS
 
 USUAL = TrafficSettings()
@@ -30,3 +54,268 @@ def test_constants_keep_their_order_however_lossy_the_radio(why: str, loss: floa
     settings = traffic_settings(scenario_of(radio={"loss": loss}).settings)
     values = [getattr(settings, name) for name in ORDERS[why]]
     assert values == sorted(set(values)), dict(zip(ORDERS[why], values, strict=True))
+
+
+# fmt: off
+TIMES: dict[str, tuple[dict[str, Any], tuple[int, int, int, int, int]]] = {  # fresh, absent, plan_stuck, surmise, listen
+    "no loss":                  ({"loss": 0.0},                        (40, 140, 160, 200, 30)),
+    "half, 12 and 16 in a row": ({"loss": 0.5},                        (48, 140, 160, 200, 32)),
+    "most, 77 and 99 in a row": ({"loss": 0.9},                        (308, 328, 348, 388, 198)),
+    "walls stop it":            ({"loss": 0.5, "line_of_sight": True}, (48, 600, 400, 600, 32)),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", TIMES)
+def test_how_long_robots_wait_for_each_other_in_ticks(name: str) -> None:
+    radio, ticks = TIMES[name]
+    got = traffic_settings(scenario_of(radio=radio).settings)
+    assert (got.fresh, got.absent, got.plan_stuck, got.surmise, got.listen) == ticks
+    sight = "line_of_sight" in radio
+    assert (got.in_sight, got.horizon, got.ripe) == ((True, 1, 20) if sight else (False, 3, 8))
+
+
+def test_what_a_scenario_says_of_its_robots_traffic_takes_over() -> None:
+    fields: dict[str, Any] = {
+        "rate": 10.0,
+        "robot": {"radius": 0.25, "speed_scale": 0.2},
+        "radio": {"range": 7.0, "every": 5},
+        "sensors": {"range": 2.0},
+    }
+    got = traffic_settings(scenario_of(**fields).settings)
+    assert (got.tick, got.speed, got.radius, got.radio_range) == pytest.approx((0.1, 0.8, 0.25, 7.0))
+    assert (got.every, got.sensor_range, got.learns) == (5, 2.0, False)
+    settings = scenario_of().settings
+    assert traffic_settings(replace(settings, map=replace(settings.map, known=False))).learns
+
+
+# --- where the lattice lies ---
+
+FINE = 0.02  # m, the side of a map's own cell
+FITS = 0.25  # m, the radius of a robot and how far it may stray
+
+
+def floor_of(width: float, height: float) -> OccupancyMap:
+    return OccupancyMap(np.full((round(height / FINE), round(width / FINE)), FREE, np.uint8), FINE)
+
+
+def mission(**fields: Any) -> Settings:  # noqa: ANN401
+    usual: dict[str, Any] = {"start": StartSettings(circle=(2.0, 1.5, 1.0)), "return_home": False, "reach": 1.0}
+    return Settings(name="lattice", map=MapSettings(), **(usual | fields))
+
+
+LEFT, RIGHT = (1.0, 1.4), (3.0, 1.4)
+# fmt: off
+DOORS: dict[str, tuple[float, float]] = {  # y of a door's middle: side of the cells that lead through it [m]
+    "a quarter of 1.2":        (1.2,   1.2),
+    "a quarter of 1.0":        (1.24,  1.0),
+    "a quarter of 0.8":        (1.4,   0.8),
+    "no quarter of any":       (1.32,  1.2),
+}
+WAYS: dict[str, dict[str, Any]] = {  # from the left of the wall to its right
+    "from a pose":             {"targets": [RIGHT], "start": StartSettings(poses=[(*LEFT, 0.5)])},
+    "from a pose and back":    {"targets": [RIGHT], "start": StartSettings(poses=[(*LEFT, 0.5)]), "return_home": True},
+    "from a place in an area": {"targets": [RIGHT], "start": StartSettings(area=(0.2, 0.2, 1.8, 2.8))},
+    "from target to target":   {"targets": [LEFT, RIGHT]},
+    "to a robot's own":        {"own_targets": [[LEFT], [RIGHT]]},
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("door", DOORS)
+def test_cells_are_the_largest_that_lead_through_a_door(door: str, way: str) -> None:
+    """A door 0.54 m wide lets a disc of 0.25 m pass within 0.02 m of its middle; lattices are tried by quarters."""
+    y, side = DOORS[door]
+    floor = floor_of(4.0, 3.0)
+    floor.cells[:, 100] = WALL
+    floor.cells[round((y - 0.28) / FINE) : round((y + 0.28) / FINE), 100] = FREE
+    settings = mission(**WAYS[way])
+    placed = with_lattice(settings, floor).traffic
+    assert placed.cell == pytest.approx(side)
+    assert placed.offset == pytest.approx(best_offset(floor, side=side, radius=FITS))
+    cells = cells_of(floor, with_lattice(settings, floor))
+    assert (cells.side, cells.radius, cells.offset) == (placed.cell, FITS, placed.offset)
+
+
+# fmt: off
+SIDES: dict[str, tuple[dict[str, Any], float]] = {
+    "nothing to go to":                        ({}, 1.2),
+    "a stop":                                  ({"targets": [(0.6, 1.5)]}, 1.2),
+    "a radio that reaches far enough":         ({"radio": RadioSettings(range=3.9)}, 1.2),
+    "for cells of 1 m":                        ({"radio": RadioSettings(range=3.8)}, 1.0),
+    "just":                                    ({"radio": RadioSettings(range=3.5)}, 1.0),
+    "for cells of 0.8 m":                      ({"radio": RadioSettings(range=3.3)}, 0.8),
+    "just so":                                 ({"radio": RadioSettings(range=3.0)}, 0.8),
+    "for none":                                ({"radio": RadioSettings(range=2.8)}, 1.2),
+    # 0.8 m apart: cells of 1.2 m miss one of three by 0.12 m, cells of 1 m one of four
+    "three stops":                             ({"targets": [(0.7 + 0.8 * k, 1.5) for k in range(3)], "reach": 0.1}, 1.0),
+    "four stops":                              ({"targets": [(0.6 + 0.8 * k, 1.5) for k in range(4)], "reach": 0.1}, 0.8),
+    "four near enough":                        ({"targets": [(0.6 + 0.8 * k, 1.5) for k in range(4)], "reach": 0.2}, 1.2),
+    "own stops":                               ({"own_targets": [[(0.6 + 0.8 * k, 1.5)] for k in range(4)], "reach": 0.1}, 0.8),
+    "starts to come back to":                  ({"start": StartSettings(poses=[(0.6 + 0.8 * k, 1.5, 0.1) for k in range(4)]),
+                                                 "return_home": True, "reach": 0.1}, 0.8),
+    "starts alone":                            ({"start": StartSettings(poses=[(0.6 + 0.8 * k, 1.5, 0.1) for k in range(4)]),
+                                                 "reach": 0.1}, 1.2),
+    "a start at a wall, in no cell to be in":  ({"start": StartSettings(poses=[(0.01, 0.01, 0.1)])}, 1.2),
+    "larger robots":                           ({"robot": scenario_of(robot={"radius": 0.3}).settings.robot}, 1.8),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", SIDES)
+def test_cells_are_the_largest_that_serve(name: str) -> None:
+    fields, side = SIDES[name]
+    assert with_lattice(mission(**fields), floor_of(4.0, 3.0)).traffic.cell == pytest.approx(side)
+
+
+@pytest.mark.parametrize(("robots", "side"), [(9, 1.2), (10, 1.0), (12, 1.0), (13, 0.8), (15, 0.8), (16, 1.2)])
+def test_an_area_for_the_starts_holds_a_cell_for_each_robot(robots: int, side: float) -> None:
+    """The floor of 4 x 3 m takes 3 x 3 cells of 1.2 m, 4 x 3 of 1 m, and 5 x 3 of 0.8 m."""
+    settings = mission(start=StartSettings(area=(4.0, 3.0, 0.0, 0.0)), robots=robots)
+    assert with_lattice(settings, floor_of(4.0, 3.0)).traffic.cell == pytest.approx(side)
+
+
+def test_a_lattice_that_is_given_stays() -> None:
+    floor = floor_of(4.0, 3.0)
+    for cell, offset, expected in (
+        (1.1, (-0.2, 0.1), (1.1, (-0.2, 0.1))),
+        (None, (0.0, 0.0), (1.2, (0.0, 0.0))),
+        (1.1, None, (1.1, best_offset(floor, side=1.1, radius=FITS))),
+    ):
+        placed = with_lattice(mission(traffic=LatticeSettings(cell=cell, offset=offset)), floor).traffic
+        assert placed.cell == pytest.approx(expected[0])
+        assert placed.offset == expected[1]
+
+
+def test_a_map_with_cells_as_large_is_its_own_lattice() -> None:
+    solid = np.array([[1, 1, 1, 1], [1, 0, 0, 0], [1, 0, 0, 0]], np.uint8)
+    settings = mission(traffic=LatticeSettings(cell=0.52))
+    assert with_lattice(settings, OccupancyMap(solid, 0.52)).traffic.offset == (0.0, 0.0)
+    missed = mission(traffic=LatticeSettings(cell=0.6), targets=[(0.45, 0.6)], reach=0.05)
+    assert with_lattice(missed, floor_of(3.0, 3.0)).traffic.offset != (0.0, 0.0)
+
+
+@pytest.mark.parametrize("given", [{}, {"cell": 1.2}, {"offset": (0.0, 0.0)}])
+def test_cells_without_a_place_are_refused(given: dict[str, Any]) -> None:
+    settings = mission(traffic=LatticeSettings(**given))
+    for make in (cells_of, learned_cells):
+        with pytest.raises(ConfigError):
+            make(floor_of(4.0, 3.0), settings)
+
+
+def test_to_one_robots_own_map_unknown_floor_is_free() -> None:
+    floor = floor_of(2.4, 1.2)
+    floor.cells[:] = UNKNOWN
+    settings = mission(traffic=LatticeSettings(cell=1.2, offset=(0.0, 0.0)))
+    cells = learned_cells(floor, settings)
+    assert (cells.stands, cells.radius, cells.side, cells.offset) == ((True, True), FITS, 1.2, (0.0, 0.0))
+    assert not any(cells_of(floor, settings).stands)
+
+
+@pytest.mark.parametrize(("i", "j"), list(product(range(4), repeat=2)))
+def test_of_all_offsets_by_quarters_the_one_that_misses_least_is_taken(i: int, j: int) -> None:
+    def missed(cells: CellMap) -> int:
+        return 0 if cells.offset == pytest.approx((-0.3 * i, -0.3 * j)) else 2
+
+    assert best_offset(floor_of(4.9, 4.9), side=1.2, radius=FITS, missed=missed) == pytest.approx((-0.3 * i, -0.3 * j))
+
+
+def test_of_offsets_that_miss_nothing_the_one_with_most_joins_is_taken() -> None:
+    """2 x 2 cells lie on the floor as it is, and one alone if the lattice is shifted by half a cell."""
+    assert best_offset(floor_of(2.4, 2.4), side=1.2, radius=FITS) == (0.0, 0.0)
+    assert best_offset(floor_of(3.0, 2.4), side=1.2, radius=0.5) == (0.0, 0.0)
+    solid = OccupancyMap(np.full((30, 30), WALL, np.uint8), 0.1)
+    assert best_offset(solid, side=1.2, radius=FITS) == (0.0, 0.0), "the first of equals"
+
+
+def test_one_piece_of_floor_is_worth_more_than_many_joins() -> None:
+    """A wall with a door in the middle of 4 rows: only the lattice shifted by half a cell leads through it."""
+    floor = OccupancyMap(np.zeros((48, 61), np.uint8), 0.1)
+    floor.cells[:, 30] = WALL
+    floor.cells[21:27, 30] = FREE
+    joined = best_offset(floor, side=1.2, radius=FITS)
+    assert joined[1] == -0.6
+
+
+def test_one_cell_alone_is_worth_more_than_two_apart() -> None:
+    """Two rooms: as it is, the lattice has a cell in both; shifted by a quarter, in the left one only."""
+    floor = floor_of(2.4, 1.2)
+    floor.cells[:, 50:76] = WALL
+    floor.cells[:, 104:] = WALL
+    assert CellMap(floor, side=1.2, radius=FITS).stands == (True, True)
+    assert best_offset(floor, side=1.2, radius=FITS) == pytest.approx((-0.3, 0.0))
+
+
+def test_a_pocket_of_a_large_floor_is_worth_less_than_a_stop() -> None:
+    """One cell of 700 is walled in: a difference of 0.003 of the whole does not count."""
+    floor = OccupancyMap(np.zeros((26 * 4, 28 * 4), np.uint8), 0.3)
+    floor.cells[:6, :6] = WALL
+    floor.cells[:4, :4] = FREE
+
+    def missed(cells: CellMap) -> int:
+        return 0 if cells.offset == (0.0, 0.0) else 1
+
+    cells = CellMap(floor, side=1.2, radius=FITS)
+    assert cells.stands[0]
+    assert cells.neighbours[0] == ()
+    assert best_offset(floor, side=1.2, radius=FITS, missed=missed) == (0.0, 0.0)
+
+
+# --- what cells reach ---
+
+ROW = Drawn("ab#c")
+A, B, C = ROW.at("abc")
+
+
+def near(here: Point, there: Point, reach: float, drawn: Drawn = ROW) -> bool:
+    return comes_near(drawn.cells, here, there, mission(reach=reach))
+
+
+# fmt: off
+NEAR: dict[str, tuple[Point, Point, float, bool]] = {  # from, to, reach [m]; a robot stands 0.32 m off a middle at most
+    "a corner of a cell that it can reach":   ((0.6, 0.6), (2.39, 1.19), 0.01, True),
+    "beyond a wall, too far":                 ((0.6, 0.6), (4.2, 0.6), 2.07, False),
+    "beyond a wall, within reach":            ((0.6, 0.6), (4.2, 0.6), 2.09, True),
+    "in a wall, too far":                     ((0.6, 0.6), (3.0, 0.6), 0.87, False),
+    "in a wall, within reach":                ((0.6, 0.6), (3.0, 0.6), 0.89, True),
+    "off the map, too far":                   ((1.8, 0.6), (-0.5, 0.6), 0.77, False),
+    "off the map, within reach":              ((1.8, 0.6), (-0.5, 0.6), 0.79, True),
+    "off the map, on the other side":         ((0.6, 0.6), (5.3, 0.6), 3.17, False),
+    "from c to c":                            ((4.2, 0.6), (4.3, 0.6), 0.01, True),
+    "from a wall the cells tell nothing":     ((3.0, 0.6), (0.6, 0.6), 0.01, True),
+    "from off the map neither":               ((-2.0, 0.6), (4.2, 0.6), 0.01, True),
+    "from a cell in part":                    ((2.3, 0.6), (4.2, 0.6), 2.07, False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", NEAR)
+def test_whether_a_robot_comes_near_a_place(name: str) -> None:
+    here, there, reach, comes = NEAR[name]
+    assert near(here, there, reach) is comes
+
+
+def test_what_is_off_the_map_is_no_cell_to_start_from() -> None:
+    """The last cell can be stood in; its number is not that of the place beyond the edge."""
+    drawn = Drawn("##c", "###")
+    assert near((0.05, 1.8), (4.2, 0.6), 0.01, drawn), "it stands in a wall and outside: the cells tell nothing"
+    last = Drawn("a#b")
+    assert not near((0.1, 0.6), (3.0, 0.6), 0.5, last), "a leads nowhere, though it reaches over the edge"
+    assert not near((3.0, 0.6), (-9.0, 0.6), 0.5, last)
+
+
+def test_how_far_short_of_a_stop_a_robot_stands() -> None:
+    """0.28 m of body and margins fit in a half cell of 0.6 m; it stops within 0.04 m of its place."""
+    for x, short in ((1.8, 0.04), (2.1, 0.04), (2.2, 0.12), (1.3, 0.22)):
+        assert short_of(ROW.cells, (x, 0.6), mission()) == pytest.approx(short)
+    assert short_of(Drawn("##").cells, (0.6, 0.6), mission()) == inf
+
+
+def test_cells_within_a_box_are_those_with_their_middle_in_it() -> None:
+    drawn = Drawn("abcd", "e#gh", "ijkl", side=1.0)  # middles at 0.5 to 3.5, and 0.5 to 2.5
+    for x0, x1 in ((0.6, 2.5), (2.5, 0.6)):
+        for y0, y1 in ((1.5, 2.9), (2.9, 1.5)):
+            assert cells_within(drawn.cells, (x0, y0, x1, y1)) == sorted(drawn.at("bcg"))
+    assert cells_within(drawn.cells, (1.5, 0.2, 3.4, 1.6)) == sorted(drawn.at("jkg"))
+    assert cells_within(drawn.cells, (0.6, 0.6, 1.4, 1.4)) == []

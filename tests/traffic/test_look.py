@@ -1,7 +1,7 @@
 """Bodies that rays show: which robot explains them, how long a stop lasts, and when a body counts as fixed."""
 
 from collections.abc import Sequence
-from math import cos, pi, sin
+from math import atan2, cos, pi, sin
 from typing import Any
 
 import pytest
@@ -335,6 +335,11 @@ BODIES = {  # age of its record [ticks], how far off the place heard of a hit is
     "farther than that":                    (20,    1.4,  "held",    False),
     "in a cell that it had not yet":        (2,     0.3,  "claimed", False),
     "in one that it may have taken since":  (20,    0.3,  "claimed", True),
+    "a broadcast missed is not old":        (8,     0.3,  "claimed", False),
+    "two missed are":                       (9,     0.3,  "claimed", True),
+    "it may drive on for 1.5 s":            (200,   1.65, "held",    True),
+    "for no longer":                        (200,   1.75, "held",    False),
+    "silent for longer":                    (201,   0.95, "held",    False),
     "in one that it came to later":         (20,    0.3,  "ahead",   True),
     "in none of its cells":                 (20,    0.3,  "none",    False),
     "silent for long, it came to rest":     (1000,  0.8,  "held",    True),
@@ -359,3 +364,129 @@ def test_a_hit_may_be_on_a_robot_that_was_heard(name: str) -> None:
     one = Record(robot="r2", stamp=0, x=HERE.x, y=HERE.y, goal=A, **fields)
     assert robot_at([one], age, FLOOR.cells, SETTINGS)((x, y)) is is_robot
     assert not robot_at([], age, FLOOR.cells, SETTINGS)((x, y))
+
+
+# --- to the centimetre ---
+
+# fmt: off
+GONE: list[tuple[float, float, float, bool]] = [  # how far off it was [m], how far off the ray points [rad], what it measures
+    (1.2,  0.0,   0.89, False),  # its near edge is 0.8 m from the robot's; 0.1 m more counts
+    (1.2,  0.0,   0.91, True),
+    (1.2,  0.1,   0.93, False),  # 0.12 m beside its middle its edge is at 0.834 m
+    (1.2,  0.1,   0.94, True),
+    (1.2,  -0.1,  0.93, False),
+    (1.2,  -0.1,  0.94, True),
+    (1.2,  0.132, 1.6,  True),   # 0.158 m beside its middle; what is 0.16 m beside it may miss the body
+    (1.2,  0.136, 1.6,  False),
+    (0.15, 1.1,   1.6,  True),
+    (0.15, 2.1,   1.6,  False),  # it points away
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("away", "off", "measured", "gone"), GONE)
+@pytest.mark.parametrize("yaw", [0.0, 2.5])
+def test_where_a_body_was_a_ray_has_to_see_beyond_its_edge(
+    away: float, off: float, measured: float, gone: bool, yaw: float
+) -> None:
+    body = HERE.x + away * cos(yaw), HERE.y + away * sin(yaw)
+    reading = Reading(measured, 1.6, -0.3 - off)
+    assert has_gone(body, HERE._replace(yaw=yaw + 0.3), [reading], 0.2) is gone
+
+
+# fmt: off
+BEYOND: list[tuple[float, dict[float, float], bool]] = [  # how far off the place is [m], rays and lengths [rad, m]
+    (1.0, {0.2: 0.79, -0.2: 0.79},            True),   # beside the ray the place is 0.98 m off; rays begin at 0.2 m
+    (1.0, {0.2: 0.77, -0.2: 0.79},            False),
+    (1.0, {0.2: 0.79, -0.2: 0.77},            False),
+    (1.0, {0.2: 1.6},                         False),  # on one side only
+    (1.0, {0.2: 1.6, 0.3: 1.6},               False),
+    (1.0, {0.2: 1.6, -0.55: 1.6},             False),  # 0.52 m beside it
+    (1.0, {0.2: 1.6, -0.51: 1.6, -0.6: 0.1},  True),   # 0.49 m; the last one does not count
+    (0.4, {1.2: 1.6, -1.2: 1.6},              True),
+    (0.4, {3.0: 1.6, -3.0: 1.6},              False),  # they point away
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("away", "rays", "sees"), BEYOND)
+@pytest.mark.parametrize("yaw", [0.0, 2.5])
+def test_a_place_is_seen_beyond_between_two_rays(away: float, rays: dict[float, float], sees: bool, yaw: float) -> None:
+    place = HERE.x + away * cos(yaw), HERE.y + away * sin(yaw)
+    scan = Scan([0.3 + angle for angle in rays], list(rays.values()))
+    assert scan.sees_beyond(place, HERE._replace(yaw=yaw - 0.3), 0.5, 0.2) is sees
+
+
+# fmt: off
+CROSSINGS: list[tuple[list[tuple[float, float, float]], View]] = [  # bearing, measured and expected of rays
+    ([(0.0, 1.56, FREE)],                                      View.EMPTY),     # it leaves the cell at 1.8 m - 0.2 m
+    ([(0.0, 1.54, FREE)],                                      View.OCCUPIED),
+    ([(0.0, 0.31, FREE)],                                      View.OCCUPIED),  # it enters it at 0.6 m - 0.2 m
+    ([(0.0, 0.29, FREE)],                                      View.HIDDEN),
+    ([(0.0, 0.96, 1.0)],                                       View.EMPTY),     # a wall within the cell
+    ([(0.0, 0.94, 1.0)],                                       View.OCCUPIED),
+    ([(0.0, 0.39, 0.39)],                                      View.HIDDEN),    # a wall before it
+    ([(0.0, 0.41, 0.41)],                                      View.EMPTY),
+    ([(0.4, 1.30, FREE)],                                      View.EMPTY),     # it leaves it to a side at 1.54 m - 0.2 m
+    ([(0.4, 1.28, FREE)],                                      View.OCCUPIED),
+    ([(-0.4, 1.30, FREE)],                                     View.EMPTY),
+    ([(-0.4, 1.28, FREE)],                                     View.OCCUPIED),
+    ([(0.4, 0.36, FREE)],                                      View.OCCUPIED),  # it enters it at 0.65 m - 0.2 m
+    ([(0.4, 0.34, FREE)],                                      View.HIDDEN),
+    ([(pi / 2, 1.6, FREE)],                                    View.HIDDEN),    # rays that miss it
+    ([(-pi / 2, 1.6, FREE)],                                   View.HIDDEN),
+    ([(pi, 1.6, FREE)],                                        View.HIDDEN),
+    ([(0.8, 1.6, FREE)],                                       View.HIDDEN),
+    ([(0.0, 1.6, FREE), (0.1, 0.1, FREE)],                     View.HIDDEN),    # as many rays end before it
+    ([(0.0, 1.6, FREE), (0.1, 0.1, FREE), (0.2, 1.6, FREE)],   View.EMPTY),
+    ([(0.0, 0.1, FREE), (0.1, 0.1, FREE), (0.2, 1.6, FREE)],   View.HIDDEN),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("rays", "seen"), CROSSINGS)
+@pytest.mark.parametrize(("across", "up"), [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_where_a_ray_enters_a_cell_and_leaves_it(
+    rays: list[tuple[float, float, float]], seen: View, across: int, up: int
+) -> None:
+    pose = HERE._replace(yaw=atan2(up, across))
+    readings = [Reading(measured, expected, angle) for angle, measured, expected in rays]
+    assert view(readings, pose, A + across + up * FLOOR.cells.columns, FLOOR.cells, 0.2) is seen
+
+
+def test_a_stop_in_ticks_and_metres() -> None:
+    assert [halt.stopped for halt in halts(1.6, 1.6, start=0)] == [False, False]
+    for then, found in ((0.4, 10), (0.48, 10), (0.52, 15)):
+        said = halts(*[0.4] * 5, *[then] * 16)
+        assert [tick for tick, halt in enumerate(said) if halt.found is not None] == [found], then
+    said = halts(*[0.2 if tick % 4 < 2 else 0.4 for tick in range(80)])
+    assert [60 <= tick <= 70 for tick, halt in enumerate(said) if halt.found is not None] == [True]
+    for near, stops in ((0.14, 10), (0.16, 1)):
+        assert [halt.stopped for halt in halts(near, *[1.6] * 20)] == [True] * stops + [False] * (21 - stops)
+
+
+@pytest.mark.parametrize(("age", "stops"), [(0, False), (SETTINGS.fresh, False), (SETTINGS.fresh + 1, True)])
+def test_a_robot_that_has_fallen_silent_does_not_explain_what_is_very_near(age: int, stops: bool) -> None:
+    """It came to rest somewhere about: what is 0.14 m ahead may be it, and a robot must not drive at it."""
+    x, y = ahead(0.14)
+    record = Record(robot="r2", stamp=100 - age, x=x, y=y, goal=B, held=(cell(x, y),))
+    assert halts(0.14, others=(record,))[0].stopped is stops
+    assert not halts(0.16, others=(record,))[0].stopped
+
+
+def test_a_robot_that_drives_up_from_afar_is_no_threat() -> None:
+    """It is heard where it is, 1.6 m from the robot's middle and nearer; a thing that nobody tells of is one."""
+    for told in (True, False):
+        halting = Halting(FLOOR.cells, SETTINGS)
+        for tick in range(24):
+            x = HERE.x + 1.6 - 0.3 * SETTINGS.tick * tick
+            record = Record(robot="r2", stamp=100 + tick, x=x, y=HERE.y, goal=B, held=tuple(range(len(FLOOR.cells))))
+            others = (record,) if told else ()
+            (halt,) = halts(x - HERE.x - 0.3, others=others, halting=halting, start=100 + tick, expected=3.0)
+        assert bool(halt.threats) is not told
+
+
+def test_what_is_far_off_is_not_watched() -> None:
+    """From 1.4 m on it is: 0.3 m/s take it from 1.6 m there in 14 ticks, and 6 ticks more show that it comes."""
+    said = halts(*[1.6 - 0.3 * SETTINGS.tick * tick for tick in range(30)], expected=3.0)
+    assert next(tick for tick, halt in enumerate(said) if halt.threats) == 20

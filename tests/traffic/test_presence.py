@@ -174,3 +174,23 @@ def test_along_the_other_axis_nearness_is_the_same() -> None:
         x, y, _ = Pose(*ROW.pose(b))
         others = {"r2": replace(told(0.0, "i"), x=x, y=y + away)}
         assert bool(free_drive_cells(where, others, others, ROW.cells, SETTINGS)) is free
+
+
+def test_the_first_ticks_of_a_robot() -> None:
+    assert [Presence().was_away(tick, 20) for tick in (19, 20)] == [False, True], "it was not there before tick 0"
+    way = progress((E, A, B), 1)
+    for tick, kept in ((30, True), (31, False)):
+        assert (Presence().kept_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
+    beside, presence = progress((E, A, B), 1, following=True), Presence()
+    for tick in (0, 31):
+        assert presence.kept_on_way(beside, body(E, tick=tick), FLOOR.cells, threatened=False) is beside
+    assert awoken(None, body(B, tick=6), FLOOR.cells).reservations.number == 385
+
+
+def test_free_drive_counts_two_cells_to_either_side() -> None:
+    drawn = Drawn("abcdefg", "hijklmn", "opqrstu", "vwxyz..", ".......", ".......", ".......")
+    (middle,) = drawn.at("y")
+    where = Footprint(0, drawn.pose(middle), middle, frozenset({middle}))
+    row, column = divmod(middle, 7)
+    about = [r * 7 + c for r in range(row - 2, row + 3) for c in range(column - 2, column + 3)]
+    assert free_drive_cells(where, {}, {}, drawn.cells, SETTINGS) == tuple(about)

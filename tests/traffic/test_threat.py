@@ -10,7 +10,7 @@ from swarm.messages.traffic import Moving
 from swarm.traffic.look import Scan
 from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
-from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
+from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats, _middle
 
 DT = 0.05  # s
 RADIUS = 0.2  # m
@@ -128,6 +128,7 @@ def test_where_rays_show_that_it_is_gone_it_is_forgotten(name: str, own: bool) -
     told = [] if own else [Moving(*straight(tick - 1, 1)[0], -0.3, 0.0, tick - 1)]
     found = threats.look(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
     assert len(found) == believed
+    assert len(threats.seen()) == (own and believed)
 
 
 def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgress:
@@ -169,3 +170,63 @@ def test_to_flee_and_come_back_is_not_to_get_on() -> None:
     kept, way = Kept(), progress((9, 1, 2), 3, beside=1)
     said = [kept.look(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 21)]
     assert any(one is not None for one in said)
+
+
+def test_after_400_ticks_under_a_threat_the_next_cell_is_given_up() -> None:
+    kept, way = Kept(), progress((1, 2), 3)
+    said = [kept.look(way, 1, threatened=True) for _ in range(402)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == [400]
+
+
+@pytest.mark.parametrize(("longer", "given_up"), [(2, [400]), (3, [])])
+def test_a_way_that_is_much_longer_is_another_way(longer: int, given_up: list[int]) -> None:
+    kept, ways = Kept(), (progress((1, 2), 3), progress((1, 2), *range(3, 4 + longer)))
+    said = [kept.look(ways[tick >= 200], 1, threatened=True) for tick in range(500)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == given_up
+
+
+def test_the_middle_of_a_disc_is_fitted_in_eight_steps() -> None:
+    """Hits at both ends of a diameter of 0.5 m: each step adds 16 to 1/x2, so that 1/0.0625 becomes 144."""
+    known = Threat(0.25, 0.0, 0.0, 0.0)
+    assert _middle(Pose(-0.5, 0.0, 0.0), [(0.0, 0.25), (0.0, -0.25)], known) == pytest.approx((1 / 12, 0.0))
+
+
+@pytest.mark.parametrize(("then", "updated"), [(0.15, True), (-0.15, False), (-0.3, True)])
+def test_what_was_seen_to_move_counts_as_moving_while_it_comes_at_all(then: float, updated: bool) -> None:
+    """It comes at 0.3 m/s, and then slower: 0.045 m in 6 ticks would not make it a threat; nor does it if it goes."""
+    threats, began = known(), 2 * NOTED
+    x, y = straight(began, 1)[0]
+    path = [(x - then * DT * tick, y) for tick in range(24)]
+    follow(threats, began, [(at, FACING) for at in path])
+    (seen,) = threats.seen()
+    assert (seen.tick == began + 23) is updated
+    if updated:
+        assert (seen.vx, seen.vy) == pytest.approx((-then, 0.0), abs=0.01)
+        assert (seen.x, seen.y) == pytest.approx(path[-1], abs=0.01)
+
+
+def test_what_is_always_slow_is_no_threat() -> None:
+    path = [(1.5 - 0.15 * DT * tick, 0.2) for tick in range(40)]
+    assert not any(follow(Threats(DT, RADIUS), 0, [(at, FACING) for at in path]))
+
+
+def test_what_is_not_seen_for_100_ticks_is_told_no_more() -> None:
+    threats, last = known(), 2 * NOTED - 1
+    for unseen in range(1, 102):
+        threats.look(last + unseen, HERE, (), BLIND)
+        assert len(threats.seen()) == (unseen < 100), unseen
+
+
+def test_of_two_obstacles_the_nearer_one_is_seen_on() -> None:
+    """One comes at y = 0.4 m, one stands at y = -0.25 m; then something is seen at y = 0.2 m, within 0.5 m of both."""
+
+    def front(x: float, y: float) -> Point:
+        share = 1.0 - HALF_WIDTH / hypot(x, y)
+        return x * share, y * share
+
+    threats = Threats(DT, RADIUS)
+    for tick in range(24):
+        threats.look(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
+    assert [one.tick for one in threats.seen()] == [23]
+    threats.look(24, HERE, [front(1.14, 0.2)], BLIND)
+    assert [one.tick for one in threats.seen()] == [24]

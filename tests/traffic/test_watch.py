@@ -99,6 +99,7 @@ OUTSIDES: dict[str, tuple[Seen, list[int]]] = {
     "1 mm over it, on the left":           (at("f", dx=-EDGE - MM),             [CELL["e"]]),
     "1 mm over it, above":                 (at("f", dy=EDGE + MM),              [CELL["b"]]),
     "1 mm over it, below":                 (at("f", dy=-EDGE - MM),             [CELL["j"]]),
+    "0.05 mm over it":                     (at("f", dx=EDGE + 5e-5),            [CELL["g"]]),
     "rounding is no fault":                (at("f", dx=EDGE + 5e-7),            []),
     "over it into a cell held":            (at("f", "fg", dx=EDGE + MM),        []),
     "beside the corner of a third cell":   (at("f", "fgb", dx=EDGE + MM, dy=EDGE + MM), []),
@@ -281,6 +282,11 @@ def test_seconds_are_seconds_at_any_rate(tick: float) -> None:
     assert watching.longest_wait == pytest.approx((2 * ticks - 1) * tick)
     assert watching.waiting == pytest.approx(dict.fromkeys(row, (2 * ticks - 1) * tick))
     assert waiting({name: waits[1:] for name, waits in row.items()}, tick).deadlocks == 0
+
+
+def test_ten_seconds_of_standing_and_ten_in_a_circle_are_a_deadlock() -> None:
+    for ticks, deadlocks in ((18, 0), (19, 1)):
+        assert waiting({"a": ["b"] * ticks, "b": ["a"] * ticks}, 1.0).deadlocks == deadlocks
 
 
 def test_joint_plans_are_counted_by_their_events() -> None:

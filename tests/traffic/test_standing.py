@@ -1,0 +1,90 @@
+"""Which call for a joint plan a robot follows, and for how long: one transition at a time."""
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.messages.traffic import Collect, Epoch, JointPlan, Record
+from swarm.traffic.calls import Call, Free, Frozen, Move, Part
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from swarm.traffic.standing import called, plan_came, stood_in_vain
+from tests.traffic.maps import Drawn
+
+SETTINGS = TrafficSettings()
+NOW = 1000
+MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
+
+
+def part(*spent: Epoch) -> Part:
+    return Part("r3", Drawn("ab").cells, SETTINGS, spent=set(spent))
+
+
+def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
+    """Return the record of a robot that calls these members, of which I am one if none is named."""
+    said = Collect(epoch, members or ("r3", epoch.leader))
+    return Record(robot=by or epoch.leader, stamp=NOW, x=0.0, y=0.0, goal=0, collect=said)
+
+
+def situation(*fresh: Record, tick: int = NOW, others: tuple[Record, ...] = ()) -> Situation:
+    heard = {record.robot: record for record in fresh}
+    return Situation(
+        tick=tick, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
+        others=heard | {record.robot: record for record in others}, fresh=heard,
+    )  # fmt: skip
+
+
+SILENT = Record(robot="r9", stamp=NOW, x=0.0, y=0.0, goal=0)
+# fmt: off
+CALLED: dict[str, tuple[Call, tuple[Record, ...], Epoch | None]] = {  # my call, what is heard: the call I stand for now
+    "nobody calls":                        (Free(),              (SILENT,),                        None),
+    "one calls me":                        (Free(),              (SILENT, calls(MINE)),            MINE),
+    "one calls others":                    (Free(),              (calls(MINE, "r2", "r4"),),       None),
+    "one tells of another's call":         (Free(),              (calls(MINE, by="r5"),),          None),
+    "of two the lower id":                 (Free(),              (calls(OTHER), calls(MINE)),      MINE),
+    "the call I stand for":                (Frozen(MINE, 995),   (calls(MINE),),                   None),
+    "its leader calls anew":               (Frozen(OLDER, 985),  (calls(MINE),),                   MINE),
+    "a lower leader calls too":            (Frozen(OTHER, 995),  (calls(OTHER), calls(MINE)),      MINE),
+    "a higher leader calls too":           (Frozen(MINE, 995),   (calls(OTHER), calls(MINE)),      None),
+    "a higher leader alone":               (Frozen(MINE, 995),   (calls(OTHER),),                  None),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", CALLED)
+def test_whose_call_a_robot_stands_for(name: str) -> None:
+    mine, heard, epoch = CALLED[name]
+    assert called(part(), mine, situation(*heard)) == (None if epoch is None else Move(Frozen(epoch, NOW)))
+
+
+def test_a_call_that_was_left_is_followed_no_more() -> None:
+    assert called(part(MINE), Free(), situation(calls(MINE))) is None
+    assert called(part(MINE), Free(), situation(calls(MINE), calls(OTHER))) == Move(Frozen(OTHER, NOW))
+
+
+def test_only_the_plan_that_a_robot_stands_for_is_taken_over() -> None:
+    plan, other = (JointPlan(epoch=epoch, ways={}, after={}) for epoch in (MINE, OLDER))
+    mine, leader = Frozen(MINE, 995), calls(MINE)
+    assert plan_came(part(), mine, situation()) is None
+    assert plan_came(part(), mine, situation(leader)) is None
+    assert plan_came(part(), mine, situation(replace(leader, plan=other))) is None
+    assert plan_came(part(), mine, situation(replace(leader, plan=plan))) == Move(Free(), plan)
+    assert plan_came(part(), mine, situation(others=(replace(leader, plan=plan),))) == Move(Free(), plan), "relayed"
+
+
+# fmt: off
+STOOD: dict[str, tuple[tuple[Record, ...], int, bool]] = {  # what is heard, since when it stands: does it stop standing?
+    "the call goes on":                 ((calls(MINE),),                     10,                   False),
+    "as long as it may":                ((calls(MINE),),                     SETTINGS.freeze,      False),
+    "too long":                         ((calls(MINE),),                     SETTINGS.freeze + 1,  True),
+    "the leader calls anew":            ((calls(Epoch(999, "r2")),),         10,                   True),
+    "the leader has given it up":       ((replace(SILENT, robot="r2"),),     10,                   True),
+    "the leader is silent":             ((SILENT,),                          10,                   True),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", STOOD)
+def test_a_robot_stands_as_long_as_its_leader_calls_but_not_for_ever(name: str) -> None:
+    heard, ticks, stops = STOOD[name]
+    got = stood_in_vain(part(), Frozen(MINE, NOW - ticks), situation(*heard, others=(calls(MINE),)))
+    assert got == (Move(Free()) if stops else None)
