@@ -3,6 +3,7 @@
 from typing import Final
 
 _BEFORE: Final = "any number below the first tick works"
+_END: Final = "any number above the last tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
 _LARGER: Final = "a larger block of the map is looked through: nothing beside the smaller one has changed"
@@ -49,6 +50,18 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
+    ("swarm/traffic/claiming.py", "if not room:", "`if not room` never"): "a fast path: there is no cell to claim",
+    ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "1 becomes"): _END,
+    ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "60 becomes"): _END,
+    ("swarm/traffic/peer_records.py", "self._news = False  # a record was taken since ``others`` was made",
+     "False becomes"): "nothing is known yet: what is made anew is as empty",
+    ("swarm/traffic/peer_records.py", "self._woke = -1", "1 becomes"): _BEFORE,
+    ("swarm/traffic/peer_records.py", "if cell not in live.held:", "`if cell"):
+     "a fast path for a cell that nobody holds: the general code finds nobody either",
+    ("swarm/traffic/peer_records.py", "if known is None or hops + 1 < known.hops or known.record is not record:",
+     "`hops + 1` with -"): "more is merged: merging compares the hops again",
+    ("swarm/traffic/peer_records.py", "if before is not None and (before.x, before.y, before.held, before.claims) == (",
+     "`if before"): "a fast path for a robot that stands: what was right is found right again",
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
