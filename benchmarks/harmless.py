@@ -2,6 +2,7 @@
 
 from typing import Final
 
+_AGAIN: Final = "a cell that is expanded again has no cheaper way to offer: steps cost more than nothing"
 _BEFORE: Final = "any number below the first tick works"
 _END: Final = "any number above the last tick works"
 _FAR: Final = "any number above the longest way works"
@@ -12,6 +13,7 @@ _LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
 _NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
 _READ: Final = "the yaws of all robots are read before they are used"
+_ROUNDING: Final = "costs of different ways differ by more, or by rounding alone"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
 _WITHIN: Final = (
@@ -65,6 +67,20 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "1 becomes"): _END,
+    ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "30 becomes"): _END,
+    ("swarm/traffic/route_progress.py", "BESIDE: Final = -2  # step of a cell that is not on the way: the body or its "
+     "brake reaches into it, or it is room", "2 becomes"): "any number below ALONE works",
+    ("swarm/traffic/route.py", "self._retry_at = 0  # tick", "0 becomes"): _UNREAD,
+    ("swarm/traffic/route.py", "reached: dict[int, float] = {start: 0.0}", "0.0 becomes"):
+     "all ways cost as much more",
+    ("swarm/traffic/route.py", "if cell in done:", "`if cell"): _AGAIN,
+    ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _AGAIN,
+    ("swarm/traffic/route.py", "if cell == goal:", "`if cell"): "the search ends later, and has found the same way",
+    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 2e-09"): _ROUNDING,
+    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000000001"):
+     _ROUNDING,
+    ("swarm/traffic/goal.py", "self._place: Point = (0.0, 0.0)", "0.0 becomes"): _UNREAD,
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,

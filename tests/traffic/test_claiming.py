@@ -14,7 +14,7 @@ from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")
-A, B, C, D, I, J = FLOOR.at("abcdij")
+A, B, C, BELOW, BESIDE_B = FLOOR.at("abcij")
 NOW = 1000
 NEAR = TrafficSettings()  # claims reach 3.5 m
 WIDE = TrafficSettings(radio_range=20.0)  # claims reach 9.5 m
@@ -102,7 +102,7 @@ ASKS: dict[str, tuple[Claimed, str, tuple[str, ...]]] = {  # the step: cells cla
     "not before it is":                     (step(way(steps=(0,)), COMING, entries={1: Entry(1, "r2", 1)}), "", ("r2",)),
     "up to where it is not":                (step(way(steps=(0,)), COMING, entries={2: Entry(2, "r2", 1)}), "b", ()),
     "if it comes next":                     (step(way(steps=(0,)), THERE, entries={1: Entry(1, "r2", 1)}),  "bc", ("r2",)),
-    "but only the next cell":               (step(way(steps=(0,)), replace(THERE, held=(J,)), entries={2: Entry(2, "r2", 1)}), "b", ()),
+    "but only the next cell":               (step(way(steps=(0,)), replace(THERE, held=(BESIDE_B,)), entries={2: Entry(2, "r2", 1)}), "b", ()),
 }
 # fmt: on
 
@@ -177,12 +177,12 @@ def test_room_is_claimed_beside_the_way(name: str) -> None:
 
 def asking(stamp: int = NOW - 8) -> RouteProgress:
     """Return the progress of a robot without a way that has claimed i."""
-    return RouteProgress(Reservations((A,), (), 2, (Claim(I, 1, stamp),)), (ALONE,))
+    return RouteProgress(Reservations((A,), (), 2, (Claim(BELOW, 1, stamp),)), (ALONE,))
 
 
 def test_room_is_taken_once_all_near_have_acknowledged() -> None:
     taken = step(asking(), ACKED, room="i").progress
-    assert (taken.reservations, taken.steps) == (Reservations((I, A), (), 2), (BESIDE, ALONE))
+    assert (taken.reservations, taken.steps) == (Reservations((BELOW, A), (), 2), (BESIDE, ALONE))
     for progress, near in ((asking(), R2), (asking(NOW - 7), ACKED)):
         assert step(progress, near, room="i").progress == progress
     assert step(asking(), ACKED).progress == RouteProgress(Reservations((A,), (), 2), (ALONE,)), "no longer wanted"
@@ -202,3 +202,8 @@ def test_round_a_corner_it_claims_and_takes_from_where_it_leans(off: float, hear
     asked = asks._replace(reservations=Reservations((a,), (Claim(b, 1, NOW - 8),), 2))
     assert step(asked, off=off, settings=IN_SIGHT, floor=CORNER).took is heard
     assert step(asked, off=off, settings=NEAR, floor=CORNER).took
+
+
+@pytest.mark.parametrize(("off", "heard"), [(-0.11, False), (-0.09, True), (0.09, True), (0.11, False)])
+def test_where_no_corner_hides_the_next_cell_it_claims_from_the_middle_of_its_own(off: float, heard: bool) -> None:
+    assert bool(claimed(step(way(), off=off, settings=IN_SIGHT))) is heard
