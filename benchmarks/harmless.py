@@ -78,7 +78,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _AGAIN,
     ("swarm/traffic/route.py", "if cell == goal:", "`if cell"): "the search ends later, and has found the same way",
     ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 2e-09"): _ROUNDING,
-    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000000001"):
+    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000"):
      _ROUNDING,
     ("swarm/traffic/goal.py", "self._place: Point = (0.0, 0.0)", "0.0 becomes"): _UNREAD,
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",

@@ -15,7 +15,7 @@ from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.reservations import Reservations
-from swarm.traffic.route import STRAY, OwnWay, own_way
+from swarm.traffic.route import STRAY, OwnWay, _off, own_way
 from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -148,3 +148,29 @@ def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_p
         ways.append(traffic.step(inputs).way)
     assert ways[0][1:] == RING.at("812345679g")
     assert set(ways) == {ways[0]}
+
+
+def test_of_equal_ways_the_first_found_stays() -> None:
+    square = Drawn("cd", "ab")
+    (start,), (end,) = square.at("a"), square.at("d")
+    assert own_way(square.cells, start, end) == square.at("bd")
+
+
+# fmt: off
+OFF = {  # a line, a point, the distance between them [m]
+    "beside it":               (((0.0, 0.0), (2.0, 0.0)),             (1.0, 1.0),  1.0),
+    "beyond its end":          (((0.0, 0.0), (2.0, 0.0)),             (3.0, 0.0),  1.0),
+    "before its beginning":    (((0.0, 0.0), (2.0, 0.0)),             (-1.0, 0.0), 1.0),
+    "beside a short one":      (((0.0, 0.0), (0.5, 0.0)),             (0.5, 1.0),  1.0),
+    "beside a slanting one":   (((0.0, 0.0), (2.0, 2.0)),             (2.0, 0.0),  2.0**0.5),
+    "a line that is a point":  (((1.0, 1.0), (1.0, 1.0)),             (1.0, 3.0),  2.0),
+    "the second of two":       (((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), (3.0, 1.0),  1.0),
+    "the first of two":        (((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), (0.5, -0.5), 0.5),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", OFF)
+def test_how_far_a_point_is_off_a_line(name: str) -> None:
+    line, point, off = OFF[name]
+    assert _off(line, point) == pytest.approx(off)
