@@ -3,6 +3,7 @@
 from typing import Final
 
 _AGAIN: Final = "a cell that is expanded again has no cheaper way to offer: steps cost more than nothing"
+_AS_MUCH: Final = "all ways cost as much more"
 _BEFORE: Final = "any number below the first tick works"
 _END: Final = "any number above the last tick works"
 _FAR: Final = "any number above the longest way works"
@@ -10,6 +11,7 @@ _MOVER: Final = "a scenario gives every mover a radius or a size"
 _LARGER: Final = "a larger block of the map is looked through: nothing beside the smaller one has changed"
 _UNREAD: Final = "it is set before it is read for the first time"
 _LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
+_NEGATIVE: Final = "any number below the first robot and the first cell works"
 _NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
 _READ: Final = "the yaws of all robots are read before they are used"
@@ -52,6 +54,13 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
+    ("swarm/traffic/assign.py", "rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}",
+     "2 becomes"): "any number above 1 works",
+    ("swarm/traffic/best_first.py", "self._open = [(self._left(starts), 0, starts)]", "0 becomes"):
+     "there is no other to compare it with",
+    ("swarm/traffic/improving.py", "cost, came = {first: 0.0}, {first: first}", "0.0 becomes"): _AS_MUCH,
+    ("swarm/traffic/improving.py", "if costs < cost.get(following, costs + 1.0):", "1.0 becomes"):
+     "any number above nothing works",
     ("swarm/traffic/claiming.py", "if not room:", "`if not room` never"): "a fast path: there is no cell to claim",
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "1 becomes"): _END,
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "60 becomes"): _END,
@@ -67,13 +76,18 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
+    ("swarm/traffic/pibt.py", "NOBODY: Final = -1", "1 becomes"): _NEGATIVE,
+    ("swarm/traffic/pibt.py", "UNDECIDED: Final = -1", "1 becomes"): _NEGATIVE,
     ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "1 becomes"): _END,
+    ("swarm/traffic/pibt.py", "NOBODY: Final = -1", "1 becomes"): _NEGATIVE,
+    ("swarm/traffic/pibt.py", "UNDECIDED: Final = -1", "1 becomes"): _NEGATIVE,
+    ("swarm/traffic/pibt.py", "if cell == home:", "`if cell"): "CHECK",
     ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "30 becomes"): _END,
     ("swarm/traffic/route_progress.py", "BESIDE: Final = -2  # step of a cell that is not on the way: the body or its "
      "brake reaches into it, or it is room", "2 becomes"): "any number below ALONE works",
     ("swarm/traffic/route.py", "self._retry_at = 0  # tick", "0 becomes"): _UNREAD,
     ("swarm/traffic/route.py", "reached: dict[int, float] = {start: 0.0}", "0.0 becomes"):
-     "all ways cost as much more",
+     _AS_MUCH,
     ("swarm/traffic/route.py", "if cell in done:", "`if cell"): _AGAIN,
     ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _AGAIN,
     ("swarm/traffic/route.py", "if cell == goal:", "`if cell"): "the search ends later, and has found the same way",
