@@ -79,9 +79,6 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/pibt.py", "NOBODY: Final = -1", "1 becomes"): _NEGATIVE,
     ("swarm/traffic/pibt.py", "UNDECIDED: Final = -1", "1 becomes"): _NEGATIVE,
     ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "1 becomes"): _END,
-    ("swarm/traffic/pibt.py", "NOBODY: Final = -1", "1 becomes"): _NEGATIVE,
-    ("swarm/traffic/pibt.py", "UNDECIDED: Final = -1", "1 becomes"): _NEGATIVE,
-    ("swarm/traffic/pibt.py", "if cell == home:", "`if cell"): "CHECK",
     ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "30 becomes"): _END,
     ("swarm/traffic/route_progress.py", "BESIDE: Final = -2  # step of a cell that is not on the way: the body or its "
      "brake reaches into it, or it is room", "2 becomes"): "any number below ALONE works",

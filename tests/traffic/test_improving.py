@@ -171,5 +171,5 @@ def test_a_search_for_a_way_ends_after_1000_expansions() -> None:
     """The goal is taken for long, and the floor is wide: there are many ways to wait."""
     cells = Drawn(*["." * 9] * 9).cells
     start, goal, beside = 40, 41, 42
-    steps: Steps = [(start, goal)] * 20 + [(start, beside), (goal, beside)]
+    steps: Steps = [*((start, goal) for _ in range(20)), (start, beside), (goal, beside)]
     assert changed(cells, steps, Takes(0, 1)) == (None, 1000)
