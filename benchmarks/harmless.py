@@ -92,6 +92,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000"):
      _ROUNDING,
     ("swarm/traffic/goal.py", "self._place: Point = (0.0, 0.0)", "0.0 becomes"): _UNREAD,
+    ("swarm/traffic/traffic.py", "self._listen_until = 0  # tick", "0 becomes"): _UNREAD,
+    ("swarm/traffic/traffic.py", "self._moved = 0  # tick of its last progress", "0 becomes"): _UNREAD,
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,
