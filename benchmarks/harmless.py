@@ -5,16 +5,21 @@ from typing import Final
 _AGAIN: Final = "a fast path for an edit that changes little: what is computed again comes out the same"
 _BLOCK: Final = "a larger block of the map is looked through: each of its cells is measured"
 _KNOWN: Final = "robots that are too far away to be what is seen explain nothing"
+_AGAIN: Final = "a cell that is expanded again has no cheaper way to offer: steps cost more than nothing"
+_AS_MUCH: Final = "all ways cost as much more"
 _BEFORE: Final = "any number below the first tick works"
+_END: Final = "any number above the last tick works"
 _FAR: Final = "any number above the longest way works"
 _MOVER: Final = "a scenario gives every mover a radius or a size"
 _LARGER: Final = "a larger block of the map is looked through: nothing beside the smaller one has changed"
 _UNREAD: Final = "it is set before it is read for the first time"
 _LIVE: Final = "NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)"
+_NEGATIVE: Final = "any number below the first robot and the first cell works"
 _NEVER: Final = "it is for no tick at all, so it is replaced before anything is read from it"
 _NOBODY: Final = "a fast path for a robot that knows of no bodies: the general code finds none either"
 _NOTHING: Final = "a fast path for a robot that has seen nothing: the general code finds nothing either"
 _READ: Final = "the yaws of all robots are read before they are used"
+_ROUNDING: Final = "costs of different ways differ by more, or by rounding alone"
 _SHORT_CUT: Final = "a fast path for a disc within one cell: the general code finds the same without it"
 _SLOPE: Final = "a ray as straight as that is straight"
 _STREAM: Final = "the name of a stream of random numbers: any number that no other stream uses works"
@@ -90,6 +95,25 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", _LIVE, "False becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "1 becomes"): _NEVER,
     ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
+    ("swarm/traffic/assign.py", "rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}",
+     "2 becomes"): "any number above 1 works",
+    ("swarm/traffic/best_first.py", "self._open = [(self._left(starts), 0, starts)]", "0 becomes"):
+     "there is no other to compare it with",
+    ("swarm/traffic/improving.py", "cost, came = {first: 0.0}, {first: first}", "0.0 becomes"): _AS_MUCH,
+    ("swarm/traffic/improving.py", "if costs < cost.get(following, costs + 1.0):", "1.0 becomes"):
+     "any number above nothing works",
+    ("swarm/traffic/claiming.py", "if not room:", "`if not room` never"): "a fast path: there is no cell to claim",
+    ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "1 becomes"): _END,
+    ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "60 becomes"): _END,
+    ("swarm/traffic/peer_records.py", "self._news = False  # a record was taken since ``others`` was made",
+     "False becomes"): "nothing is known yet: what is made anew is as empty",
+    ("swarm/traffic/peer_records.py", "self._woke = -1", "1 becomes"): _BEFORE,
+    ("swarm/traffic/peer_records.py", "if cell not in live.held:", "`if cell"):
+     "a fast path for a cell that nobody holds: the general code finds nobody either",
+    ("swarm/traffic/peer_records.py", "if known is None or hops + 1 < known.hops or known.record is not record:",
+     "`hops + 1` with -"): "more is merged: merging compares the hops again",
+    ("swarm/traffic/peer_records.py", "if before is not None and (before.x, before.y, before.held, before.claims) == (",
+     "`if before"): "a fast path for a robot that stands: what was right is found right again",
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
      "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
@@ -102,6 +126,24 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
      "no velocity is asked of one place alone",
     ("swarm/traffic/threat.py", "share = HALF_WIDTH / (distance(hit, origin) or 1.0)", "1.0 becomes"):
      "the hit is the origin then: any share of nothing is nothing",
+    ("swarm/traffic/pibt.py", "NOBODY: Final = -1", "1 becomes"): _NEGATIVE,
+    ("swarm/traffic/pibt.py", "UNDECIDED: Final = -1", "1 becomes"): _NEGATIVE,
+    ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "1 becomes"): _END,
+    ("swarm/traffic/reservations.py", "age: int = 1 << 30  # ticks since the claim was made", "30 becomes"): _END,
+    ("swarm/traffic/route_progress.py", "BESIDE: Final = -2  # step of a cell that is not on the way: the body or its "
+     "brake reaches into it, or it is room", "2 becomes"): "any number below ALONE works",
+    ("swarm/traffic/route.py", "self._retry_at = 0  # tick", "0 becomes"): _UNREAD,
+    ("swarm/traffic/route.py", "reached: dict[int, float] = {start: 0.0}", "0.0 becomes"):
+     _AS_MUCH,
+    ("swarm/traffic/route.py", "if cell in done:", "`if cell"): _AGAIN,
+    ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _AGAIN,
+    ("swarm/traffic/route.py", "if cell == goal:", "`if cell"): "the search ends later, and has found the same way",
+    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 2e-09"): _ROUNDING,
+    ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000"):
+     _ROUNDING,
+    ("swarm/traffic/goal.py", "self._place: Point = (0.0, 0.0)", "0.0 becomes"): _UNREAD,
+    ("swarm/traffic/traffic.py", "self._listen_until = 0  # tick", "0 becomes"): _UNREAD,
+    ("swarm/traffic/traffic.py", "self._moved = 0  # tick of its last progress", "0 becomes"): _UNREAD,
     ("swarm/traffic/lookout.py", "if max([others[robot].stamp for robot in waits], default=-1) >= oldest:",
      "1 becomes"): _BEFORE,
     ("swarm/traffic/lookout.py", "if not silent and not found:", "`if not silent"): _NOBODY,

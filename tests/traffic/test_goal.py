@@ -2,12 +2,13 @@
 
 import pytest
 
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.goal import Goal
 from swarm.traffic.presence import Footprint
 from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("ab#c", "de#f")
@@ -80,3 +81,64 @@ def test_a_robot_stands_at_the_wanted_point_or_as_near_as_it_fits_in_the_cell(
         assert goal.place(near(E, dx, dy), ROOM, FLOOR.cells) == pytest.approx(near(E, x, y))
     wish(goal, near(B))
     assert goal.place(near(B), ROOM, FLOOR.cells) == pytest.approx(near(B))
+
+
+def test_a_goal_is_not_chosen_again_while_the_wish_stays() -> None:
+    goal = Goal()
+    assert goal.since == 0
+    wish(goal, near(C), A)
+    assert (wish(goal, near(C), C), goal.cell) == (False, B), "though there is a way from where it is now"
+    goal.cell = OUTSIDE
+    assert (wish(goal, near(C), C), goal.cell) == (True, C)
+
+
+def test_beside_an_open_floor_the_goal_is_the_nearest_cell() -> None:
+    floor = Drawn("ab", "cd")
+    (a,), (x, y) = floor.at("a"), floor.points("a")[0]
+    goal, body = Goal(), Footprint(0, floor.pose(a), a, frozenset({a}))
+    assert goal.set((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, RADIUS)
+    assert goal.cell == a
+
+
+class Edited:
+    """A row of three cells 1 m wide: no robot can stand in the first one, nor in the second if ``shut``."""
+
+    def __init__(self, *, shut: bool) -> None:
+        self.stands = (False, not shut, True)
+
+    def around(self, cell: int, reach: int) -> range:
+        return range(cell + reach + 1)
+
+    def centre(self, cell: int) -> Point:
+        return cell + 0.5, 0.5
+
+    def cell_of(self, x: float, y: float) -> int:
+        return int(x)
+
+    def in_sight(self, *_: object) -> bool:
+        return True
+
+    def distances(self, cell: int) -> list[int]:
+        return [abs(cell - other) for other in range(3)]
+
+
+# fmt: off
+OUTS = {  # steps of the cells held: is the way out looked for?
+    "just there":           ((ALONE,),                True),
+    "it reaches into more": ((BESIDE, ALONE),         True),
+    "it drove there":       ((ALONE, ALONE),          False),
+    "from farther":         ((BESIDE, ALONE, ALONE),  False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", OUTS)
+def test_a_way_leads_out_of_a_cell_in_which_an_edit_left_the_robot(name: str) -> None:
+    steps, looked = OUTS[name]
+    held = (2, 1, 0)[-len(steps) :]
+    body = Footprint(0, Pose(0.5, 0.5, 0.0), 0, frozenset({0}))
+    for shut in (False, True):
+        goal = Goal()
+        goal.set((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), RADIUS)  # type: ignore[arg-type]
+        assert goal.way_out == ((1,) if looked and not shut else ()), "only into a cell beside"
+        assert goal.cell == (1 if goal.way_out else 2)

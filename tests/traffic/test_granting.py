@@ -1,8 +1,9 @@
 """What a robot is said to do, where it may drive, and what it tells: tables of decisions that are made by hand."""
 
 import pytest
+from msgspec.structs import replace
 
-from swarm.messages.traffic import Epoch, JointPlan, Record
+from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
 from swarm.traffic.calls import Frozen
 from swarm.traffic.doing import Doing
 from swarm.traffic.following import Following
@@ -175,3 +176,18 @@ def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
     assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
     assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
     assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
+
+
+def test_acknowledgements_are_made_anew_when_what_they_depend_on_has_changed() -> None:
+    telling, others = Telling("r1", SETTINGS, 0), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
+
+    def acks(held: Reservations, heard: dict[str, Record]) -> tuple[tuple[str, int], ...]:
+        plain = doing(progress=RouteProgress(held, (ALONE,) * len(held.held)))
+        return telling.record(plain._replace(situation=plain.situation._replace(others=heard)), (), ()).acks
+
+    free, mine = Reservations((A,)), Reservations((A, C))
+    first = acks(free, others)
+    assert first == (("r2", 7),)
+    assert acks(free, others) is first
+    assert acks(mine, others) == ()
+    assert acks(mine, {"r2": replace(HEARD, claims=(Claim(B, 8, 0),))}) == (("r2", 8),)

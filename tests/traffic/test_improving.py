@@ -165,3 +165,11 @@ def test_two_come_within_a_step_of_the_best_plan_there_is(drawn: Drawn, starts: 
     found = searched(cells, *ends, 1)
     assert best <= (found[0] + 1e-9, found[1])
     assert found[0] <= best[0] + 1.0
+
+
+def test_a_search_for_a_way_ends_after_1000_expansions() -> None:
+    """The goal is taken for long, and the floor is wide: there are many ways to wait."""
+    cells = Drawn(*["." * 9] * 9).cells
+    start, goal, beside = 40, 41, 42
+    steps: Steps = [*((start, goal) for _ in range(20)), (start, beside), (goal, beside)]
+    assert changed(cells, steps, Takes(0, 1)) == (None, 1000)

@@ -51,6 +51,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
         ("dd", "r2", "de"),  # but has nothing to do there
         ("d-", "r2", "de"),
         ("e-", "r2", "ed"),
+        ("ea", "", "ea"),
     ],
 )
 def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:

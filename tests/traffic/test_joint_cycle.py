@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic import joint as joint_planning
-from swarm.traffic.calls import Call, Free, Move, Part
+from swarm.traffic.calls import Call, Free, Move, Part, Published
 from swarm.traffic.following import SETTLE
 from swarm.traffic.joint import TRANSITIONS, JointPlanning, Transition
 from swarm.traffic.peer_records import Event
@@ -231,6 +231,40 @@ def test_who_was_away_stands_for_nobody_any_more() -> None:
     joint.step(situation(NOW, {"r1": called()}))
     joint.reset(NOW + 50)
     assert joint.call == Free()
+
+
+def test_no_call_is_taken_part_in_again_once_it_is_left() -> None:
+    """It was left for a lower leader's, or for being away, or for another floor."""
+    both = {"r1": called(members=("r1", "r3")), "r2": called(leader="r2", members=("r2", "r3"))}
+    for left in ("for r1", "reset", "void"):
+        joint = robot("r3")
+        joint.step(situation(NOW, {"r2": both["r2"]}))
+        assert joint.frozen == Epoch(NOW - 3, "r2")
+        if left == "for r1":
+            joint.step(situation(NOW + 1, both))
+            assert joint.frozen == CALL
+        elif left == "reset":
+            joint.reset(NOW + 1)
+        else:
+            joint.void()
+        joint.step(situation(NOW + 2, {"r2": both["r2"]}))
+        assert joint.frozen is None, left
+
+
+def test_on_another_floor_no_plan_is_followed() -> None:
+    joint, _, _ = lead(NOW + 4, freezes=True)
+    assert joint.epoch is not None
+    joint.void()
+    assert joint.epoch is None
+
+
+def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
+    own, plan = JointPlan(epoch=Epoch(1, "r2"), ways={}, after={}), plan_of(r1=(C, D), r2=(A, B))
+    joint = robot("r2")
+    joint.part.published = Published(own, NOW)
+    assert joint.carried(NOW) == own
+    joint.step(situation(NOW, {"r1": replace(called(), plan=plan)}))
+    assert (joint.epoch, joint.carried(NOW)) == (CALL, None)
 
 
 def test_who_was_away_asks_nobody_any_more() -> None:

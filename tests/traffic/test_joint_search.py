@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.traffic import joint_search
+from swarm.traffic.best_first import BestFirst
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
-from swarm.traffic.dependencies import duration, order_of
+from swarm.traffic.dependencies import Order, duration, order_of
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Ties
@@ -134,7 +135,7 @@ def test_changes_are_tried_until_so_many_in_a_row_are_no_quicker(monkeypatch: py
     monkeypatch.setattr(joint_search, "Improving", Same)
     monkeypatch.setattr(joint_search, "duration", lambda _: (9.0 if len(tried) < 7 else 8.0, 0.0))
     assert search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(starts=1)).outcome is Outcome.SOLVED
-    assert len(tried) == 7 + joint_search.FRUITLESS
+    assert len(tried) == 7 + 20
 
 
 # fmt: off
@@ -264,3 +265,103 @@ def test_the_order_of_entries() -> None:
 def test_a_ring_of_movers_is_a_circle_of_waits() -> None:
     with pytest.raises(ValueError, match="circle"):
         duration(order_of([(0, 1, 2, 3), (1, 2, 3, 0)]))
+
+
+# --- what each part may cost ---
+
+
+class Costly:
+    """A search that moves one robot at a time, and gets nowhere: at most ``most`` expansions at a time."""
+
+    most = 7
+    asked: list[int]  # expansions that all of them were told to spend at most
+    begun: int
+
+    def __init__(self, *_: object) -> None:
+        type(self).begun += 1
+        self.expansions = 0
+
+    def advance(self, expansions: int) -> State:
+        self.asked.append(expansions)
+        self.expansions += min(expansions, self.most)
+        return State.RUNNING
+
+
+def late(monkeypatch: pytest.MonkeyPatch, names: str, most: int, eager: Sequence[int] | None = None) -> JointSearch:
+    """Return a search that has no plan although it was begun often: pairs are tried, then one robot at a time."""
+    monkeypatch.setattr(joint_search, "LATE", -1)
+    monkeypatch.setattr(joint_search, "BestFirst", Costly)
+    monkeypatch.setattr(Costly, "most", most)
+    monkeypatch.setattr(Costly, "asked", [], raising=False)
+    monkeypatch.setattr(Costly, "begun", 0, raising=False)
+    floor = Drawn("abcd", "efgh")
+    starts, goals = floor.at(names), floor.at(names[1:] + names[0])
+    tables = [floor.cells.distances(goal) for goal in goals]
+    return JointSearch(floor.cells.neighbours, tables, starts, goals, budget=Budget(), random=Random(1), eager=eager)
+
+
+# fmt: off
+PAIRS: dict[str, tuple[str, list[int] | None, int, list[int]]] = {
+    # robots; who is eager; expansions: what each search is told to spend at most, those for pairs first
+    "two":                      ("ab",  None, 15, [2000, 2000]),            # 1 + 2 x 14 / 2
+    "two, and one left":        ("ab",  None, 16, [2000, 2000, 1]),
+    "one is eager":             ("ab",  [0],  8,  [2000]),                  # 1 + 2 x 7 / 2
+    "one is, and one left":     ("ab",  [0],  9,  [2000, 1]),
+    "three: one pair":          ("abc", None, 10, [2000] * 2),              # 1 + 2 x 14 / 3
+    "three: two pairs":         ("abc", None, 20, [2000] * 4),
+    "three: all, and one left": ("abc", None, 31, [2000] * 6 + [1]),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_what_trying_pairs_costs_counts_for_all_robots(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    names, eager, expansions, asked = PAIRS[name]
+    assert late(monkeypatch, names, 7, eager).advance(expansions) is None
+    assert Costly.asked == asked
+
+
+def test_a_question_to_the_search_of_one_at_a_time_costs_10000_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pair costs two searches of 2000 expansions."""
+    once = late(monkeypatch, "ab", 10**6)
+    for expansions in (1 + 2 * 4000 // 2, 9_999, 1, 1):
+        assert once.advance(expansions) is None
+    assert Costly.asked == [2000, 2000, 9_999, 1], "the last one goes into a search for all at once"
+    assert Costly.begun == 3
+
+
+@pytest.mark.parametrize(("enough", "changes"), [(26, 2), (27, 3)])
+def test_three_expansions_of_a_change_cost_one_of_all_robots(
+    enough: int, changes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two robots: each change costs 1 + 3 x 8 / 2."""
+    tried: list[Steps] = []
+
+    class Vain:
+        pops = 8
+
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def changed(self, steps: Steps) -> None:
+            tried.append(steps)
+
+    monkeypatch.setattr(joint_search, "Improving", Vain)
+    search(TREE.cells, TREE.at("ab"), TREE.at("ba"), Budget(starts=1, enough=enough))
+    assert len(tried) == changes
+
+
+def test_the_limits_of_a_search_that_is_told_none() -> None:
+    assert Budget() == Budget(starts=4, expansions=20_000, enough=20_000)
+
+
+def test_the_search_of_one_at_a_time_keeps_60000_configurations_at_most() -> None:
+    for kept, expansions in ((59_999, 1), (60_000, 0)):
+        once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
+        once._parents.update({(-number,): None for number in range(1, kept)})
+        assert once.advance(1) is State.RUNNING
+        assert once.expansions == expansions
+
+
+def test_nobody_takes_no_time() -> None:
+    assert duration(Order((), ())) == (0.0, 0.0)

@@ -6,8 +6,9 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
+from swarm.traffic.calls import Free, Part
 from swarm.traffic.following import Following
-from swarm.traffic.need import AT_REST, reason
+from swarm.traffic.need import named_leader, reason
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
@@ -35,7 +36,7 @@ def why(own: Record, *fresh: Record) -> str | None:
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))
-RESTS = record("r2", B, moved=NOW - AT_REST - 1, done=True)
+RESTS = record("r2", B, moved=NOW - 21, done=True)
 HEAD_ON = record("r2", B, ahead=(A,))
 PASSING = record("r2", B, ahead=(C, D))
 WAITS_BACK = record("r2", B, ahead=(C,), waits=("r1",))
@@ -46,7 +47,7 @@ LOOKED = LONG - SETTINGS.surmise  # who waits for the silent has had the time to
 # fmt: off
 REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
     "somebody rests on the way":              (MINE, (RESTS,),                                             "rest"),
-    "it has not stood there long enough":     (MINE, (replace(RESTS, moved=NOW - AT_REST),),               None),
+    "it has not stood there long enough":     (MINE, (replace(RESTS, moved=NOW - 20),),               None),
     "it may go on by itself soon":            (MINE, (replace(RESTS, done=False),),                        None),
     "it does not":                            (MINE, (replace(RESTS, done=False, moved=LONG),),            "rest"),
     "who is idle goes nowhere by itself":     (MINE, (replace(RESTS, done=False, idle=True),),             "rest"),
@@ -64,12 +65,17 @@ REASONS: dict[str, tuple[Record, tuple[Record, ...], str | None]] = {
                                                       record("r3", D, ahead=(E,), waits=("r2", "r9"))),    None),
     "a ring without me":                      (MINE, (replace(PASSING, waits=("r3",)),
                                                       record("r3", D, ahead=(E,), waits=("r2",))),         None),
+    "a ring farther on":                      (MINE, (replace(PASSING, waits=("r3",)),
+                                                      record("r3", D, ahead=(E,), waits=("r4",)),
+                                                      record("r4", E, ahead=(F,), waits=("r3",))),         None),
     "I wait for nobody":                      (replace(MINE, waits=()), (RESTS,),                          None),
     "who I wait for is silent":               (MINE, (),                                                   None),
     "I have no way to go":                    (replace(MINE, ahead=()), (RESTS,),                          None),
     "of two I wait for, the second rests":    (replace(MINE, waits=("r3", "r2")), (record("r3", D), RESTS), "rest"),
     "two will meet":                          (COMING, (record("r2", E, ahead=(D, C, B)),),                "will meet"),
     "the other comes a step sooner":          (COMING, (record("r2", D, ahead=(C, B)),),                   "will meet"),
+    "only the head counts":                   (record("r1", A, B, ahead=(C, D)), (record("r2", E, ahead=(D, C)),), "will meet"),
+    "and of the other too":                   (record("r1", E, ahead=(D, C)), (record("r2", A, B, ahead=(C, D)),), "will meet"),
     "two steps sooner":                       (replace(COMING, ahead=(B, C, D, E)), (record("r2", E, ahead=(D, C)),), None),
     "the other is long gone by then":         (COMING, (record("r2", D, ahead=(C,)),),                     None),
     "it follows a plan":                      (COMING, (record("r2", E, ahead=(D, C, B), epoch=PLAN),),    None),
@@ -171,3 +177,22 @@ VISITS: dict[str, tuple[Record | None, bool]] = {  # is r1 in the visit that has
 def test_nobody_comes_in_between_while_the_robot_waited_for_is_in_that_very_visit(name: str) -> None:
     first, there = VISITS[name]
     assert FOLLOWER.next_after(1, at({"r1": first} if first else {})) is there
+
+
+def test_a_leader_has_four_requests_without_an_answer_each_time() -> None:
+    """It is named a fifth time, and is passed over for 100 ticks then."""
+    part, free = Part("r3", LINE.cells, SETTINGS), Free()
+    near = at({name: record(name, A) for name in ("r1", "r2")})
+    named = []
+    for tick in (*range(NOW, NOW + 6), *range(NOW + 104, NOW + 111)):
+        free = named_leader(part, free, near._replace(tick=tick))
+        named.append(free.need)
+    assert named == ["r1"] * 5 + ["r2"] * 2 + ["r1"] * 5 + ["r2"]
+
+
+def test_nobody_passes_itself_over() -> None:
+    part, free = Part("r1", LINE.cells, SETTINGS), Free()
+    for tick in range(NOW, NOW + 9):
+        free = named_leader(part, free, at({"r2": record("r2", A)}, tick=tick))
+        assert free == Free("r1")
+    assert not part.passed_over

@@ -161,6 +161,20 @@ def test_each_number_is_used_once_and_only_a_claim_becomes_a_hold(moves: list[st
     assert len(set(used)) == len(used)
 
 
+def test_numbers_go_up_by_one_on_the_way_and_beside_it() -> None:
+    both = Reservations((0,)).claim(7, 3).claim_beside(8, 4)
+    way, beside = Claim(7, 1, 3), Claim(8, 2, 4)
+    assert both == Reservations((0,), (way,), 3, (beside,))
+    assert both.all_claims == (way, beside)
+    assert both.withdraw([beside]) == Reservations((0,), (way,), 3)
+    assert both.withdraw([way]) == Reservations((0,), (), 3, (beside,))
+    assert both.withdraw([]) is both
+
+
+def test_a_claim_has_to_ripen_only_where_it_is_said() -> None:
+    assert obstacle(TAKE, Case(MINE, "r1", "r1", Reservations(), {}, age=0)) is None
+
+
 # --- who has to acknowledge, as one robot's whole traffic does it ---
 
 HALL = Drawn("." * 40, "a" + "." * 38 + "b", "." * 40)

@@ -15,7 +15,7 @@ from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.reservations import Reservations
-from swarm.traffic.route import RETRY, STRAY, OwnWay, own_way
+from swarm.traffic.route import STRAY, OwnWay, _off, own_way
 from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -34,6 +34,7 @@ KEPT_TO = {  # the path's corners: the cells that follow
     "over the top":                   ("a17g",   "81234567" "9g"),
     "under it":                       ("ajpg",   "hjklmnop" "ig"),
     "a point is no path":             ("1",      "bcdefg"),
+    "two points are one":             ("17",     "81234567" "9g"),
 }
 # fmt: on
 
@@ -59,14 +60,18 @@ def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
     progress = find(RouteProgress(Reservations((a,)), (ALONE,)), 0)
     assert progress.route == row.at("bcde")
     assert find(progress, 1) is progress, "it has one"
+    assert find(progress, 99) is progress, "however long ago"
+    there = find(RouteProgress(Reservations((e,)), (ALONE,)), 1)
+    assert not there.route
+    assert find(there, 99) is there, "it is there"
     assert find(progress, 2, c).route == row.at("bc"), "another goal"
     shut = find(progress, 3, e, b)
     assert not shut.route
-    assert find(shut, 2 + RETRY, e, b) is shut, "there was none a moment ago"
-    assert find(shut, 3 + RETRY, e, b) is not shut
-    assert find(shut, 4 + RETRY).route == row.at("bcde"), "it is free now"
-    assert find(progress.onto((a, b)), 5 + RETRY).route == row.at("bcde"), "it has left a joint plan"
-    assert find(progress.nowhere(), 6 + RETRY).route == row.at("bcde"), "its way was given up"
+    assert find(shut, 22, e, b) is shut, "there was none a moment ago"
+    assert find(shut, 23, e, b) is not shut
+    assert find(shut, 24).route == row.at("bcde"), "it is free now"
+    assert find(progress.onto((a, b)), 25).route == row.at("bcde"), "it has left a joint plan"
+    assert find(progress.nowhere(), 26).route == row.at("bcde"), "its way was given up"
 
 
 def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:
@@ -75,6 +80,16 @@ def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:
     start, goal = room.at("ae")
     path = room.points("abxde")
     assert own_way(room.cells, start, goal, path=path) == room.at("bcde")
+
+
+@pytest.mark.parametrize(("goal", "way"), [("d", "bcd"), ("e", "vwxyze")])
+def test_three_cells_off_the_path_are_worth_two_steps_more_and_two_are_not(goal: str, way: str) -> None:
+    """A cell off the path costs 0.7 steps."""
+    room = Drawn("vwxyz", "abcde")
+    (start,), (end,) = room.at("a"), room.at(goal)
+    assert own_way(
+        room.cells, start, end, path=room.points("av" + way[-2] * (goal == "e") + "y" * (goal == "d") + goal)
+    ) == room.at(way)
 
 
 def test_a_way_across_an_open_floor_is_a_staircase_along_the_line() -> None:
@@ -133,3 +148,29 @@ def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_p
         ways.append(traffic.step(inputs).way)
     assert ways[0][1:] == RING.at("812345679g")
     assert set(ways) == {ways[0]}
+
+
+def test_of_equal_ways_the_first_found_stays() -> None:
+    square = Drawn("cd", "ab")
+    (start,), (end,) = square.at("a"), square.at("d")
+    assert own_way(square.cells, start, end) == square.at("bd")
+
+
+# fmt: off
+OFF = {  # a line, a point, the distance between them [m]
+    "beside it":               (((0.0, 0.0), (2.0, 0.0)),             (1.0, 1.0),  1.0),
+    "beyond its end":          (((0.0, 0.0), (2.0, 0.0)),             (3.0, 0.0),  1.0),
+    "before its beginning":    (((0.0, 0.0), (2.0, 0.0)),             (-1.0, 0.0), 1.0),
+    "beside a short one":      (((0.0, 0.0), (0.5, 0.0)),             (0.5, 1.0),  1.0),
+    "beside a slanting one":   (((0.0, 0.0), (2.0, 2.0)),             (2.0, 0.0),  2.0**0.5),
+    "a line that is a point":  (((1.0, 1.0), (1.0, 1.0)),             (1.0, 3.0),  2.0),
+    "the second of two":       (((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), (3.0, 1.0),  1.0),
+    "the first of two":        (((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), (0.5, -0.5), 0.5),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", OFF)
+def test_how_far_a_point_is_off_a_line(name: str) -> None:
+    line, point, off = OFF[name]
+    assert _off(line, point) == pytest.approx(off)

@@ -34,6 +34,12 @@ def test_where_it_is_on_its_way() -> None:
     assert not PLAN.strayed(99)
 
 
+def test_at_first_there_is_no_way() -> None:
+    first = RouteProgress(Reservations((1,)), (ALONE,))
+    assert (first.route, first.following, first.sought) == ((), False, False)
+    assert progress((7,), (BESIDE,)).left == 0
+
+
 def test_it_takes_up_a_plan_at_its_head() -> None:
     taken = WIDE.onto((2, 5, 6))
     assert (taken.steps, taken.route, taken.following) == ((BESIDE, ALONE, 0), (5, 6), True)
@@ -136,6 +142,24 @@ def test_what_lies_behind_is_let_go_of_once_the_brake_is_clear_of_it(name: str) 
     assert [held[step] for step in after.steps] == list(still), "each keeps its step"
     assert (after is before) is (still == held)
     assert (after.route, after.following, after.reservations.claims) == ((8,), True, (CLAIM,))
+
+
+# fmt: off
+WIDE_RELEASES = {  # held, their steps, touched, body: still held
+    "it is in the first":         ((7, 9, 1),    (BESIDE, BESIDE, ALONE),        {7},    7,  (7, 9, 1)),
+    "it is in none of them":      ((7, 9, 1),    (BESIDE, BESIDE, ALONE),        {1},    99, (7, 9, 1)),
+    "it is in one beside":        ((7, 9, 1),    (BESIDE, BESIDE, ALONE),        set(),  9,  (9, 1)),
+    "one beside lies further on": ((1, 2, 7, 3), (ALONE, ALONE, BESIDE, ALONE),  {2},    2,  (2, 3)),
+    "and is touched":             ((1, 2, 7, 3), (ALONE, ALONE, BESIDE, ALONE),  {2, 7}, 2,  (2, 7, 3)),
+    "held twice":                 ((1, 1, 2),    (ALONE, ALONE, ALONE),          {1, 2}, 2,  (1, 2)),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", WIDE_RELEASES)
+def test_cells_beside_the_way_are_let_go_of_too(name: str) -> None:
+    held, steps, touched, body, still = WIDE_RELEASES[name]
+    assert progress(held, steps).released(touched, body).reservations.held == still
 
 
 def test_who_wakes_keeps_what_it_is_in_and_has_to_ask_again_for_the_rest() -> None:

@@ -1,0 +1,209 @@
+"""What a robot claims, takes and waits for in one step: tables of one robot among others, on cells of 1.2 m."""
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
+from swarm.traffic.claiming import Claimed, Claiming
+from swarm.traffic.following import Following
+from swarm.traffic.presence import Footprint
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+FLOOR = Drawn("abcdefgh", "ijklmnop")
+A, B, C, BELOW, BESIDE_B = FLOOR.at("abcij")
+NOW = 1000
+NEAR = TrafficSettings()  # claims reach 3.5 m
+WIDE = TrafficSettings(radio_range=20.0)  # claims reach 9.5 m
+IN_SIGHT = TrafficSettings(in_sight=True)
+PLAN = Epoch(900, "r9")
+ACK = (("r1", 1),)  # of the first claim
+
+
+def other(robot: str, held: str, *claims: Claim, **fields: object) -> Record:
+    x, y = FLOOR.points(held[0])[0]
+    plain = Record(robot=robot, stamp=NOW, x=x, y=y, goal=-1, held=FLOOR.at(held), claims=claims)
+    return replace(plain, **fields)
+
+
+def way(held: str = "a", route: str = "bcdefgh", *claims: Claim, steps: tuple[int, ...] = ()) -> RouteProgress:
+    reservations = Reservations(FLOOR.at(held), claims, 1 + len(claims))
+    return RouteProgress(reservations, steps or (ALONE,) * len(held), FLOOR.at(route), bool(steps))
+
+
+def step(
+    progress: RouteProgress,
+    *others: Record,
+    silent: tuple[Record, ...] = (),
+    blocked: str = "",
+    cleared: str = "",
+    room: str = "",
+    entries: dict[int, Entry] | None = None,
+    body: str = "a",
+    off: float = 0.0,
+    settings: TrafficSettings = NEAR,
+    floor: Drawn = FLOOR,
+) -> Claimed:
+    """Make one step of r1, whose body is ``off`` [m] to the right of its cell's middle."""
+    cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
+    pose = floor.pose(cell)
+    situation = Situation(
+        tick=NOW, head=progress.head, goal=FLOOR.at("h")[0], idle=False, moved=0,
+        blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)),
+        others=fresh | {one.robot: one for one in silent}, fresh=fresh,
+    )  # fmt: skip
+    plan = None
+    if entries is not None:
+        plan = Following("r1", JointPlan(epoch=PLAN, ways={}, after={}), ("r1", "r2"), NOW, 140, entries)
+    footprint = Footprint(NOW, pose._replace(x=pose.x + off), cell, frozenset({cell}))
+    return Claiming("r1", floor.cells, settings).step(progress, plan, situation, footprint, floor.at(room))
+
+
+def names(cells: tuple[int, ...]) -> str:
+    return "".join(name for cell in cells for name in FLOOR.names if FLOOR.at(name) == (cell,))
+
+
+def claimed(after: Claimed) -> str:
+    return names(tuple(claim.cell for claim in after.progress.reservations.claims))
+
+
+# --- what it claims ---
+
+MINE = Claim(B, 1, NOW - 1)
+THERE = other("r2", "b", epoch=PLAN, left=1, entered=1)  # in the visit of b that has to be over first
+COMING = other("r2", "j", epoch=PLAN, left=0, entered=0)
+SILENT = other("r8", "b", stamp=0)
+
+# fmt: off
+ASKS: dict[str, tuple[Claimed, str, tuple[str, ...]]] = {  # the step: cells claimed, who is waited for
+    "as far as it may be heard":            (step(way()),                                               "bc",  ()),
+    "a little nearer, one more":            (step(way(), off=0.11),                                     "bcd", ()),
+    "not quite near enough":                (step(way(), off=0.09),                                     "bc",  ()),
+    "three beyond the one it is in":        (step(way(), settings=WIDE),                                "bcd", ()),
+    "one of three is held":                 (step(way("ab", "cdefgh"), settings=WIDE),                  "cd",  ()),
+    "one lies behind":                      (step(way("ab", "cdefgh"), settings=WIDE, body="b"),        "cde", ()),
+    "all three are held":                   (step(way("abcd", "efgh"), settings=WIDE),                  "",    ()),
+    "more than three are held":             (step(way("abcde", "fgh"), settings=WIDE),                  "",    ()),
+    "a claim made before stays":            (step(way("a", "bcdefgh", MINE)),                           "bc",  ()),
+    "up to a blocked cell":                 (step(way(), blocked="c"),                                  "b",   ()),
+    "not a blocked cell":                   (step(way(), blocked="b"),                                  "",    ()),
+    "up to a cell of its own":              (step(way("a", "bacdefgh")),                                "b",   ()),
+    "up to a held cell":                    (step(way(), other("r2", "c")),                             "b",   ()),
+    "up to a silent robot's cell":          (step(way(), silent=(other("r8", "c", stamp=0),)),          "b",   ()),
+    "up to a claimed cell":                 (step(way(), other("r2", "k", Claim(C, 5, 1))),             "b",   ()),
+    "not a claimed cell":                   (step(way(), other("r2", "k", Claim(B, 5, 1))),             "",    ("r2",)),
+    "a held cell, if it is the next":       (step(way(), other("r2", "b"), silent=(other("r8", "p"),)), "bc",  ("r2",)),
+    "not a silent robot's cell":            (step(way(), other("r2", "k"), silent=(SILENT,)),           "",    ("r8",)),
+    "but one that was seen to be empty":    (step(way(), silent=(SILENT,), cleared="b"),                "bc",  ()),
+    "in a plan, when it is its turn":       (step(way(steps=(0,)), COMING, entries={}),                 "bc",  ()),
+    "not before it is":                     (step(way(steps=(0,)), COMING, entries={1: Entry(1, "r2", 1)}), "", ("r2",)),
+    "up to where it is not":                (step(way(steps=(0,)), COMING, entries={2: Entry(2, "r2", 1)}), "b", ()),
+    "if it comes next":                     (step(way(steps=(0,)), THERE, entries={1: Entry(1, "r2", 1)}),  "bc", ("r2",)),
+    "but only the next cell":               (step(way(steps=(0,)), replace(THERE, held=(BESIDE_B,)), entries={2: Entry(2, "r2", 1)}), "b", ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", ASKS)
+def test_the_next_cells_are_claimed_in_order(name: str) -> None:
+    after, cells, waits = ASKS[name]
+    assert (claimed(after), after.waits, after.took) == (cells, waits, False)
+    numbers = [claim.number for claim in after.progress.reservations.claims]
+    assert numbers == list(range(1, len(cells) + 1))
+
+
+# --- what it takes ---
+
+RIPE, YOUNG = Claim(B, 1, NOW - 8), Claim(B, 1, NOW - 7)
+OLD, OLDER = Claim(B, 1, NOW - 39), Claim(B, 1, NOW - 40)
+R2, ACKED = other("r2", "k"), other("r2", "k", acks=ACK)
+R3 = other("r3", "l")
+
+# fmt: off
+TAKES: dict[str, tuple[Claimed, str, tuple[str, ...], bool]] = {  # the step: cells held, who is waited for, if it took one
+    "all have acknowledged":                 (step(way("a", "bc", RIPE), ACKED),                        "ab",  (), True),
+    "nobody is near":                        (step(way("a", "bc", RIPE)),                               "ab",  (), True),
+    "wherever in its cell it is":            (step(way("a", "bc", RIPE), off=0.3),                      "ab",  (), True),
+    "too young":                             (step(way("a", "bc", YOUNG), ACKED),                       "a",   (), False),
+    "not acknowledged":                      (step(way("a", "bc", OLD), R2),                            "a",   (), False),
+    "not for long":                          (step(way("a", "bc", OLDER), R3, R2),                      "a",   ("r2", "r3"), False),
+    "one of two has not for long":           (step(way("a", "bc", OLDER), R3, ACKED),                   "a",   ("r3",), False),
+    "somebody holds it":                     (step(way("a", "bc", OLDER), other("r2", "b"), R3),        "a",   ("r2",), False),
+    "two at once":                           (step(way("a", "bc", RIPE, Claim(C, 2, NOW - 8))),         "abc", (), True),
+    "its turn in a plan":                    (step(way("a", "bc", RIPE, steps=(0,)), entries={}),       "ab",  (), True),
+    "not its turn: nobody keeps the cell":   (step(way("a", "bc", RIPE, steps=(0,)), COMING, entries={1: Entry(1, "r2", 1)}), "a", (), False),
+    "its own again":                         (step(way("ab", "ac"), body="b"),                          "aba", (), False),
+    "its own, but another holds it too":     (step(way("ab", "ac"), other("r2", "a"), body="b"),        "ab",  (), False),
+    "its own, but a claim is open":          (step(way("ab", "ac", Claim(C, 1, NOW - 8)), body="b"),    "ab",  (), False),
+    "its own, but not its turn":             (step(way("ab", "ac", steps=(0, 1)), COMING, entries={2: Entry(2, "r2", 1)}, body="b"), "ab", ("r2",), False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", TAKES)
+def test_a_claimed_cell_is_taken_once_all_near_have_acknowledged(name: str) -> None:
+    after, cells, waits, took = TAKES[name]
+    assert (names(after.progress.reservations.held), after.waits, after.took) == (cells, waits, took)
+
+
+# --- room beside its way ---
+
+
+def besides(after: Claimed) -> str:
+    return names(tuple(claim.cell for claim in after.progress.reservations.beside))
+
+
+# fmt: off
+ROOMS: dict[str, tuple[Claimed, str]] = {  # the step: cells beside the way that are claimed
+    "each":                                  (step(way("a", "b"), room="ij"),                            "ij"),
+    "four at a time":                        (step(way("a", "b"), room="ijklm", settings=WIDE),          "ijkl"),
+    "none that it holds, claims or comes to": (step(way("a", "bcd"), room="abci"),                       "i"),
+    "nothing blocked":                       (step(way("a", "b"), room="ij", blocked="i"),               "j"),
+    "nothing too far":                       (step(way("a", "b"), room="klm", off=0.0),                  "k"),
+    "nothing that somebody holds":           (step(way("a", "b"), other("r2", "i"), room="ij"),          "j"),
+    "nothing where walls stop the radio":    (step(way("a", "b"), room="ij", settings=IN_SIGHT),         ""),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_room_is_claimed_beside_the_way(name: str) -> None:
+    after, cells = ROOMS[name]
+    assert besides(after) == cells
+
+
+def asking(stamp: int = NOW - 8) -> RouteProgress:
+    """Return the progress of a robot without a way that has claimed i."""
+    return RouteProgress(Reservations((A,), (), 2, (Claim(BELOW, 1, stamp),)), (ALONE,))
+
+
+def test_room_is_taken_once_all_near_have_acknowledged() -> None:
+    taken = step(asking(), ACKED, room="i").progress
+    assert (taken.reservations, taken.steps) == (Reservations((BELOW, A), (), 2), (BESIDE, ALONE))
+    for progress, near in ((asking(), R2), (asking(NOW - 7), ACKED)):
+        assert step(progress, near, room="i").progress == progress
+    assert step(asking(), ACKED).progress == RouteProgress(Reservations((A,), (), 2), (ALONE,)), "no longer wanted"
+
+
+# --- where walls stop the radio ---
+
+CORNER = Drawn("ab#", "#cd")  # from a, c cannot be seen: a robot leans 0.29 m towards b
+
+
+@pytest.mark.parametrize(("off", "heard"), [(0.0, False), (0.18, False), (0.2, True), (0.38, True), (0.4, False)])
+def test_round_a_corner_it_claims_and_takes_from_where_it_leans(off: float, heard: bool) -> None:
+    a, b = CORNER.at("ab")
+    asks = RouteProgress(Reservations((a,)), (ALONE,), (b,))
+    after = step(asks, off=off, settings=IN_SIGHT, floor=CORNER)
+    assert bool(after.progress.reservations.claims) is heard
+    asked = asks._replace(reservations=Reservations((a,), (Claim(b, 1, NOW - 8),), 2))
+    assert step(asked, off=off, settings=IN_SIGHT, floor=CORNER).took is heard
+    assert step(asked, off=off, settings=NEAR, floor=CORNER).took
+
+
+@pytest.mark.parametrize(("off", "heard"), [(-0.11, False), (-0.09, True), (0.09, True), (0.11, False)])
+def test_where_no_corner_hides_the_next_cell_it_claims_from_the_middle_of_its_own(off: float, heard: bool) -> None:
+    assert bool(claimed(step(way(), off=off, settings=IN_SIGHT))) is heard

@@ -1,0 +1,218 @@
+"""What a leader does with requests, refusals and answers: each step of its own, with figures."""
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Refusal
+from swarm.traffic import leading
+from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.dependencies import After, Order
+from swarm.traffic.joint_search import Outcome, Result
+from swarm.traffic.question import Question
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+FLOOR = Drawn("abcd", "efgh")
+A, B, C, D, E = FLOOR.at("abcde")
+NOW = 1000
+CALL = Epoch(990, "r1")
+COLLECT = Collect(CALL, ("r1", "r2"))
+
+
+def part(**fields: object) -> Part:
+    return Part("r1", FLOOR.cells, TrafficSettings(), **fields)  # type: ignore[arg-type]
+
+
+def record(robot: str = "r2", **fields: object) -> Record:
+    x, y = FLOOR.cells.centre(C)
+    return replace(Record(robot=robot, stamp=NOW, x=x, y=y, goal=D, held=(C,)), **fields)
+
+
+def situation(*fresh: Record, tick: int = NOW) -> Situation:
+    heard = {one.robot: one for one in fresh}
+    return Situation(
+        tick=tick, head=A, goal=B, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
+        fresh=heard,
+    )  # fmt: skip
+
+
+# --- being named ---
+
+PLAN = JointPlan(epoch=CALL, ways={"r1": (A, B), "r2": (C, D), "r3": (E,)}, after={})
+MADE = Published(PLAN, NOW - 10)
+REFUSES = record(refusal=Refusal(CALL, ((A, B),)))
+
+# fmt: off
+NAMED: dict[str, tuple[Part, Free, tuple[Record, ...], bool]] = {  # its memory and state, who is heard: does it call?
+    "it names itself":                   (part(),                  Free("r1"), (record(),),                    True),
+    "another names it":                  (part(),                  Free(),     (record(need="r1"),),           True),
+    "another is named":                  (part(),                  Free("r2"), (record(need="r2"),),           False),
+    "it may not lead yet":               (part(leads_from=NOW + 1), Free("r1"), (record(),),                   False),
+    "it may again":                      (part(leads_from=NOW),    Free("r1"), (record(),),                    True),
+    "its plan is refused":               (part(published=MADE),    Free(),     (REFUSES,),                     True),
+    "nobody has refused it":             (part(published=MADE),    Free(),     (record(),),                    False),
+    "an older plan was refused":         (part(published=MADE),    Free(),     (record(refusal=Refusal(Epoch(1, "r1"), ())),), False),
+    "it has made no plan":               (part(),                  Free(),     (REFUSES,),                     False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_robot_calls_all_in_hearing_if_it_is_asked_to_or_refused(name: str) -> None:
+    memory, call, fresh, calls = NAMED[name]
+    collect = Collect(Epoch(NOW, "r1"), ("r1", "r2"))
+    assert leading.named(memory, call, situation(*fresh)) == (Move(Collecting(collect)) if calls else None)
+
+
+def test_a_refused_join_counts_as_shut_for_400_ticks() -> None:
+    memory = part(published=MADE, shut={(B, C): NOW, (C, D): NOW + 1})
+    leading.named(memory, Free(), situation(REFUSES))
+    assert memory.shut == {(C, D): NOW + 1, (A, B): NOW + 400}
+
+
+# --- collecting ---
+
+# fmt: off
+STANDS: dict[str, tuple[tuple[Record, ...], int, bool]] = {  # who is heard, ticks since the call: does it search?
+    "all stand":                   ((record(frozen=CALL),),           1,  True),
+    "one does not":                ((record(),),                      19, False),
+    "one is silent":               ((),                               19, False),
+    "one stands for another call": ((record(frozen=Epoch(1, "r0")),), 19, False),
+    "it is too late":              ((record(),),                      20, True),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", STANDS)
+def test_the_search_begins_when_all_stand_or_after_20_ticks(name: str) -> None:
+    fresh, late, begins = STANDS[name]
+    move = leading.all_stand(part(), Collecting(COLLECT), situation(*fresh, tick=CALL.tick + late))
+    assert (move is not None) is begins
+    if move is not None:
+        assert isinstance(move.to, Searching)
+        assert move.to.question.attempt == 0
+        assert move.to.asked == {move.to.question.asks}
+        assert move.to.question.members == (("r1", "r2") if fresh and fresh[0].frozen == CALL else ("r1",))
+
+
+# --- the answer ---
+
+
+def searching(answer: Result | None = None, *, exact: bool = True, until: tuple[str, ...] = ()) -> Searching:
+    """Return the search of the first question, in which r3 rests."""
+    question = Question(
+        attempt=0, members=("r1", "r2"), starts=(A, C), goals=(B, D), blocked=frozenset(), eager=(0, 1), exact=exact,
+        at_rest={"r3": E}, until=until,
+    )  # fmt: skip
+    return Searching(COLLECT, question, None, frozenset({question.asks}), answer)  # type: ignore[arg-type]
+
+
+def result(outcome: Outcome, *ways: tuple[int, ...], who: tuple[int, ...] = ()) -> Result:
+    after: tuple[dict[int, After], ...] = ({}, {1: After(0, 1)})
+    return Result(outcome, [], Order(ways, after) if ways else None, who)
+
+
+def test_a_plan_is_published_with_all_that_stand() -> None:
+    memory = part()
+    move = leading.found(memory, searching(result(Outcome.SOLVED, (A, B), (C,))), situation())
+    plan = JointPlan(
+        epoch=CALL, ways={"r1": (A, B), "r2": (C,), "r3": (E,)}, after={"r2": (Entry(1, "r1", 1),)}, until=()
+    )
+    assert move is not None
+    assert (move.to, move.plan) == (Free(), plan)
+    assert [event.text for event in move.events] == ["made a joint plan for 2 robots in 10 ticks"]
+    assert memory.published == memory.unconfirmed == Published(plan, NOW)
+    assert memory.leads_from == NOW + 10
+
+
+def test_room_is_made_for_those_for_whom_the_plan_is() -> None:
+    for outcome, who, until in ((Outcome.SOLVED, (), ("r1", "r2")), (Outcome.FOR_ONE, (1,), ("r2",))):
+        move = leading.found(part(), searching(result(outcome, (A, B), (C,), who=who), until=("r1", "r2")), situation())
+        assert move is not None
+        assert move.plan is not None
+        assert move.plan.until == until
+
+
+@pytest.mark.parametrize("answer", [None, result(Outcome.NOT_FOUND), result(Outcome.SOLVED, (A,), (C,))])
+def test_no_plan_is_published_where_there_is_none_or_nobody_moves(answer: Result | None) -> None:
+    memory = part()
+    assert leading.found(memory, searching(answer), situation()) is None
+    assert memory.published is None
+
+
+STANDING = situation(record(frozen=CALL))
+
+
+def test_the_next_question_follows_unless_there_is_proof() -> None:
+    none = searching(result(Outcome.NOT_FOUND))
+    assert leading.found_none(part(), none, STANDING) is None, "all others would ask the same again"
+    fresh = frozenset[object]()
+    move = leading.found_none(part(), none._replace(asked=fresh), STANDING)
+    assert move is not None
+    assert isinstance(move.to, Searching)
+    assert move.to.question.attempt == 1
+    assert move.to.asked == {move.to.question.asks}
+    assert leading.found_none(part(), searching()._replace(asked=fresh), STANDING) is None, "no answer yet"
+    proof = result(Outcome.UNSOLVABLE, who=(0, 1))
+    for exact in (True, False):
+        move = leading.found_none(part(), searching(proof, exact=exact)._replace(asked=fresh), STANDING)
+        assert (move is None) is exact
+
+
+# fmt: off
+GIVEN_UP = {  # the answer, if the question is exact: what is said, of whom
+    "proven":                 (result(Outcome.UNSOLVABLE, who=(1,)), True,  "unsolvable",    ("r2",)),
+    "proven of that one":     (result(Outcome.UNSOLVABLE, who=(1,)), False, "no_plan_found", ("r1", "r2")),
+    "nothing found":          (result(Outcome.NOT_FOUND),            True,  "no_plan_found", ("r1", "r2")),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", GIVEN_UP)
+def test_that_there_is_no_plan_is_said_once_and_the_robot_waits_200_ticks(name: str) -> None:
+    answer, exact, kind, who = GIVEN_UP[name]
+    memory = part()
+    first, second = (leading.gave_up(memory, searching(answer, exact=exact), situation(tick=NOW + t)) for t in (0, 5))
+    assert first is not None
+    assert [(event.kind, event.robots) for event in first.events] == [(kind, who)]
+    assert second == Move(Free())
+    assert memory.leads_from == NOW + 205
+    assert leading.gave_up(memory, searching(), situation()) is None
+
+
+# --- who follows the plan ---
+
+FOLLOWS = record(stamp=NOW + 21, epoch=CALL)
+
+# fmt: off
+IGNORED: dict[str, tuple[tuple[Record, ...], tuple[str, ...]]] = {  # what is heard 41 ticks after: who is named
+    "it follows":                 ((FOLLOWS,),                                        ()),
+    "it does not":                ((replace(FOLLOWS, epoch=None),),                   ("r2",)),
+    "it still follows another":   ((replace(FOLLOWS, epoch=Epoch(1, "r1")),),         ("r2",)),
+    "it follows a newer one":     ((replace(FOLLOWS, epoch=Epoch(NOW, "r1")),),       ()),
+    "it stands for a newer one":  ((replace(FOLLOWS, epoch=None, frozen=Epoch(NOW, "r1")),), ()),
+    "it has not been heard since": ((replace(FOLLOWS, epoch=None, stamp=NOW + 20),),  ()),
+    "it is silent":               ((),                                                ()),
+    "it is no member":            ((replace(FOLLOWS, robot="r4", epoch=None),),       ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", IGNORED)
+def test_who_does_not_follow_after_40_ticks_is_named(name: str) -> None:
+    fresh, named = IGNORED[name]
+    memory = part(unconfirmed=Published(PLAN, NOW))
+    assert leading.ignored(memory, situation(*fresh, tick=NOW + 40)) == ()
+    assert memory.unconfirmed is not None
+    events = leading.ignored(memory, situation(*fresh, tick=NOW + 41))
+    assert tuple(event.robots[0] for event in events) == named
+    assert memory.unconfirmed is None
+    assert leading.ignored(memory, situation(*fresh, tick=NOW + 42)) == ()
+
+
+def test_a_plan_is_carried_for_100_ticks() -> None:
+    memory = part(published=Published(PLAN, NOW))
+    assert leading.carried(memory, NOW + 100) == PLAN
+    assert leading.carried(memory, NOW + 101) is None
+    assert leading.carried(part(), NOW) is None

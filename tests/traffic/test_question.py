@@ -1,0 +1,146 @@
+"""The questions of a leader: who stands for the plan, who moves, what is avoided, and who must arrive."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.messages.traffic import Claim, Epoch, Record
+from swarm.traffic import question as questions
+from swarm.traffic.joint_search import Budget
+from swarm.traffic.question import Member, Question, members_of, question_of
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import Drawn
+
+FLOOR = Drawn("abcdefgh", "ijklmnop")
+A, B, C, D, E, F, G, H = FLOOR.at("abcdefgh")
+SETTINGS = TrafficSettings()  # a radio reaches 8 m
+CALL = Epoch(7, "r1")
+NOBODY: Mapping[str, Record] = {}
+
+
+def situation(others: Mapping[str, Record] = NOBODY, **changes: object) -> Situation:
+    plain = Situation(
+        tick=100, head=A, goal=H, idle=False, moved=3, blocked=frozenset(), cleared=frozenset(), others=others,
+        fresh=others, done=True, wants=4,
+    )  # fmt: skip
+    return plain._replace(**changes)  # type: ignore[arg-type]
+
+
+def record(robot: str, *held: int, **fields: object) -> Record:
+    x, y = FLOOR.cells.centre(held[-1] if held else A)
+    return replace(Record(robot=robot, stamp=99, x=x, y=y, goal=H, held=held), **fields)
+
+
+def member(
+    head: int, goal: int = H, *, idle: bool = False, done: bool = False, moved: int = 0, wants: int = 0
+) -> Member:
+    return Member(head, goal, idle, done, moved, wants)
+
+
+def asked(number: int, everybody: Mapping[str, Member], now: Situation | None = None, **settings: Any) -> Question:  # noqa: ANN401
+    return question_of(number, everybody, now or situation(), FLOOR.cells, TrafficSettings(**settings))
+
+
+def test_those_stand_that_say_so_each_in_a_cell_of_its_own() -> None:
+    stands = record("r2", D, C, B, frozen=CALL, goal=E, idle=True, done=True, moved=8, wants=9)
+    fresh = {
+        "r2": stands,
+        "r3": record("r3", B, frozen=CALL),
+        "r4": record("r4", F),
+        "r5": record("r5", G, frozen=Epoch(8, "r1")),
+        "r6": record("r6", frozen=CALL),
+        "r7": record("r7", A, frozen=CALL),
+    }
+    assert members_of(CALL, "r1", situation(fresh)) == {
+        "r1": Member(A, H, False, True, 3, 4),
+        "r2": Member(B, E, True, True, 8, 9),
+    }
+
+
+@pytest.mark.parametrize(("number", "moves"), list(enumerate([True, False, True, True, False, True, True])))
+def test_who_is_at_its_goal_moves_in_some_questions_and_stands_in_the_others(number: int, moves: bool) -> None:
+    question = asked(number, {"r1": member(A), "r2": member(E, E)})
+    assert question.attempt == number
+    assert question.members == (("r1", "r2") if moves else ("r1",))
+    assert question.starts == ((A, E) if moves else (A,))
+    assert question.goals == ((H, E) if moves else (H,))
+    assert question.at_rest == ({} if moves else {"r2": E})
+    assert question.blocked == (frozenset() if moves else {E})
+    assert question.until == (() if number == 0 else ("r1",))
+
+
+STRANGER = record("r9", F, claims=(Claim(G, 1, 1),))
+X, Y = FLOOR.cells.centre(A)
+
+# fmt: off
+AVOIDED: dict[str, tuple[int, Situation, set[int]]] = {  # number of the question; what is known: cells avoided
+    "nothing":                              (0, situation(),                                                     set()),
+    "what somebody saw":                    (0, situation(blocked=frozenset({C})),                               {C}),
+    "but nothing under a member":           (0, situation(blocked=frozenset({A, C})),                            {C}),
+    "cells of a stranger near":             (0, situation({"r9": replace(STRANGER, x=X + 3.9, y=Y)}),            {F, G}),
+    "of one farther off":                   (0, situation({"r9": replace(STRANGER, x=X + 4.1, y=Y)}),            set()),
+    "unless they were seen to be empty":    (0, situation({"r9": replace(STRANGER, x=X, y=Y)}, cleared=frozenset({("r9", G), ("r8", F)})), {F}),
+    "of a member":                          (0, situation({"r1": replace(STRANGER, robot="r1", x=X, y=Y)}),      set()),
+    "where bodies are":                     (2, situation({"r9": record("r9", C)}, bodies=frozenset({C, D})),    {C, D}),
+    "but not what they hold":               (2, situation({"r9": record("r9", C)}),                              set()),
+    "where their middles are":              (6, situation({"r9": record("r9", C)}, bodies=frozenset({C, D})),    {C}),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", AVOIDED)
+def test_a_plan_avoids_the_cells_of_those_that_take_no_part(name: str) -> None:
+    number, now, avoided = AVOIDED[name]
+    question = asked(number, {"r1": member(A)}, now)
+    assert question.blocked == avoided
+    assert question.exact is not bool(avoided)
+
+
+def test_a_question_proves_nothing_about_a_floor_that_is_only_learned() -> None:
+    assert asked(0, {"r1": member(A)}).exact
+    assert not asked(0, {"r1": member(A)}, learns=True).exact
+
+
+DONE = member(D, B, done=True, wants=1)
+
+# fmt: off
+EAGER: dict[str, tuple[int, dict[str, Member], tuple[int, ...]]] = {  # number of the question; members: who must arrive
+    "the longest waiting first":           (0, {"r1": member(A, G, wants=50), "r2": member(C, H, wants=40)}, (1, 0)),
+    "who has waited as long, by id":       (0, {"r1": member(A, G, wants=50), "r2": member(C, H, wants=50)}, (0, 1)),
+    "nobody who is there":                 (0, {"r1": member(A, A), "r2": member(C, H)},                     (1,)),
+    "nobody who has nothing to do":        (0, {"r1": member(A, G, idle=True), "r2": member(C, H)},          (1,)),
+    "nobody whose goal another gets":      (0, {"r1": member(A, H), "r2": member(C, H)},                     (1,)),
+    "who has stops left":                  (0, {"r1": DONE, "r2": member(C, H, wants=40)},                   (1,)),
+    "if nobody has any, who goes back":    (0, {"r1": DONE, "r2": member(F, F)},                             (0,)),
+    "but not where it may stay":           (3, {"r1": DONE, "r2": member(F, F)},                             ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", EAGER)
+def test_those_must_arrive_that_still_have_to(name: str) -> None:
+    number, everybody, eager = EAGER[name]
+    assert asked(number, everybody).eager == eager
+
+
+@pytest.mark.parametrize(("number", "expansions"), [(0, 20_000), (1, 10_000), (2, 10_000)])
+def test_a_search_gets_the_whole_budget_for_the_first_question_and_half_for_the_others(
+    number: int, expansions: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def search(neighbours: object, tables: object, *ends: object, **options: object) -> SimpleNamespace:
+        return SimpleNamespace(neighbours=neighbours, tables=tables, ends=ends, **options)
+
+    monkeypatch.setattr(questions, "JointSearch", search)
+    for blocked in ((), (C, D)):
+        question = asked(number, {"r1": member(A, B), "r2": member(E, F)}, situation(blocked=frozenset(blocked)))
+        begun: Any = question.search(CALL, FLOOR.cells, SETTINGS)
+        assert begun.budget == Budget(60, expansions, 25_000)
+        assert begun.ends == ((A, E), (B, F))
+        assert begun.eager == (0, 1)
+        near = [[cell for cell in cells if cell not in blocked] for cells in FLOOR.cells.neighbours]
+        assert [list(cells) for cells in begun.neighbours] == near
+        assert [table[cell] for table, cell in zip(begun.tables, (B, F), strict=True)] == [0, 0]

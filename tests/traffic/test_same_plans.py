@@ -1,0 +1,130 @@
+"""The same question has the same answer on every machine, and after every change that is only for speed.
+
+The figures are those of the searches as they are. Whoever changes a choice on purpose takes the new ones over.
+"""
+
+from random import Random
+from zlib import crc32
+
+import pytest
+
+from swarm.traffic.best_first import BestFirst
+from swarm.traffic.improving import Improving
+from swarm.traffic.joint_search import Budget, JointSearch
+from swarm.traffic.lacam import Search, State, without_detours
+from swarm.traffic.pibt import Ties
+from tests.traffic.maps import BAY, DOOR, RING, TREE, Drawn
+
+CROWD = Drawn("abcd", "efgh", "ijkl")
+ROOMS = Drawn("a.#.b", "...c.", "d.#.e")
+FULL = Drawn("abc.")
+
+CASES = {
+    "bay": (BAY, "abc", "bac"),
+    "tree": (TREE, "abcd", "badc"),
+    "ring": (RING, "aceg", "gace"),
+    "door": (DOOR, "abcdefgh", "hgfedcba"),
+    "crowd": (CROWD, "abcdefghi", "lkjihgfed"),
+    "rooms": (ROOMS, "abcde", "badec"),
+    "full": (FULL, "abc", "acb"),
+}
+
+# fmt: off
+PLANS: dict[tuple[str, Ties], tuple[int, int]] = {  # expansions of the search, checksum of its plan and of all that it came to
+    ("bay", Ties.RANDOM): (300, 1143354600),
+    ("bay", Ties.STRAIGHT): (300, 1143354600),
+    ("bay", Ties.LANES): (300, 1143354600),
+    ("tree", Ties.RANDOM): (8, 1417192323),
+    ("tree", Ties.STRAIGHT): (8, 1417192323),
+    ("tree", Ties.LANES): (8, 1417192323),
+    ("ring", Ties.RANDOM): (2, 3349435171),
+    ("ring", Ties.STRAIGHT): (2, 3349435171),
+    ("ring", Ties.LANES): (2, 3349435171),
+    ("door", Ties.RANDOM): (24, 3465298852),
+    ("door", Ties.STRAIGHT): (36, 4147255190),
+    ("door", Ties.LANES): (28, 3065148723),
+    ("crowd", Ties.RANDOM): (44, 3463680708),
+    ("crowd", Ties.STRAIGHT): (13, 454427121),
+    ("crowd", Ties.LANES): (48, 302406048),
+    ("rooms", Ties.RANDOM): (14, 1739772500),
+    ("rooms", Ties.STRAIGHT): (14, 4127531544),
+    ("rooms", Ties.LANES): (11, 3956876052),
+    ("full", Ties.RANDOM): (100, 2402284136),
+    ("full", Ties.STRAIGHT): (100, 2402284136),
+    ("full", Ties.LANES): (100, 2402284136),
+}
+JOINT: dict[str, tuple[str, int, int]] = {  # outcome, expansions of all starts, checksum of the plan and its order
+    "bay": ("solved", 200, 2876539279),
+    "tree": ("solved", 45, 3454497340),
+    "ring": ("solved", 8, 2877041064),
+    "door": ("solved", 100, 2344443167),
+    "crowd": ("solved", 86, 3232687239),
+    "rooms": ("solved", 57, 2895268173),
+    "full": ("solved for one", 192, 2809580476),
+}
+ANY: dict[str, tuple[int, int]] = {  # expansions, checksum of a plan in which one robot moves at a time
+    "bay": (79, 1501418535),
+    "tree": (31, 3290932387),
+    "ring": (8, 1496136686),
+    "door": (67, 4147249915),
+    "crowd": (191, 1635184814),
+    "rooms": (18, 3864752711),
+    "full": (3, 125319408),
+}
+CHANGES: dict[str, tuple[int, int]] = {  # expansions of 20 changes, checksum of the plans
+    "tree": (504, 4168635139),
+    "ring": (114, 3717148199),
+    "door": (15509, 1970352497),
+    "crowd": (3224, 3536850924),
+    "rooms": (3673, 2579878341),
+}
+# fmt: on
+
+
+def planned(name: str, ties: Ties) -> Search:
+    drawn, starts, goals = CASES[name]
+    tables = [drawn.cells.distances(goal) for goal in drawn.at(goals)]
+    search = Search(drawn.cells.neighbours, tables, drawn.at(starts), drawn.at(goals), ties=ties, random=Random(5))
+    search.advance(300)
+    return search
+
+
+def checksum(*what: object) -> int:
+    return crc32(repr(what).encode())
+
+
+@pytest.mark.parametrize(("name", "ties"), PLANS)
+def test_a_search_finds_the_same_plan(name: str, ties: Ties) -> None:
+    search = planned(name, ties)
+    assert (search.expansions, checksum(search.steps, list(search._known))) == PLANS[name, ties]
+
+
+@pytest.mark.parametrize("name", JOINT)
+def test_a_leader_finds_the_same_plan(name: str) -> None:
+    drawn, starts, goals = CASES[name]
+    tables = [drawn.cells.distances(goal) for goal in drawn.at(goals)]
+    search = JointSearch(
+        drawn.cells.neighbours, tables, drawn.at(starts), drawn.at(goals), budget=Budget(expansions=3000), random=Random(5)
+    )  # fmt: skip
+    while (result := search.advance(100)) is None:
+        pass
+    assert (result.outcome.value, result.expansions, checksum(result.steps, result.order, result.who)) == JOINT[name]
+
+
+@pytest.mark.parametrize("name", ANY)
+def test_moving_one_at_a_time_finds_the_same_plan(name: str) -> None:
+    drawn, starts, goals = CASES[name]
+    tables = [drawn.cells.distances(goal) for goal in drawn.at(goals)]
+    search = BestFirst(drawn.cells.neighbours, tables, drawn.at(starts), (0, 1))
+    assert search.advance(2000) is not State.RUNNING
+    assert (search.expansions, checksum(search.steps)) == ANY[name]
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_plan_is_changed_in_the_same_way(name: str) -> None:
+    drawn, _, goals = CASES[name]
+    steps = without_detours(planned(name, Ties.RANDOM).steps)
+    tables = [drawn.cells.distances(goal) for goal in drawn.at(goals)]
+    improving = Improving(drawn.cells.neighbours, tables, Random(5))
+    changed = [improving.changed(steps) for _ in range(20)]
+    assert (improving.pops, checksum(changed)) == CHANGES[name]
