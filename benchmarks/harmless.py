@@ -5,7 +5,7 @@ from typing import Final
 _AGAIN: Final = "a fast path for an edit that changes little: what is computed again comes out the same"
 _BLOCK: Final = "a larger block of the map is looked through: each of its cells is measured"
 _KNOWN: Final = "robots that are too far away to be what is seen explain nothing"
-_AGAIN: Final = "a cell that is expanded again has no cheaper way to offer: steps cost more than nothing"
+_EXPANDED: Final = "a cell that is expanded again has no cheaper way to offer: steps cost more than nothing"
 _AS_MUCH: Final = "all ways cost as much more"
 _BEFORE: Final = "any number below the first tick works"
 _END: Final = "any number above the last tick works"
@@ -135,8 +135,8 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/route.py", "self._retry_at = 0  # tick", "0 becomes"): _UNREAD,
     ("swarm/traffic/route.py", "reached: dict[int, float] = {start: 0.0}", "0.0 becomes"):
      _AS_MUCH,
-    ("swarm/traffic/route.py", "if cell in done:", "`if cell"): _AGAIN,
-    ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _AGAIN,
+    ("swarm/traffic/route.py", "if cell in done:", "`if cell"): _EXPANDED,
+    ("swarm/traffic/route.py", "done.add(cell)", "`done.add"): _EXPANDED,
     ("swarm/traffic/route.py", "if cell == goal:", "`if cell"): "the search ends later, and has found the same way",
     ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 2e-09"): _ROUNDING,
     ("swarm/traffic/route.py", 'if cost < reached.get(other, float("inf")) - 1e-9:', "1e-09 becomes 1.0000000000"):
