@@ -106,7 +106,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "1 becomes"): _END,
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "60 becomes"): _END,
     ("swarm/traffic/peer_records.py", "self._news = False  # a record was taken since ``others`` was made",
-     "False becomes"): "nothing is known yet: what is made anew is as empty",
+     "False becomes"): "nothing is known yet: what replaces it is as empty",
     ("swarm/traffic/peer_records.py", "self._woke = -1", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "if cell not in live.held:", "`if cell"):
      "a fast path for a cell that nobody holds: the general code finds nobody either",

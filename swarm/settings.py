@@ -78,7 +78,7 @@ class RadioSettings(Section, frozen=True, kw_only=True):
     range: Annotated[float, _metres(0.1, 1e4, "how far a broadcast reaches")] = 8.0
     loss: Annotated[float, Meta(ge=0, le=1, description="probability that a broadcast does not reach a receiver")] = 0.0
     line_of_sight: Annotated[bool, Meta(description="walls block the radio")] = False
-    every: Annotated[int, Meta(ge=1, le=100, description="ticks between two broadcasts of a robot")] = 4
+    every: Annotated[int, Meta(ge=1, le=10, description="ticks between two broadcasts of a robot")] = 4
 
 
 class TrafficSettings(Section, frozen=True, kw_only=True):

@@ -1,7 +1,7 @@
 """Records of traffic as the bytes they came in: each is opened once, and passed on without being packed again.
 
 A robot hears the newest record of another one many times: from itself, and from everybody who relays it. The bytes are
-the same each time, since nobody who relays a record packs it anew.
+the same each time, since nobody packs a record again to relay it.
 """
 
 from typing import Final

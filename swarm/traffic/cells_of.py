@@ -199,6 +199,7 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
     later = max(0, fresh + constants.gap - constants.absent)
     constants = replace(
         constants,
+        ripe=max(constants.ripe, 2 * constants.every),
         fresh=fresh,
         absent=constants.absent + later,
         plan_stuck=constants.plan_stuck + later,

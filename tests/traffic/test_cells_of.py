@@ -43,6 +43,8 @@ def test_the_lossier_the_radio_the_longer_a_robot_waits_before_it_takes_another_
     settings = traffic_settings(scenario_of(radio={"loss": loss, "every": every}).settings)
     worst = min(loss, LOSSY)
     assert worst ** (settings.fresh // every) <= DEAF
+    assert settings.fresh >= 4 * every, "nobody counts as silent between two broadcasts"
+    assert settings.ripe >= 2 * every, "a claim waits until everybody has broadcast twice"
     assert worst ** (settings.listen // settings.often) <= UNHEARD
     if loss == 0.0:
         assert (settings.fresh, settings.listen) == (USUAL.fresh, USUAL.listen), "no longer than that takes"
