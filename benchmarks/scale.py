@@ -1,10 +1,11 @@
 """What a robot costs over real processes as the fleet grows: ``python -m benchmarks.scale [--only ROW] [--seconds S]``.
 
-Each row runs a fleet in lockstep as fast as it can. The benchmark listens to the fleet's clock and reads the CPU time
-of all its processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots, world,
-router and launcher together), simulated over wall time, the mean length of a broadcast, a robot's own memory, and the
-time from the command to the first tick. With ``--realtime`` the fleets run in real time instead; the table shows the
-share of commands that came after their tick.
+The first table runs each fleet in one process; ``--python .venv-compiled/bin/python`` takes the compiled package. The
+second runs it over processes, in lockstep as fast as it can: the benchmark listens to the fleet's clock and reads the
+CPU time of all processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots,
+world, router and launcher together), simulated over wall time, a robot's own memory, and the time from the command to
+the first tick. With ``--realtime`` the fleets run in real time instead; the table shows the share of commands that came
+after their tick.
 """
 
 import argparse
@@ -16,7 +17,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from statistics import mean
 from time import monotonic
 from typing import Final, NamedTuple
 
@@ -24,13 +24,8 @@ import psutil
 
 from benchmarks.measure import DATA, machine, table
 from swarm.bus import Arrival, Bus, Endpoint
-from swarm.bus.codec import encode
 from swarm.errors import ConfigError
 from swarm.messages import CLOCK, Clock, Phase
-from swarm.scenario.benchmark import from_benchmark
-from swarm.scenario.load import Scenario, load
-from swarm.scenario.shipped import found
-from world.simulate import Simulation
 
 FLEET: Final = "scale"
 RATE: Final = 20  # Hz of all rows
@@ -67,6 +62,7 @@ ROWS: Final = (
 # fmt: on
 
 
+ROBOT_SECONDS: Final = 300  # a second, in one process
 LATE: Final = 0.01  # share of late commands, at most
 
 
@@ -166,25 +162,18 @@ def late_share(row: Row, seconds: float) -> float:
     return float(report["late_commands"] / (report["sim_time"] * RATE * row.robots))
 
 
-def scenario_of(row: Row) -> Scenario:
-    """Return the scenario that a row's arguments name."""
-    where = row.where
-    if len(where) == 1:
-        return load(found(Path(where[0])))
-    return from_benchmark(Path(where[0]), Path(where[2]), row.robots)
+def in_one_process(row: Row, seconds: float, python: str) -> dict[str, float]:
+    """Run a row's fleet in one process with the package beside an interpreter; return what the peer measured."""
+    peer = Path(__file__).with_name("scale_peer.py")
+    command = [python, str(peer), f"{seconds:g}", str(row.robots), *(part for part in row.where if part != "--scen")]
+    with tempfile.TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
+        answer = subprocess.run(command, cwd=empty, stdout=subprocess.PIPE, text=True, check=True)
+    told: dict[str, float] = json.loads(answer.stdout)
+    return told
 
 
-def broadcast_length(row: Row, seconds: float) -> float:
-    """Return the mean length of a broadcast [bytes]; the same run in one process."""
-    simulation = Simulation.of(scenario_of(row), row.robots, 7)
-    lengths = []
-    while simulation.world.time < seconds and not simulation.world.finished:
-        lengths += [len(encode(message)) for message in simulation.step().spoken.values()]
-    return mean(lengths)
-
-
-def measured(row: Row, seconds: float) -> tuple[str, ...]:
-    """Return a line of the table."""
+def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
+    """Return a row's line of the table of real processes."""
     start, first, last = lockstep(row, seconds)
     ticks = last.tick - first.tick
     cost = (last.cpu - first.cpu) / ticks / row.robots * 1e3
@@ -193,16 +182,31 @@ def measured(row: Row, seconds: float) -> tuple[str, ...]:
         f"{row.name} {row.robots}",
         f"{cost:.2f}", f"{row.cost:.2f}",
         f"{pace:.1f}", "" if row.pace is None else f"{row.pace:g}",
-        f"{broadcast_length(row, seconds):.0f}", f"{row.length}",
         f"{max(last.memory):.1f}", f"{row.memory:g}",
         f"{start:.1f}", f"{row.start:g}",
         f"{os.getloadavg()[0]:.1f}",
     )  # fmt: skip
 
 
+def alone(row: Row, seconds: float, python: str) -> tuple[str, ...]:
+    """Return a row's line of the table of one process."""
+    told = in_one_process(row, seconds, python)
+    return (
+        f"{row.name} {row.robots}",
+        f"{told['robot_tick'] * 1e6:.0f}",
+        f"{1 / told['robot_tick'] / RATE:.0f}", f"{ROBOT_SECONDS:g}",
+        f"{told['length']:.0f}", f"{row.length}",
+        f"{told['pack'] * 1e6:.0f}", f"{told['unpack'] * 1e6:.0f}",
+    )  # fmt: skip
+
+
 HEAD: Final = (
     "fleet in lockstep", "CPU per robot-tick [ms]", "bar", "x real time", "bar",
-    "bytes of a broadcast", "bar", "own memory [MB], largest", "bar", "first tick after [s]", "bar", "load",
+    "own memory [MB], largest", "bar", "first tick after [s]", "bar", "load",
+)  # fmt: skip
+ALONE: Final = (
+    "fleet in one process", "CPU per robot-tick [us]", "robot-seconds a second of CPU", "bar",
+    "bytes of a broadcast", "bar", "packed in [us]", "unpacked in [us]",
 )  # fmt: skip
 
 
@@ -211,6 +215,8 @@ def main() -> None:
     parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
     parser.add_argument("--realtime", action="store_true", help="run in real time and count late commands")
+    parser.add_argument("--one-process", action="store_true", help="only the table of one process")
+    parser.add_argument("--python", type=os.path.abspath, default=sys.executable, help="interpreter of the package")
     options = parser.parse_args()
     rows = [row for row in ROWS if f"{row.name} {row.robots}".startswith(options.only)]
     if not DATA.is_dir():
@@ -229,7 +235,9 @@ def main() -> None:
         ]
         print(table([("fleet in real time, 20 Hz", "share of late commands", "bar", "load"), *body]))
     else:
-        print(table([HEAD, *(measured(row, options.seconds) for row in rows)]))
+        print(table([ALONE, *(alone(row, options.seconds, options.python) for row in rows)]), "\n", flush=True)
+        if not options.one_process:
+            print(table([HEAD, *(over_processes(row, options.seconds) for row in rows)]))
 
 
 if __name__ == "__main__":
