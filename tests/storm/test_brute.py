@@ -1,5 +1,6 @@
 """The brute-force search that judges joint plans is judged itself: by a plainer search, and by floors known by heart."""
 
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 
 import pytest
@@ -8,14 +9,18 @@ from hypothesis import strategies as st
 
 from world.storm.brute import can_all_arrive
 
+Floor = Sequence[Collection[int]]
+Stops = Sequence[Sequence[Collection[int]]]
+Jam = tuple[Floor, list[int], Stops]
+
 LINE = ((1,), (0, 2), (1, 3), (2,))  # 0 - 1 - 2 - 3
 SIDING = ((1,), (0, 2, 4), (1, 3), (2,), (1,))  # the same with a siding, 4, beside 1
 
 
-def all_states(neighbours, starts, stops):
+def all_states(neighbours: Floor, starts: Sequence[int], stops: Stops) -> bool:
     """Return True if all can arrive: every state is visited, and every robot is told from every other one."""
     todo = [tuple((cell, 0) for cell in starts)]
-    seen = set()
+    seen: set[tuple[tuple[int, int], ...]] = set()
     while todo:
         state = tuple(
             (cell, done + 1) if done < len(row) and cell in row[done] else (cell, done)
@@ -29,8 +34,8 @@ def all_states(neighbours, starts, stops):
         taken = {cell for cell, _ in state}
         todo.append(state)  # a second stop in the same cell
         for robot, (cell, done) in enumerate(state):
-            for other in set(neighbours[cell]) - taken:
-                todo.append((*state[:robot], (other, done), *state[robot + 1 :]))
+            free = set(neighbours[cell]) - taken
+            todo.extend((*state[:robot], (other, done), *state[robot + 1 :]) for other in free)
     return False
 
 
@@ -45,12 +50,12 @@ def all_states(neighbours, starts, stops):
         (LINE, [0, 1], [[], []], True),
     ],
 )
-def test_floors_known_by_heart(floor, starts, stops, possible) -> None:
+def test_floors_known_by_heart(floor: Floor, starts: list[int], stops: Stops, possible: bool) -> None:
     assert can_all_arrive(floor, starts, stops) is possible
 
 
 @st.composite
-def jams(draw):
+def jams(draw: st.DrawFn) -> Jam:
     cells = draw(st.integers(3, 6))
     joins = draw(st.sets(st.tuples(st.integers(0, cells - 1), st.integers(0, cells - 1)), max_size=3))
     joins |= set(pairwise(range(cells)))
@@ -62,7 +67,7 @@ def jams(draw):
 
 @given(jams())
 @settings(max_examples=150)
-def test_robots_that_are_alike_change_no_answer(jam) -> None:
+def test_robots_that_are_alike_change_no_answer(jam: Jam) -> None:
     assert can_all_arrive(*jam) is all_states(*jam)
 
 
@@ -70,6 +75,7 @@ def test_a_jam_of_seven_is_proven_by_one_robot_that_cannot_get_out() -> None:
     """Nine cells, seven robots: the innermost one of a dead end stays there, since the others fill all the rest."""
     joins = {(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (5, 7), (7, 8), (8, 9), (9, 10), (10, 7)}
     floor = [tuple({b for a, b in joins if a == c} | {a for a, b in joins if b == c}) for c in range(11)]
-    starts, alone = [1, 2, 3, 7, 8, 9, 10], [[{10}]] + 6 * [[]]
+    starts = [1, 2, 3, 7, 8, 9, 10]
+    alone: Stops = [[{10}], *([] for _ in starts[1:])]
     assert can_all_arrive(floor, starts, alone) is False
     assert can_all_arrive(floor, starts[:-2], alone[:-2]) is True
