@@ -1,7 +1,6 @@
 """The radio model: which robot hears which. Zenoh carries the messages; range and loss are simulated, reproducibly."""
 
 from collections.abc import Callable, Sequence
-from math import hypot
 
 import numpy as np
 
@@ -21,15 +20,19 @@ class RadioModel:
     def hears(self, poses: Sequence[Pose], senders: Sequence[int]) -> list[list[int]]:
         """Return for each robot the senders whose broadcast of this tick it hears."""
         heard: list[list[int]] = [[] for _ in poses]
+        if not senders:
+            return heard
         settings = self._settings
-        for listener, here in enumerate(poses):
-            for sender in senders:
-                there = poses[sender]
-                if sender == listener or hypot(here.x - there.x, here.y - there.y) > settings.range:
-                    continue
-                if settings.line_of_sight and not self._sees(here[:2], there[:2]):
-                    continue
-                if settings.loss and self._chance.random() < settings.loss:
-                    continue
-                heard[listener].append(sender)
+        places = np.array(poses, np.float64)[:, :2]
+        apart = places[:, None, :] - places[None, senders, :]  # (listeners, senders, 2)
+        near = np.hypot(apart[..., 0], apart[..., 1]) <= settings.range
+        near[senders, range(len(senders))] = False
+        pairs = [(listener, senders[column]) for listener, column in np.argwhere(near).tolist()]
+        if settings.line_of_sight:
+            pairs = [(one, other) for one, other in pairs if self._sees(poses[one][:2], poses[other][:2])]
+        if settings.loss:
+            drawn = self._chance.random(len(pairs)).tolist()
+            pairs = [pair for pair, chance in zip(pairs, drawn, strict=True) if chance >= settings.loss]
+        for listener, sender in pairs:
+            heard[listener].append(sender)
         return heard

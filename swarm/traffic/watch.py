@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import islice
 from math import hypot
 from typing import Final, NamedTuple
 
@@ -97,14 +97,20 @@ class Watch:
 
     def _contacts(self, robots: Mapping[str, Seen]) -> list[Found]:
         found: list[Found] = []
-        places = sorted((robot, seen.pose.x, seen.pose.y) for robot, seen in robots.items())
-        for (one, ax, ay), (other, bx, by) in combinations(places, 2):
-            gap = hypot(ax - bx, ay - by) - 2 * self.radius
-            if gap < self.least_gap:
-                self.least_gap = gap
-            if gap < 0:
-                found.append(("contact", (one, other), (self.cells.cell_of(ax, ay),)))
-        return found
+        width = 2 * self.radius
+        places = sorted((seen.pose.x, seen.pose.y, robot) for robot, seen in robots.items())
+        for number, (ax, ay, one) in enumerate(places):
+            for bx, by, other in islice(places, number + 1, None):
+                if bx - ax - width >= max(0.0, self.least_gap):
+                    break  # the rest is farther off still
+                gap = hypot(ax - bx, ay - by) - width
+                if gap < self.least_gap:
+                    self.least_gap = gap
+                if gap < 0:
+                    pair = min(one, other), max(one, other)
+                    x, y, _ = robots[pair[0]].pose
+                    found.append(("contact", pair, (self.cells.cell_of(x, y),)))
+        return sorted(found)
 
     def _count_waits(self, robots: Mapping[str, Seen]) -> None:
         for robot, seen in robots.items():

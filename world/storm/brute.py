@@ -16,7 +16,8 @@ def can_all_arrive(neighbours: Cells, starts: Sequence[int], stops: Sequence[Seq
     """Return True if all robots together can visit their stops in order, or None if the search is too large.
 
     ``stops[robot][k]`` are the cells in which the robot's ``k``-th stop counts as reached. A robot with no stop left
-    still occupies a cell, and moves to make room.
+    still occupies a cell, and moves to make room; such robots are alike, so states that differ in who of them is where
+    count once.
     """
 
     def reached(robot: int, cell: int, done: int) -> int:
@@ -26,8 +27,14 @@ def can_all_arrive(neighbours: Cells, starts: Sequence[int], stops: Sequence[Seq
         return done
 
     robots = range(len(starts))
-    first = tuple((cell, reached(robot, cell, 0)) for robot, cell in enumerate(starts))
     goal = tuple(len(row) for row in stops)
+
+    def alike(state: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int], ...]:
+        done = [robot for robot in robots if state[robot][1] == goal[robot]]
+        places = dict(zip(done, sorted(state[robot][0] for robot in done), strict=True))
+        return tuple((places.get(robot, cell), count) for robot, (cell, count) in enumerate(state))
+
+    first = alike(tuple((cell, reached(robot, cell, 0)) for robot, cell in enumerate(starts)))
     seen = {first}
     ready = deque([first])
     while ready:
@@ -40,7 +47,10 @@ def can_all_arrive(neighbours: Cells, starts: Sequence[int], stops: Sequence[Seq
             for other in neighbours[cell]:
                 if other in taken:
                     continue
-                new = (*state[:robot], (other, reached(robot, other, done)), *state[robot + 1 :])
+                then = reached(robot, other, done)
+                new = (*state[:robot], (other, then), *state[robot + 1 :])
+                if then == goal[robot]:
+                    new = alike(new)
                 if new not in seen:
                     if len(seen) >= MOST:
                         return None

@@ -71,6 +71,12 @@ class Ways:
             alone = can_all_arrive(neighbours, [starts[i] for i in pair], [stops[i] for i in pair])
             if alone is False:
                 return True
+        for robot, row in enumerate(stops):  # easier: the others only make room, and it does not matter who is who
+            if (
+                can_all_arrive(neighbours, starts, [row if other == robot else [] for other in range(len(starts))])
+                is False
+            ):
+                return True
         found = can_all_arrive(neighbours, starts, stops)
         return None if found is None else not found
 
