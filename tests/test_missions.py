@@ -148,6 +148,7 @@ Number = (int, float)
 REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "scenario": str, "seed": int, "robots": int, "pace": str, "complete": bool, "reason": str,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
+    "tick_wall": type(None),
     "contacts": {"robot": int, "wall": int, "obstacle": int},
     "clearance_min": float,
     "steering": {

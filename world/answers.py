@@ -41,6 +41,7 @@ class LastMessages:
         self.deaf: set[str] = set()  # present robots that did not answer in time
         self._answered: dict[str, int] = {}  # the newest tick that each robot has answered
         self.late = 0  # commands that came after their tick
+        self.in_time = 0  # robots that have answered the present tick
 
     def take(self, name: str, message: Command | State | Plan, run: int, tick: int) -> None:
         """Take in a message; ignore one of another run or of a future tick, and an answer that was given before."""
@@ -53,12 +54,17 @@ class LastMessages:
                     return
                 self._answered[name] = message.tick
                 self.late += message.tick < tick
+                self.in_time += message.tick == tick
                 known = self.commands.get(name)
                 self.commands[name] = message if known is None else merged(message, known)
             case State():
                 self.states[name] = message
             case Plan():
                 self.plans[name] = message
+
+    def carried_out(self) -> None:
+        """Forget the commands of a tick that is over."""
+        self.commands, self.in_time = {}, 0
 
     def awaited(self, present: Sequence[str]) -> list[str]:
         """Return the present robots that are expected to answer."""

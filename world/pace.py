@@ -1,17 +1,50 @@
 """The pace of ticks on the wall clock."""
 
+from bisect import bisect_left
+from itertools import accumulate
+from math import ceil, exp, log
 from time import monotonic, perf_counter
 from typing import Final
 
+SHARES: Final = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}  # of the ticks
+SHORTEST: Final = 1e-5  # s, upper edge of the first bin
+STEP: Final = log(1.01)  # each bin's upper edge is 1 % above that of the bin before
+BINS: Final = 1 + ceil(log(1e7) / STEP)  # up to 100 s
 SLIP: Final = 0.5  # s behind the wall clock; a longer delay is not caught up, so that no burst of ticks follows a stall
 
 
+class Times:
+    """The wall times of many ticks, in a histogram of fixed size: a share is at most 1 % too high."""
+
+    def __init__(self) -> None:
+        self._bins = [0] * BINS
+        self._longest = 0.0
+
+    def add(self, seconds: float) -> None:
+        """Count one tick."""
+        self._bins[min(BINS - 1, ceil(log(max(seconds, SHORTEST) / SHORTEST) / STEP))] += 1
+        self._longest = max(self._longest, seconds)
+
+    def within(self, share: float) -> float:
+        """Return the time [s] within which this share of the ticks was over."""
+        ticks = list(accumulate(self._bins))
+        return min(SHORTEST * exp(bisect_left(ticks, share * ticks[-1]) * STEP), self._longest)
+
+    def report(self) -> dict[str, float] | None:
+        """Return the times for a report [s]; None if no tick was counted."""
+        if not any(self._bins):
+            return None
+        return {name: self.within(share) for name, share in SHARES.items()} | {"max": self._longest}
+
+
 class Timetable:
-    """The time at which each tick ends, on the wall clock."""
+    """The time at which each tick ends, on the wall clock, and how long the ticks took."""
 
     def __init__(self, dt: float, factor: float) -> None:
         self._period = dt / factor
         self._next = monotonic()
+        self._timed = True
+        self.times = Times()
 
     def start(self) -> None:
         """Start again from now, as after a pause."""
@@ -20,6 +53,19 @@ class Timetable:
     def tick(self) -> None:
         """Begin the next tick."""
         self._next = max(self._next + self._period, monotonic() - SLIP)
+        self._timed = False
+
+    def look(self, *, answered: bool) -> float:
+        """Return the seconds until the current tick ends; count its time once it is ``answered`` or has ended.
+
+        The time runs from the tick's place in the timetable: a world that begins a tick late spends that time too, and
+        a tick that is not answered in time takes at least the period.
+        """
+        left = self.left
+        if not self._timed and (answered or left == 0.0):
+            self._timed = True
+            self.times.add(self._period - (self._next - monotonic()))
+        return left
 
     @property
     def left(self) -> float:

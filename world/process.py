@@ -37,7 +37,7 @@ from swarm.stopping import told_to_stop
 from world.answers import SILENT, Asked, LastMessages
 from world.controls import pressed
 from world.lobby import Lobby
-from world.pace import Stopwatch, Timetable
+from world.pace import Stopwatch, Times, Timetable
 from world.report import missing, report, write
 from world.speaker import Speaker
 from world.world import World
@@ -171,7 +171,7 @@ class Host:
             return  # stopped or restarted meanwhile; a pause begins after the tick
         for event in world.step(self._last.commands):
             self._speaker.tell(event)
-        self._last.commands = {}
+        self._last.carried_out()
         if world.floor is not self._speaker.scenario.map:  # the scenario has made an edit
             self._tell_map()
         if world.finished:
@@ -200,7 +200,7 @@ class Host:
     def _await_time(self, stop: Flag) -> None:
         self._timetable.tick()
         while self.phase is not Phase.OVER and not stop.is_set():
-            left = self._timetable.left
+            left = self._timetable.look(answered=self._last.in_time >= len(self._lobby.present))
             arrived = self._bus.receive(left)
             if arrived is None and left == 0.0:
                 return
@@ -282,8 +282,8 @@ class Host:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self._world
         self._world = World(self._speaker.scenario, old.starts, self._seed, run=old.run + 1, edits=old.edits)
-        self._last = LastMessages()
-        self._stopwatch = Stopwatch()
+        self._last, self._stopwatch = LastMessages(), Stopwatch()
+        self._timetable.times = Times()
 
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
@@ -295,5 +295,6 @@ class Host:
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
             wall_time=self._stopwatch.seconds,
             late_commands=self._last.late,
+            tick_wall=self._timetable.times.report(),
             reason=self._reason or missing(self._world),
         )

@@ -15,9 +15,21 @@ from world.world import World, stop_label
 
 
 def report(
-    world: World, grid: Grid, *, scenario: str, seed: int, pace: str, wall_time: float, late_commands: int, reason: str
+    world: World,
+    grid: Grid,
+    *,
+    scenario: str,
+    seed: int,
+    pace: str,
+    wall_time: float,
+    late_commands: int,
+    tick_wall: dict[str, float] | None,
+    reason: str,
 ) -> dict[str, Any]:
-    """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete."""
+    """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete.
+
+    ``tick_wall`` [s] is the time of a tick on the wall clock, None where ticks do not follow the wall clock.
+    """
     record = world.recorder
     robots = range(len(world.robots))
     total = {kind: sum(counts[kind] for counts in record.contact_counts) for kind in ("robot", "wall", "obstacle")}
@@ -34,6 +46,7 @@ def report(
         "real_time_factor": world.time / wall_time if wall_time else 0.0,
         "ticks": world.tick,
         "late_commands": late_commands,
+        "tick_wall": tick_wall,
         "contacts": total,
         "clearance_min": record.clearance_min,
         "steering": world.steering.report(),

@@ -122,6 +122,6 @@ class Simulation:
         edited = replace(self.scenario, map=world.floor)
         return report(
             world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed, pace="max",
-            wall_time=wall_time, late_commands=0,
+            wall_time=wall_time, late_commands=0, tick_wall=None,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

@@ -54,6 +54,9 @@ def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path
     assert report["complete"]
     assert report["pace"] == "10"
     assert report["late_commands"] >= 0
+    times = list(report["tick_wall"].values())
+    assert times == sorted(times)
+    assert times[0] > 0.0
     assert report["contacts"]["wall"] == 0
 
 

@@ -39,10 +39,19 @@ def test_the_same_answer_again_counts_once() -> None:
     for _ in range(2):
         answers.take("r1", told, run=0, tick=3)
     assert answers.commands["r1"].notes == [("halted", "stopped")]
-    answers.commands = {}  # the tick is over
+    answers.carried_out()
     answers.take("r1", told, run=0, tick=4)
     assert answers.commands == {}
     assert answers.late == 0
+
+
+def test_who_answers_the_present_tick_is_in_time_once() -> None:
+    answers = LastMessages()
+    for name, tick in (("r1", 2), ("r1", 3), ("r1", 3), ("r2", 3)):
+        answers.take(name, command(tick), run=0, tick=3)
+    assert (answers.in_time, answers.late) == (2, 1)
+    answers.carried_out()
+    assert (answers.in_time, answers.late, answers.commands) == (0, 1, {})
 
 
 def test_an_answer_of_another_run_or_of_a_tick_to_come_is_dropped() -> None:

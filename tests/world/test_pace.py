@@ -3,7 +3,7 @@
 import pytest
 
 from world import pace
-from world.pace import SLIP, Stopwatch, Timetable
+from world.pace import SLIP, Stopwatch, Times, Timetable
 
 
 class Clock:
@@ -50,6 +50,38 @@ def test_after_a_pause_it_begins_anew(clock: Clock) -> None:
     timetable.start()
     timetable.tick()
     assert timetable.left == pytest.approx(0.05)
+
+
+def test_a_slow_tick_shows_in_the_times_and_one_that_is_not_answered_takes_its_period(clock: Clock) -> None:
+    timetable = Timetable(0.05, 1.0)
+    for tick in range(1000):
+        timetable.tick()
+        clock.now += 0.01
+        assert timetable.look(answered=False) == pytest.approx(0.04)
+        clock.now += 0.03 if tick == 500 else 0.0
+        timetable.look(answered=tick != 700)
+        clock.now += timetable.left
+        timetable.look(answered=True)  # a tick counts once
+    assert timetable.times.report() == pytest.approx({"p50": 0.01, "p99": 0.01, "p99.9": 0.04, "max": 0.05}, rel=0.011)
+
+
+def test_a_world_that_begins_its_tick_late_has_spent_that_time(clock: Clock) -> None:
+    timetable = Timetable(0.05, 1.0)
+    timetable.tick()
+    clock.now += 0.08
+    timetable.look(answered=True)
+    timetable.tick()
+    timetable.look(answered=True)
+    assert timetable.times.within(0.5) == pytest.approx(0.03, rel=0.011), "the second tick"
+    assert timetable.times.within(1.0) == pytest.approx(0.08), "the first"
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1e-6, 0.00123, 7.0, 90.0])
+def test_times_of_any_length_are_counted(seconds: float) -> None:
+    times = Times()
+    assert times.report() is None
+    times.add(seconds)
+    assert times.report() == dict.fromkeys(("p50", "p99", "p99.9", "max"), pytest.approx(seconds, rel=0.011))
 
 
 def test_a_stopwatch_leaves_the_pauses_out(clock: Clock) -> None:

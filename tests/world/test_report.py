@@ -34,6 +34,7 @@ DRIVEN = 12  # ticks in which r1 is told 0.4 m/s: it drives at 0.1, 0.2, 0.3, ni
 LENGTH = DT * (0.6 + 9 * 0.4 + 0.6)  # m
 ARRIVES = 20  # tick of r1's claim
 PRESSES = 6  # ticks in which r2 and r4 are told 0.1 m/s: 5 mm each, two of them until they touch
+TICK_WALL = {"p50": 0.01, "p99": 0.02, "p99.9": 0.03, "max": 0.04}  # s
 WRONG = (100, 101, 102, 200)  # ticks in which r1 declares a cell beside its own
 
 
@@ -87,7 +88,8 @@ def run(ticks: int = TICKS) -> World:
 def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
     grid = planning_grid(scenario())
     return report(
-        world, grid, scenario="by hand", seed=17, pace="2.0", wall_time=7.0, late_commands=3, reason=reason
+        world, grid, scenario="by hand", seed=17, pace="2.0", wall_time=7.0, late_commands=3, tick_wall=TICK_WALL,
+        reason=reason,
     )  # fmt: skip
 
 
@@ -122,7 +124,7 @@ STEERING = {  # nobody was given any sense to ask the tables about, and nobody t
 ALWAYS: dict[str, Any] = {
     "scenario": "by hand", "seed": 17, "robots": 4, "pace": "2.0", "complete": False, "reason": "nobody moves",
     "sim_time": pytest.approx(TICKS * DT), "wall_time": 7.0, "real_time_factor": pytest.approx(TICKS * DT / 7.0),
-    "ticks": TICKS, "late_commands": 3,
+    "ticks": TICKS, "late_commands": 3, **{f"tick_wall.{name}": seconds for name, seconds in TICK_WALL.items()},
     "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0,  # r3 and r4 touch once, though each says so
     "clearance_min": pytest.approx(0.0, abs=SINKS),
     **STEERING,
@@ -172,7 +174,15 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
     for _ in range(2):
         world.step({"r1": msgspec.structs.replace(REST, reached=[True], activity=Activity.DONE)})
     summary = report(
-        world, planning_grid(floor), scenario="s", seed=1, pace="max", wall_time=0.0, late_commands=0, reason="late"
+        world,
+        planning_grid(floor),
+        scenario="s",
+        seed=1,
+        pace="max",
+        wall_time=0.0,
+        late_commands=0,
+        tick_wall=None,
+        reason="late",
     )
     assert (summary["complete"], summary["reason"], summary["real_time_factor"]) == (True, "", 0.0)
     assert missing(world) == ""
