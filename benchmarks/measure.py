@@ -2,7 +2,7 @@
 
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Final
@@ -35,6 +35,26 @@ def table(rows: Sequence[Sequence[str]]) -> str:
         cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def printed(
+    head: Sequence[str], rows: Iterable[tuple[str, Callable[[], Sequence[str]]]], *faults: type[Exception]
+) -> None:
+    """Print a table row by row: the head, then each row as soon as it is measured; a row is its name and its measuring.
+
+    A row whose measuring raises one of ``faults`` shows the error, and the next ones are measured all the same.
+    """
+    rows = list(rows)
+    widths = [max(map(len, (head[0], *(name for name, _ in rows)))), *map(len, head[1:])]
+    print(table([[head[0].ljust(widths[0]), *head[1:]]]), flush=True)
+    for name, measure in rows:
+        try:
+            cells = measure()
+        except faults as fault:
+            cells = [f"{type(fault).__name__}: {fault}".replace("\n", " ").replace("|", "/"), *[""] * (len(head) - 2)]
+        line = [name.ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True))]
+        print(f"| {' | '.join(line)} |", flush=True)
+    print(flush=True)
 
 
 def machine() -> str:

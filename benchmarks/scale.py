@@ -1,11 +1,17 @@
-"""What a robot costs over real processes as the fleet grows: ``python -m benchmarks.scale [--only ROW] [--seconds S]``.
+"""What a robot costs as the fleet grows: ``python -m benchmarks.scale [--TABLE ...] [--only ROW] [--seconds S]``.
 
-The first table runs each fleet in one process; ``--python .venv-compiled/bin/python`` takes the compiled package. The
-second runs it over processes, in lockstep as fast as it can: the benchmark listens to the fleet's clock and reads the
-CPU time of all processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots,
-world, router and launcher together), simulated over wall time, a robot's own memory, and the time from the command to
-the first tick. With ``--realtime`` the fleets run in real time instead; the table shows the share of commands that came
-after their tick.
+Each row is printed as soon as it is measured, with the load of the machine. Without a table's option all are made:
+
+* ``--one-process``: each fleet in one process; ``--python .venv-compiled/bin/python`` takes the compiled package.
+* ``--lockstep``: each fleet over processes, as fast as it can. The benchmark listens to the fleet's clock and reads the
+  CPU time of all processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots,
+  world, router and launcher together), before the work on it began and now, and who uses it; simulated over wall time,
+  a robot's own memory, and the time from the command to the first tick.
+* ``--realtime``: each fleet in real time, at its rate: the share of commands that came after their tick, and how long
+  a tick takes, from its place in the timetable until all commands are there, against its period.
+* ``--beside``: a swap over a circle, in one process, beside ir-sim.
+* ``--wire``: messages and bandwidth of a fleet of any size, computed from measured messages.
+* ``--why``: what a step costs in one process and in its own, and why.
 """
 
 import argparse
@@ -14,56 +20,34 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache, partial
 from pathlib import Path
 from time import monotonic
 from typing import Final, NamedTuple
 
 import psutil
 
-from benchmarks.measure import DATA, machine, table
+from benchmarks.measure import DATA, machine, printed
+from benchmarks.scaling import beside, realtime, why, wire
+from benchmarks.scaling.alone import in_one_process
+from benchmarks.scaling.rows import DENSITIES, RATE, ROWS, Row
 from swarm.bus import Arrival, Bus, Endpoint
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, SwarmError
 from swarm.messages import CLOCK, Clock, Phase
 
 FLEET: Final = "scale"
-RATE: Final = 20  # Hz of all rows
 WARMED: Final = 40  # ticks after which the measurement begins: all kernels have run
 PATIENCE: Final = 120.0  # s for a fleet to start
-
-
-class Row(NamedTuple):
-    """A fleet, and its bars."""
-
-    name: str
-    robots: int
-    where: tuple[str, ...]  # arguments of ``swarm run``
-    cost: float  # ms of CPU per robot-tick
-    pace: float | None  # times real time
-    length: int  # mean bytes of a broadcast
-    memory: float  # MB, own memory of a robot
-    start: float  # s, from the command to the first tick
-
-
-def _map(name: str) -> tuple[str, ...]:
-    return str(DATA / f"{name}.map"), "--scen", str(DATA / f"{name}-random-1.scen")
-
-
-WAREHOUSE: Final = "warehouse-10-20-10-2-1"
-# fmt: off
-ROWS: Final = (
-    Row("paper",           8,   ("paper",),                0.60, 15.0, 250, 15.0, 2.0),
-    Row("random-32-32-20", 16,  _map("random-32-32-20"),   0.65, 8.0,  400, 15.0, 2.5),
-    Row("random-32-32-20", 32,  _map("random-32-32-20"),   0.80, 3.0,  900, 17.0, 3.0),
-    Row("warehouse",       64,  _map(WAREHOUSE),           0.70, None, 320, 20.0, 5.0),
-    Row("warehouse",       128, _map(WAREHOUSE),           0.80, None, 450, 20.0, 8.0),
-)
-# fmt: on
-
-
-ROBOT_SECONDS: Final = 300  # a second, in one process
 LATE: Final = 0.01  # share of late commands, at most
+
+
+class NotMeasured(Exception):  # noqa: N818, no error of the project
+    """A fleet did not run as long as was to be measured."""
+
+
+FAULTS: Final = (NotMeasured, SwarmError, psutil.Error, subprocess.SubprocessError, OSError, ValueError, LookupError)
 
 
 class Sample(NamedTuple):
@@ -71,7 +55,7 @@ class Sample(NamedTuple):
 
     tick: int
     wall: float  # s
-    cpu: float  # s, of all its processes
+    cpu: dict[str, float]  # s, of the processes of each kind
     memory: list[float]  # MB, own memory of each robot's process
 
 
@@ -119,9 +103,13 @@ def clocks(bus: Bus) -> Iterator[Clock]:
 def sample(tick: int, launcher: psutil.Process, robots: int) -> Sample:
     """Read the CPU time and the memory of all processes of a fleet."""
     members = [launcher, *launcher.children(recursive=True)]
-    deep = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)[-robots:]
-    cpu = sum(sum(one.cpu_times()[:2]) for one in members)
-    return Sample(tick, monotonic(), cpu, [one.memory_full_info().uss / 1e6 for one in deep])
+    forked = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)
+    first, deep = forked[-robots - 2 : -robots], forked[-robots:]  # the router, the world and the robots, in this order
+    cpu = {one.pid: sum(one.cpu_times()[:2]) for one in members}
+    by_kind = {"robots": sum(cpu.pop(one.pid) for one in deep)}
+    by_kind |= {kind: cpu.pop(one.pid) for kind, one in zip(("router", "world"), first, strict=True)}
+    by_kind["launcher"] = sum(cpu.values())
+    return Sample(tick, monotonic(), by_kind, [one.memory_full_info().uss / 1e6 for one in deep])
 
 
 class Ran(NamedTuple):
@@ -147,97 +135,170 @@ def lockstep(row: Row, seconds: float) -> Ran:
                     break
         finally:
             bus.__exit__(None, None, None)
-    if start is None or not samples:
-        raise SystemExit(f"{row.name} {row.robots}: the fleet did not run for {WARMED} ticks")
+    if start is None or len(samples) < 2:
+        raise NotMeasured(f"it ran for less than {WARMED + 2} ticks")
     return Ran(start, samples[0], samples[-1])
 
 
-def late_share(row: Row, seconds: float) -> float:
-    """Run a fleet in real time; return the share of commands that came after their tick."""
+def robot_tick(row: Row, ran: Ran) -> dict[str, float]:
+    """Return the CPU time of a robot-tick [s], by kind of process."""
+    robot_ticks = (ran.last.tick - ran.first.tick) * row.robots
+    return {kind: (ran.last.cpu[kind] - before) / robot_ticks for kind, before in ran.first.cpu.items()}
+
+
+def in_real_time(row: Row, seconds: float) -> realtime.Punctual:
+    """Run a fleet in real time, at its rate, for ``seconds`` or as many ticks as p99.9 needs."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "report.json"
-        with fleet(row, seconds, "realtime", "--report", str(file)) as (launcher, _):
-            launcher.wait()
-        report = json.loads(file.read_text(encoding="utf-8"))
-    return float(report["late_commands"] / (report["sim_time"] * RATE * row.robots))
+        where = realtime.at_rate(row.where, row.robots, row.rate, Path(folder))
+        limit = max(seconds, realtime.TICKS / row.rate)
+        with fleet(row._replace(where=where), limit, "realtime", "--report", str(file)) as (launcher, _):
+            launcher.wait(PATIENCE + 10 * limit)
+        return realtime.punctual(json.loads(file.read_text(encoding="utf-8")))
 
 
-def in_one_process(row: Row, seconds: float, python: str) -> dict[str, float]:
-    """Run a row's fleet in one process with the package beside an interpreter; return what the peer measured."""
-    peer = Path(__file__).with_name("scale_peer.py")
-    command = [python, str(peer), f"{seconds:g}", str(row.robots), *(part for part in row.where if part != "--scen")]
-    with tempfile.TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
-        answer = subprocess.run(command, cwd=empty, stdout=subprocess.PIPE, text=True, check=True)
-    told: dict[str, float] = json.loads(answer.stdout)
-    return told
+def bar(value: float | None) -> str:
+    """Return the text of a bar; empty where there is none."""
+    return "" if value is None else f"{value:g}"
+
+
+def load() -> str:
+    """Return the load of the machine."""
+    return f"{os.getloadavg()[0]:.1f}"
 
 
 def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
     """Return a row's line of the table of real processes."""
-    start, first, last = lockstep(row, seconds)
-    ticks = last.tick - first.tick
-    cost = (last.cpu - first.cpu) / ticks / row.robots * 1e3
-    pace = ticks / RATE / (last.wall - first.wall)
+    ran = lockstep(row, seconds)
+    cost = robot_tick(row, ran)
+    whole = sum(cost.values())
+    pace = (ran.last.tick - ran.first.tick) / RATE / (ran.last.wall - ran.first.wall)
     return (
-        f"{row.name} {row.robots}",
-        f"{cost:.2f}", f"{row.cost:.2f}",
-        f"{pace:.1f}", "" if row.pace is None else f"{row.pace:g}",
-        f"{max(last.memory):.1f}", f"{row.memory:g}",
-        f"{start:.1f}", f"{row.start:g}",
-        f"{os.getloadavg()[0]:.1f}",
+        bar(row.today), f"{whole * 1e3:.2f}", bar(row.cost),
+        *(f"{cost[kind] / whole:.0%}" for kind in wire.KINDS),
+        f"{pace:.2f}", bar(row.pace),
+        f"{max(ran.last.memory):.1f}", bar(row.memory),
+        f"{ran.start:.1f}", bar(row.start), load(),
     )  # fmt: skip
 
 
 def alone(row: Row, seconds: float, python: str) -> tuple[str, ...]:
     """Return a row's line of the table of one process."""
-    told = in_one_process(row, seconds, python)
+    told = in_one_process(row.where, row.robots, seconds, python)
     return (
-        f"{row.name} {row.robots}",
         f"{told['robot_tick'] * 1e6:.0f}",
-        f"{1 / told['robot_tick'] / RATE:.0f}", f"{ROBOT_SECONDS:g}",
-        f"{told['length']:.0f}", f"{row.length}",
-        f"{told['pack'] * 1e6:.0f}", f"{told['unpack'] * 1e6:.0f}",
+        f"{1 / told['robot_tick'] / RATE:.0f}", bar(row.robot_seconds),
+        f"{1 / told['robot_tick'] / RATE / row.robots:.2f}",
+        f"{told['length']:.0f}", bar(row.length),
+        f"{told['pack'] * 1e6:.0f}", f"{told['unpack'] * 1e6:.0f}", load(),
     )  # fmt: skip
 
 
+def on_time(row: Row, seconds: float) -> tuple[str, ...]:
+    """Return a row's line of the table of real time."""
+    told = in_real_time(row, seconds)
+    times = (told.p50, told.p99, told.p99_9, told.longest)
+    return (
+        f"{row.rate:g}", f"{told.late:.4f}", bar(LATE),
+        *(f"{time * 1e3:.1f}" for time in times), f"{1e3 / row.rate:g}", load(),
+    )  # fmt: skip
+
+
+def carried(row: Row, seconds: float, python: str) -> tuple[wire.Measured, dict[str, float]]:
+    """Measure what the robots of a fleet send, and the CPU time of a robot-tick [s] by kind of process."""
+    told = in_one_process(row.where, row.robots, seconds, python)
+    return wire.Measured(*(told[field] for field in wire.Measured._fields)), robot_tick(row, lockstep(row, seconds))
+
+
 HEAD: Final = (
-    "fleet in lockstep", "CPU per robot-tick [ms]", "bar", "x real time", "bar",
-    "own memory [MB], largest", "bar", "first tick after [s]", "bar", "load",
+    "fleet in lockstep", "CPU per robot-tick before [ms]", "now", "bar", "robots", "world", "router",
+    "x real time", "bar", "own memory [MB], largest", "bar", "first tick after [s]", "bar", "load",
 )  # fmt: skip
 ALONE: Final = (
-    "fleet in one process", "CPU per robot-tick [us]", "robot-seconds a second of CPU", "bar",
-    "bytes of a broadcast", "bar", "packed in [us]", "unpacked in [us]",
+    "fleet in one process", "CPU per robot-tick [us]", "robot-seconds a second of CPU", "bar", "x real time",
+    "bytes of a broadcast", "bar", "packed in [us]", "unpacked in [us]", "load",
 )  # fmt: skip
+ON_TIME: Final = (
+    "fleet in real time", "rate [Hz]", "share of late commands", "bar",
+    "a tick: p50 [ms]", "p99", "p99.9", "longest", "bar of p99.9: period", "load",
+)  # fmt: skip
+
+
+class Asked(NamedTuple):
+    """What to measure."""
+
+    rows: list[Row]
+    seconds: float
+    python: str
+
+    @property
+    def fleets(self) -> list[Row]:
+        """The rows that also run over processes."""
+        return [row for row in self.rows if row.cost is not None]
+
+
+def show(head: tuple[str, ...], rows: Iterable[tuple[str, Callable[[], tuple[str, ...]]]]) -> None:
+    """Print a table; a row that cannot be measured shows why."""
+    printed(head, rows, *FAULTS)
+
+
+def _one_process(asked: Asked) -> None:
+    few = {row: min(asked.seconds, max(4.0, 4000 / row.robots)) for row in asked.rows}  # s; of 1,000 robots 4
+    show(ALONE, [(row.title, partial(alone, row, few[row], asked.python)) for row in asked.rows])
+
+
+def _lockstep(asked: Asked) -> None:
+    show(HEAD, [(row.title, partial(over_processes, row, asked.seconds)) for row in asked.fleets])
+
+
+def _realtime(asked: Asked) -> None:
+    show(ON_TIME, [(row.title, partial(on_time, row, asked.seconds)) for row in asked.fleets])
+
+
+def _beside(asked: Asked) -> None:
+    if beside.installed():
+        line = partial(beside.line, seconds=asked.seconds, python=asked.python)
+        show(beside.HEAD, [(f"{robots} robots", partial(line, robots)) for robots in beside.ROBOTS])
+
+
+def _wire(asked: Asked) -> None:
+    lines = []
+    for row in asked.fleets:
+        if row.title in DENSITIES:
+            measure = cache(partial(carried, row, asked.seconds, asked.python))  # with the first line
+            lines += [(f"{row.title}: {n:,}", partial(wire.line, n, measure)) for n in wire.FLEETS]
+    show(wire.HEAD, lines)
+
+
+def _why(_: Asked) -> None:
+    show(why.HEAD, list(why.lines()))
+
+
+TABLES: Final = {
+    "one-process": _one_process,
+    "lockstep": _lockstep,
+    "realtime": _realtime,
+    "beside": _beside,
+    "wire": _wire,
+    "why": _why,
+}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in TABLES:
+        parser.add_argument(f"--{name}", dest="tables", action="append_const", const=name, help="make this table")
     parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
-    parser.add_argument("--realtime", action="store_true", help="run in real time and count late commands")
-    parser.add_argument("--one-process", action="store_true", help="only the table of one process")
     parser.add_argument("--python", type=os.path.abspath, default=sys.executable, help="interpreter of the package")
     options = parser.parse_args()
-    rows = [row for row in ROWS if f"{row.name} {row.robots}".startswith(options.only)]
+    rows = [row for row in ROWS if row.title.startswith(options.only)]
     if not DATA.is_dir():
         rows = [row for row in rows if len(row.where) == 1]
         print(f"The rows on MAPF maps are left out: {DATA} is not there.\n")
-    print(machine(), "\n")
-    if options.realtime:
-        body = [
-            (
-                f"{row.name} {row.robots}",
-                f"{late_share(row, options.seconds):.4f}",
-                f"{LATE:g}",
-                f"{os.getloadavg()[0]:.1f}",
-            )
-            for row in rows
-        ]
-        print(table([("fleet in real time, 20 Hz", "share of late commands", "bar", "load"), *body]))
-    else:
-        print(table([ALONE, *(alone(row, options.seconds, options.python) for row in rows)]), "\n", flush=True)
-        if not options.one_process:
-            print(table([HEAD, *(over_processes(row, options.seconds) for row in rows)]))
+    print(machine(), "\n", flush=True)
+    for name in options.tables or TABLES:
+        TABLES[name](Asked(rows, options.seconds, options.python))
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
     python benchmarks/scale_peer.py SECONDS ROBOTS SCENARIO | MAP.map FILE.scen
 
-It prints as JSON the CPU time of a robot-tick, world included, the length of a broadcast, and the times to pack and to
-unpack it. Broadcasts are unpacked in the order in which they were sent: as a robot does that hears all others.
+It prints as JSON the CPU time of a robot-tick, world included, the times to pack and to unpack a broadcast, and what
+goes over the wire. Broadcasts are unpacked in the order in which they were sent: as a robot does that hears all others.
 """
 
 import json
@@ -14,12 +14,31 @@ from time import process_time
 
 from swarm.bus.codec import decode, encode
 from swarm.messages import RADIO, Broadcast
+from swarm.robot.radio import zone
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import load
 from swarm.scenario.shipped import found
-from world.simulate import Simulation
+from world.simulate import Simulation, Tick
 
 WARMED = 40  # ticks before the measurement
+LOOKED_AT = 7  # every so many ticks the messages are looked at: no multiple of the ticks between two broadcasts
+
+
+def looked_at(tick: Tick, side: float) -> dict[str, float]:
+    """Return the mean bytes of a sense and a command, and broadcasts sent and delivered by robot."""
+    zones = {name: zone(sense.x, sense.y, side) for name, sense in tick.senses.items()}
+    near = [
+        max(abs(here[0] - there[0]), abs(here[1] - there[1])) <= 1
+        for name, here in zones.items()
+        for sender, there in zones.items()
+        if sender in tick.spoken and sender != name
+    ]
+    return {
+        "sense": mean(len(encode(sense)) for sense in tick.senses.values()),  # bytes
+        "command": mean(len(encode(command)) for command in tick.commands.values()),  # bytes
+        "delivered": sum(near) / len(zones),  # to all in the zone and the eight round it
+        "spoken": len(tick.spoken) / len(zones),
+    }
 
 
 def main(seconds: float, robots: int, *where: str) -> None:
@@ -27,13 +46,16 @@ def main(seconds: float, robots: int, *where: str) -> None:
     first, *scen = map(Path, where)
     scenario = from_benchmark(first, scen[0], robots) if scen else load(found(first))
     simulation = Simulation.of(scenario, robots, 7)
-    world, spoken = simulation.world, list[Broadcast]()
+    world, spoken, looks, cpu = simulation.world, list[Broadcast](), list[dict[str, float]](), 0.0
     for _ in range(WARMED):
         simulation.step()
-    began = process_time()
     while world.time < seconds and not world.finished:
-        spoken += simulation.step().spoken.values()
-    cpu = process_time() - began
+        began = process_time()
+        tick = simulation.step()
+        cpu += process_time() - began
+        spoken += tick.spoken.values()
+        if world.tick % LOOKED_AT == 0:
+            looks.append(looked_at(tick, scenario.settings.radio.range))
     began = process_time()
     payloads = [encode(message) for message in spoken]
     packed = process_time()
@@ -45,6 +67,7 @@ def main(seconds: float, robots: int, *where: str) -> None:
         "length": mean(map(len, payloads)),  # bytes
         "pack": (packed - began) / len(payloads),  # s
         "unpack": (unpacked - packed) / len(payloads),  # s
+        **{name: mean(look[name] for look in looks) for name in looks[0]},
     }))  # fmt: skip
 
 
