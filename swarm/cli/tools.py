@@ -1,13 +1,18 @@
-"""Commands that need no fleet: explain the fuzzy controller, plan a path."""
+"""Commands that need no fleet: explain the fuzzy controller, plan a path, run the benchmarks of a checkout."""
 
 import argparse
 import json
+import subprocess
+import sys
 from math import isfinite
 from pathlib import Path
+from typing import Final
 
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.maps.occupancy import OccupancyMap
+
+CHECKOUT: Final = Path(__file__).parents[2]  # the folder of the package: in a checkout, the benchmarks are there too
 
 
 def explain(options: argparse.Namespace) -> int:
@@ -34,6 +39,17 @@ def plan(options: argparse.Namespace) -> int:
     answer = solve_one(_map(options.map), options.start, options.goal, radius=options.radius)
     print(json.dumps(answer.numbers) if options.json else answer.drawing)
     return 0 if answer.numbers["found"] else 1
+
+
+def bench(options: argparse.Namespace) -> int:
+    """Run benchmarks of the checkout."""
+    if not (CHECKOUT / "benchmarks" / "measure.py").is_file():
+        raise ConfigError(
+            f"swarm bench: expected the folder benchmarks/ in {CHECKOUT}, found none: an installation leaves it out; "
+            "get the project's repository, install that with `pip install -e .[dev]` and run the command again"
+        )
+    command = [sys.executable, "-m", "benchmarks", *(options.flags or ()), *options.names]
+    return subprocess.run(command, cwd=CHECKOUT, check=False).returncode
 
 
 def _map(path: Path) -> OccupancyMap:
@@ -77,3 +93,10 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--scen", type=Path, metavar="FILE.scen", help="benchmark; lengths in cells, no corner cutting")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=plan)
+
+    one = commands.add_parser("bench", help="run the benchmarks of a checkout")
+    one.add_argument("--write", action="append_const", dest="flags", const="--write", help="write docs/benchmarks.md")
+    one.add_argument("--stale", action="append_const", dest="flags", const="--stale", help="list outdated sections")
+    text = "names of benchmarks, by default all; what stands after -- goes to each of them"
+    one.add_argument("names", nargs=argparse.REMAINDER, metavar="NAME ... [-- ARGUMENT ...]", help=text)
+    one.set_defaults(command=bench)

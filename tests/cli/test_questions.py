@@ -3,13 +3,14 @@
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from swarm.cli import main
+from swarm.cli import main, tools
 from swarm.cli.parsing import joined
 from tests.shared import PAPER, ROOT
 
@@ -113,6 +114,36 @@ def test_a_surface_is_drawn(tmp_path: Path, capsys: Capture) -> None:
     picture = tmp_path / "surface.png"
     assert main(["explain", "1", "1", "1", "0", "--surface", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+# fmt: off
+BENCHMARKED = {  # arguments of `swarm bench`: those of `python -m benchmarks`
+    "":                            [],
+    "scale storm":                 ["scale", "storm"],
+    "--stale":                     ["--stale"],
+    "--write scale":               ["--write", "scale"],
+    "scale --write":               ["scale", "--write"],
+    "scale -- --wire --only 'a b'": ["scale", "--", "--wire", "--only", "a b"],
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("given", BENCHMARKED)
+def test_benchmarks_are_run_with_the_arguments_given(given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(command: list[str], cwd: Path, *, check: bool) -> subprocess.CompletedProcess[str]:
+        assert command == [sys.executable, "-m", "benchmarks", *BENCHMARKED[given]]
+        assert (cwd, check) == (ROOT, False)
+        return subprocess.CompletedProcess(command, 1)
+
+    monkeypatch.setattr(tools.subprocess, "run", run)
+    assert main(["bench", *shlex.split(given)]) == 1, "the status of the benchmarks"
+
+
+def test_an_installation_without_benchmarks_says_where_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr(tools, "CHECKOUT", tmp_path)
+    assert "get the project's repository" in refused(capsys, "bench", "scale")
 
 
 # fmt: off
