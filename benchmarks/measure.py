@@ -57,6 +57,11 @@ def printed(
     print(flush=True)
 
 
+def load() -> str:
+    """Return the load of the machine: processes that compute or wait to, over the last minute."""
+    return f"{os.getloadavg()[0]:.1f}"
+
+
 def machine() -> str:
     """Return a line about the machine: processor, cores, load, Python."""
     model = platform.processor() or platform.machine()
@@ -64,4 +69,4 @@ def machine() -> str:
     if cpuinfo.exists():
         names = [line.partition(":")[2].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
-    return f"{model}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python {platform.python_version()}"
+    return f"{model}, {os.cpu_count()} cores, load {load()}, Python {platform.python_version()}"

@@ -20,130 +20,24 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from functools import cache, partial
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
-from time import monotonic
 from typing import Final, NamedTuple
 
 import psutil
 
-from benchmarks.measure import DATA, machine, printed
+from benchmarks.measure import DATA, load, machine, printed
 from benchmarks.scaling import beside, realtime, why, wire
 from benchmarks.scaling.alone import in_one_process
+from benchmarks.scaling.fleets import PATIENCE, NotMeasured, fleet, lockstep, robot_tick
 from benchmarks.scaling.rows import DENSITIES, RATE, ROWS, Row
-from swarm.bus import Arrival, Bus, Endpoint
-from swarm.errors import ConfigError, SwarmError
-from swarm.messages import CLOCK, Clock, Phase
+from swarm.errors import SwarmError
 
-FLEET: Final = "scale"
-WARMED: Final = 40  # ticks after which the measurement begins: all kernels have run
-PATIENCE: Final = 120.0  # s for a fleet to start
 LATE: Final = 0.01  # share of late commands, at most
 
 
-class NotMeasured(Exception):  # noqa: N818, no error of the project
-    """A fleet did not run as long as was to be measured."""
-
-
 FAULTS: Final = (NotMeasured, SwarmError, psutil.Error, subprocess.SubprocessError, OSError, ValueError, LookupError)
-
-
-class Sample(NamedTuple):
-    """A fleet's use of the machine at one tick."""
-
-    tick: int
-    wall: float  # s
-    cpu: dict[str, float]  # s, of the processes of each kind
-    memory: list[float]  # MB, own memory of each robot's process
-
-
-@contextmanager
-def fleet(row: Row, limit: float, pace: str, *more: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
-    """Run a row's fleet inside the block."""
-    endpoint = Endpoint("127.0.0.1", 0).claim()
-    command = [
-        sys.executable, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
-        "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
-        "--port", str(endpoint.port), "--fleet", FLEET, *more,
-    ]  # fmt: skip
-    process = psutil.Popen(command, stdout=subprocess.DEVNULL)
-    try:
-        yield process, endpoint
-    finally:
-        if process.is_running():
-            process.terminate()
-        process.wait()
-
-
-def connected(endpoint: Endpoint) -> Bus:
-    """Return a bus of the fleet, as soon as its router answers."""
-    deadline = monotonic() + PATIENCE
-    while True:
-        try:
-            return Bus(endpoint, FLEET, print).__enter__()
-        except ConfigError:
-            if monotonic() > deadline:
-                raise
-
-
-def clocks(bus: Bus) -> Iterator[Clock]:
-    """Yield the fleet's clock from the first tick to the end of the run."""
-    bus.listen(CLOCK)
-    while (arrived := bus.receive(PATIENCE)) is not None:
-        if not isinstance(arrived, Arrival):
-            continue  # under full load the router may drop this session for a moment
-        if arrived.message.phase is Phase.OVER:
-            return
-        if arrived.message.phase is Phase.RUNNING:
-            yield arrived.message
-
-
-def sample(tick: int, launcher: psutil.Process, robots: int) -> Sample:
-    """Read the CPU time and the memory of all processes of a fleet."""
-    members = [launcher, *launcher.children(recursive=True)]
-    forked = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)
-    first, deep = forked[-robots - 2 : -robots], forked[-robots:]  # the router, the world and the robots, in this order
-    cpu = {one.pid: sum(one.cpu_times()[:2]) for one in members}
-    by_kind = {"robots": sum(cpu.pop(one.pid) for one in deep)}
-    by_kind |= {kind: cpu.pop(one.pid) for kind, one in zip(("router", "world"), first, strict=True)}
-    by_kind["launcher"] = sum(cpu.values())
-    return Sample(tick, monotonic(), by_kind, [one.memory_full_info().uss / 1e6 for one in deep])
-
-
-class Ran(NamedTuple):
-    """A fleet in lockstep: the samples between which the measured time passed, and how long it took to start [s]."""
-
-    start: float
-    first: Sample
-    last: Sample
-
-
-def lockstep(row: Row, seconds: float) -> Ran:
-    """Run a fleet in lockstep until about ``seconds`` simulated seconds have been measured."""
-    began, start = monotonic(), None
-    with fleet(row, 10_000.0, "max") as (launcher, endpoint):
-        bus = connected(endpoint)
-        try:
-            samples: list[Sample] = []
-            for clock in clocks(bus):
-                start = start or monotonic() - began
-                if clock.tick >= WARMED:
-                    samples.append(sample(clock.tick, launcher, row.robots))
-                if samples and samples[-1].tick - samples[0].tick >= seconds * RATE:
-                    break
-        finally:
-            bus.__exit__(None, None, None)
-    if start is None or len(samples) < 2:
-        raise NotMeasured(f"it ran for less than {WARMED + 2} ticks")
-    return Ran(start, samples[0], samples[-1])
-
-
-def robot_tick(row: Row, ran: Ran) -> dict[str, float]:
-    """Return the CPU time of a robot-tick [s], by kind of process."""
-    robot_ticks = (ran.last.tick - ran.first.tick) * row.robots
-    return {kind: (ran.last.cpu[kind] - before) / robot_ticks for kind, before in ran.first.cpu.items()}
 
 
 def in_real_time(row: Row, seconds: float) -> realtime.Punctual:
@@ -162,11 +56,6 @@ def bar(value: float | None) -> str:
     return "" if value is None else f"{value:g}"
 
 
-def load() -> str:
-    """Return the load of the machine."""
-    return f"{os.getloadavg()[0]:.1f}"
-
-
 def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
     """Return a row's line of the table of real processes."""
     ran = lockstep(row, seconds)
@@ -177,7 +66,7 @@ def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
         bar(row.today), f"{whole * 1e3:.2f}", bar(row.cost),
         *(f"{cost[kind] / whole:.0%}" for kind in wire.KINDS),
         f"{pace:.2f}", bar(row.pace),
-        f"{max(ran.last.memory):.1f}", bar(row.memory),
+        f"{ran.memory:.1f}", bar(row.memory),
         f"{ran.start:.1f}", bar(row.start), load(),
     )  # fmt: skip
 
@@ -265,7 +154,7 @@ def _wire(asked: Asked) -> None:
     lines = []
     for row in asked.fleets:
         if row.title in DENSITIES:
-            measure = cache(partial(carried, row, asked.seconds, asked.python))  # with the first line
+            measure = partial(carried, row, asked.seconds, asked.python)
             lines += [(f"{row.title}: {n:,}", partial(wire.line, n, measure)) for n in wire.FLEETS]
     show(wire.HEAD, lines)
 

@@ -287,14 +287,10 @@ class Host:
 
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
+        settings = self._speaker.scenario.settings
         return report(
-            self._world,
-            planning_grid(self._speaker.scenario),
-            scenario=self._speaker.scenario.settings.name,
-            seed=self._seed,
+            self._world, planning_grid(self._speaker.scenario), scenario=settings.name, seed=self._seed,
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
-            wall_time=self._stopwatch.seconds,
-            late_commands=self._last.late,
-            tick_wall=self._timetable.times.report(),
-            reason=self._reason or missing(self._world),
-        )
+            wall_time=self._stopwatch.seconds, late_commands=self._last.late,
+            tick_wall=self._timetable.times.report(), reason=self._reason or missing(self._world),
+        )  # fmt: skip

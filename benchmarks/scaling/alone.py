@@ -3,12 +3,14 @@
 import json
 import subprocess
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Final
 
 PEER: Final = Path(__file__).parents[1] / "scale_peer.py"
 
 
+@cache  # several tables show it
 def in_one_process(where: tuple[str, ...], robots: int, seconds: float, python: str) -> dict[str, float]:
     """Run a fleet for ``seconds`` of simulated time; return what the peer measured."""
     command = [python, str(PEER), f"{seconds:g}", str(robots), *(part for part in where if part != "--scen")]

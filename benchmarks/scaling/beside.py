@@ -5,16 +5,16 @@ All robots change places with the one opposite, on a free floor. ir-sim runs in 
 """
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
+from benchmarks.measure import load
 from benchmarks.scaling.alone import in_one_process
 from swarm.messages import SENSE
-from swarm.scenario.load import load
+from swarm.scenario.load import load as load_scenario
 
 ROOT: Final = Path(__file__).parents[2]
 ENVIRONMENT: Final = ROOT / ".venv-peers-ir-sim"
@@ -36,7 +36,7 @@ def diameter(robots: int) -> float:
 def scenario(robots: int) -> dict[str, Any]:
     """Return our scenario: `circle` on a floor as large as this circle needs."""
     side = int(diameter(robots)) + 4
-    ours = load(ROOT / "scenarios" / "circle.yaml").settings
+    ours = load_scenario(ROOT / "scenarios" / "circle.yaml").settings
     rows = ["#" * side, *["#" + "." * (side - 2) + "#"] * (side - 2), "#" * side]
     return {
         "name": "circle",
@@ -101,4 +101,4 @@ def line(robots: int, seconds: float, python: str) -> tuple[str, ...]:
         file.write_text(json.dumps(scenario(robots)), encoding="utf-8")  # JSON is YAML
         ours = in_one_process((str(file),), robots, seconds, python)["robot_tick"] * robots * SENSE.rate
     ratio = f"{other['cpu'] / ours:.2f}"
-    return f"{other['cpu']:.3f}", f"{ours:.3f}", ratio, "1", other["version"], f"{os.getloadavg()[0]:.1f}"
+    return f"{other['cpu']:.3f}", f"{ours:.3f}", ratio, "1", other["version"], load()

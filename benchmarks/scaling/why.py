@@ -5,7 +5,6 @@ longer hold what a step reads, or the thread sleeps, so that the processor does 
 """
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -19,9 +18,10 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.measure import load
 from swarm.bus import Endpoint
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.scenario.load import load
+from swarm.scenario.load import load as load_scenario
 from swarm.scenario.shipped import found
 from world.simulate import Simulation
 
@@ -81,7 +81,7 @@ def timed(before: Callable[[], object]) -> Iterator[list[float]]:
 
 def in_one_process(before: Callable[[], object], ticks: int = TICKS) -> list[float]:
     """Return the CPU times of the steps [s] with ``before`` done before each."""
-    simulation = Simulation.of(load(found(Path("paper"))), ROBOTS, SEED)
+    simulation = Simulation.of(load_scenario(found(Path("paper"))), ROBOTS, SEED)
     with timed(before) as seconds:
         for _ in range(ticks):
             simulation.step()
@@ -124,7 +124,7 @@ def lines() -> Iterator[tuple[str, Callable[[], tuple[str, ...]]]]:
         first.append(found)
         both = zip(found, first[0], strict=True)
         ratios = [text for one, of in both for text in (f"{one * 1e6:.0f}", f"{one / of:.2f}")]
-        return *ratios, f"{os.getloadavg()[0]:.1f}"
+        return *ratios, load()
 
     for name, make in BEFORE.items():
         yield name, partial(line, partial(in_one_process, make()))

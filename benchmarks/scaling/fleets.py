@@ -1,0 +1,131 @@
+"""A fleet over real processes: it is started, its clock is heard, and the use of the machine is read at two ticks."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from time import monotonic
+from typing import Final, NamedTuple
+
+import psutil
+
+from benchmarks.scaling.rows import RATE, Row
+from swarm.bus import Arrival, Bus, Endpoint
+from swarm.errors import ConfigError
+from swarm.messages import CLOCK, Clock, Phase
+
+FLEET: Final = "scale"
+WARMED: Final = 40  # ticks after which the measurement begins: all kernels have run
+PATIENCE: Final = 120.0  # s for a fleet to start
+
+
+class NotMeasured(Exception):  # noqa: N818, no error of the project
+    """A fleet did not run as long as was to be measured."""
+
+
+class Sample(NamedTuple):
+    """A fleet's use of the machine at one tick."""
+
+    tick: int
+    wall: float  # s
+    cpu: dict[str, float]  # s, of the processes of each kind
+
+
+@contextmanager
+def fleet(row: Row, limit: float, pace: str, *more: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
+    """Run a row's fleet inside the block."""
+    endpoint = Endpoint("127.0.0.1", 0).claim()
+    command = [
+        sys.executable, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
+        "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
+        "--port", str(endpoint.port), "--fleet", FLEET, *more,
+    ]  # fmt: skip
+    process = psutil.Popen(command, stdout=subprocess.DEVNULL)
+    try:
+        yield process, endpoint
+    finally:
+        if process.is_running():
+            process.terminate()
+        process.wait()
+
+
+def connected(endpoint: Endpoint) -> Bus:
+    """Return a bus of the fleet, as soon as its router answers."""
+    deadline = monotonic() + PATIENCE
+    while True:
+        try:
+            return Bus(endpoint, FLEET, print).__enter__()
+        except ConfigError:
+            if monotonic() > deadline:
+                raise
+
+
+def clocks(bus: Bus) -> Iterator[Clock]:
+    """Yield the fleet's clock from the first tick to the end of the run."""
+    bus.listen(CLOCK)
+    while (arrived := bus.receive(PATIENCE)) is not None:
+        if not isinstance(arrived, Arrival):
+            continue  # under full load the router may drop this session for a moment
+        if arrived.message.phase is Phase.OVER:
+            return
+        if arrived.message.phase is Phase.RUNNING:
+            yield arrived.message
+
+
+def forked(launcher: psutil.Process) -> list[psutil.Process]:
+    """Return the processes of a fleet in the order of their start: the router, the world, then the robots."""
+    members = launcher.children(recursive=True)
+    return sorted((one for one in members if one.ppid() != launcher.pid), key=lambda one: one.pid)
+
+
+def sample(tick: int, launcher: psutil.Process) -> Sample:
+    """Read the CPU time of all processes of a fleet."""
+    router, world, *robots = forked(launcher)
+    cpu = {one: sum(one.cpu_times()[:2]) for one in (launcher, *launcher.children(recursive=True))}
+    by_kind = {"router": cpu.pop(router), "world": cpu.pop(world), "robots": sum(cpu.pop(one) for one in robots)}
+    return Sample(tick, monotonic(), by_kind | {"launcher": sum(cpu.values())})
+
+
+def largest(launcher: psutil.Process) -> float:
+    """Return the own memory of the largest robot process [MB]; reading it takes a while."""
+    return max(one.memory_full_info().uss / 1e6 for one in forked(launcher)[2:])
+
+
+class Ran(NamedTuple):
+    """A fleet in lockstep: the samples between which the measured time passed."""
+
+    start: float  # s, from the command to the first tick
+    first: Sample
+    last: Sample
+    memory: float  # MB, own memory of the largest robot process, at both samples
+
+
+@cache  # several tables show it
+def lockstep(row: Row, seconds: float) -> Ran:
+    """Run a fleet in lockstep until about ``seconds`` simulated seconds have been measured."""
+    began, start, memory = monotonic(), None, 0.0
+    with fleet(row, 10_000.0, "max") as (launcher, endpoint):
+        bus = connected(endpoint)
+        try:
+            samples: list[Sample] = []
+            for clock in clocks(bus):
+                start = start or monotonic() - began
+                if clock.tick < WARMED:
+                    continue
+                memory = memory or largest(launcher)
+                samples.append(sample(clock.tick, launcher))
+                if samples[-1].tick - samples[0].tick >= seconds * RATE:
+                    memory = max(memory, largest(launcher))
+                    break
+        finally:
+            bus.__exit__(None, None, None)
+    if start is None or len(samples) < 2:
+        raise NotMeasured(f"it ran for less than {WARMED + 2} ticks")
+    return Ran(start, samples[0], samples[-1], memory)
+
+
+def robot_tick(row: Row, ran: Ran) -> dict[str, float]:
+    """Return the CPU time of a robot-tick [s], by kind of process."""
+    robot_ticks = (ran.last.tick - ran.first.tick) * row.robots
+    return {kind: (ran.last.cpu[kind] - before) / robot_ticks for kind, before in ran.first.cpu.items()}
