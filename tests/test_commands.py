@@ -35,6 +35,9 @@ PARSED: Final = {  # command: why it is not run
                    "stands for files of the MAPF benchmarks, which are not here",
     "swarm plan maze512-4-0.map --scen maze512-4-0.map.scen --json":
                    "the file is one of MovingAI's, which are not here",
+    **{f"swarm bench scale{more}": "runs fleets for minutes; tests/cli runs the command, tests/test_scale_benchmark.py the tables"
+       for more in ("", " -- --realtime", " -- --lockstep --only paper", " -- --wire", " -- --why")},
+    "swarm bench --stale": "ends with 1 while a section is stale",
     "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
     "swarm router --listen tcp/0.0.0.0:7447": "the same",
     "swarm world paper --robots 4 --connect tcp/ROUTER:7447 --fleet NAME": "the same",
