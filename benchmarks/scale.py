@@ -132,7 +132,7 @@ def show(head: tuple[str, ...], rows: Iterable[tuple[str, Callable[[], tuple[str
 
 
 def _one_process(asked: Asked) -> None:
-    few = {row: min(asked.seconds, max(4.0, 4000 / row.robots)) for row in asked.rows}  # s; of 1,000 robots 4
+    few = {row: min(asked.seconds, max(3.0, 3000 / row.robots)) for row in asked.rows}  # s; of 1,000 robots 3
     show(ALONE, [(row.title, partial(alone, row, few[row], asked.python)) for row in asked.rows])
 
 

@@ -10,6 +10,7 @@ from benchmarks import scale
 from benchmarks.measure import printed
 from benchmarks.scaling import beside, realtime, why, wire
 from benchmarks.scaling.rows import ROWS
+from swarm.robot.brain import Robot
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.check import check
 from swarm.scenario.load import load
@@ -76,8 +77,8 @@ def test_at_another_rate_a_fleet_is_the_same_and_speaks_as_often_in_a_second(
     where = (str(files[0]), "--scen", str(files[1]))
     assert realtime.at_rate(where, 2, 20.0, tmp_path) == where
     (tmp_path / "made").mkdir()
-    (file,) = realtime.at_rate(where, 2, rate, tmp_path / "made")
-    made, given = load(Path(file)), from_benchmark(*files, 2)
+    (name,) = realtime.at_rate(where, 2, rate, tmp_path / "made")
+    made, given = load(Path(name)), from_benchmark(*files, 2)
     assert (made.settings.rate, made.settings.radio.every) == (rate, every)
     assert (made.settings.start, made.settings.own_targets) == (given.settings.start, given.settings.own_targets)
     assert (made.map.cells == given.map.cells).all()
@@ -106,7 +107,7 @@ def test_both_sides_swap_over_one_circle(robots: int, tmp_path: Path) -> None:
 
 
 def test_each_step_is_timed_after_what_is_done_before_it_and_robots_are_left_as_they_were() -> None:
-    step = why.Robot.step
+    step = Robot.step
     done: list[int] = []
     simulation = Simulation.of(scenario_of(targets=[[2.5, 2.5]]), 2, 1)
     with why.timed(lambda: done.append(1)) as seconds:
@@ -114,7 +115,7 @@ def test_each_step_is_timed_after_what_is_done_before_it_and_robots_are_left_as_
             simulation.step()
     assert len(done) == len(seconds) == 6
     assert min(seconds) > 0.0
-    assert why.Robot.step is step
+    assert Robot.step is step
 
 
 @pytest.mark.parametrize("name", scale.TABLES)

@@ -135,7 +135,7 @@ def test_benchmarks_are_run_with_the_arguments_given(given: str, monkeypatch: py
         assert (cwd, check) == (ROOT, False)
         return subprocess.CompletedProcess(command, 1)
 
-    monkeypatch.setattr(tools.subprocess, "run", run)
+    monkeypatch.setattr(subprocess, "run", run)
     assert main(["bench", *shlex.split(given)]) == 1, "the status of the benchmarks"
 
 
