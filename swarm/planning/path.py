@@ -106,7 +106,7 @@ def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     start, goal = _cell_at(grid, start_xy, leaving=True), _cell_at(grid, goal_xy, leaving=False)
     if start is None or goal is None:
         return None
-    found = grid.lattice.cheapest(grid.cost, UNIT, start, goal)
+    found = grid.lattice().cheapest(grid.cost, UNIT, start, goal)
     if found is None:
         return None
     return Path(_pulled(grid, start_xy, found[1], goal_xy))

@@ -80,7 +80,7 @@ def test_a_path_is_never_longer_than_the_grids_way_and_keeps_its_room(
     cells = np.argwhere(grid.free).tolist()
     (r0, c0), (r1, c1) = data.draw(st.sampled_from(cells)), data.draw(st.sampled_from(cells))
     start, goal = (r0, c0), (r1, c1)
-    way = grid.lattice.cheapest(grid.cost, UNIT, start, goal)
+    way = grid.lattice().cheapest(grid.cost, UNIT, start, goal)
     path = plan(grid, grid.centre_of(start), grid.centre_of(goal))
     assert (way is None) == (path is None)
     if way is None or path is None:
