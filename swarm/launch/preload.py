@@ -15,6 +15,7 @@ from swarm.bus.codec import decode, encode
 from swarm.errors import SwarmError
 from swarm.launch.fleet import SOURCE
 from swarm.messages import CLOCK, COMMAND, RADIO, SENSE, STATE
+from swarm.scenario.check import check
 from swarm.scenario.source import Source
 from world.simulate import Simulation
 
@@ -24,7 +25,10 @@ TICKS = 5
 
 def rehearse(source: Source) -> None:
     """Drive a scenario for a few ticks: what its processes compute from the map, or on first use, is then shared."""
-    simulation = Simulation.of(source.read(), ROBOTS, 0)
+    scenario = source.read()
+    robots = min(ROBOTS, scenario.settings.robots)
+    check(scenario, robots, scenario.settings.seed)
+    simulation = Simulation.of(scenario, robots, scenario.settings.seed)
     for _ in range(TICKS):
         tick = simulation.step()
         for topic, messages in ((SENSE, tick.senses), (COMMAND, tick.commands), (RADIO, tick.spoken)):

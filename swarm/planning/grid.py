@@ -14,6 +14,7 @@ from swarm.maps.limits import check_size
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
 from swarm.planning.astar import Lattice
 from swarm.planning.distance import clearance_of
+from swarm.planning.steps import number_pieces
 from swarm.planning.sweep import find_moves
 
 UNIT = 64  # cost of a cell far from everything solid, see ``Grid.cost``
@@ -139,6 +140,13 @@ class Grid:
     def lattice(self) -> Lattice:
         """Return a new lattice to search on. Its working memory is larger than the grid: do not keep it."""
         return Lattice(self.free, self.moves)
+
+    @cached_property
+    def pieces(self) -> NDArray[np.int32]:
+        """The number of each cell's piece, (rows, columns): a path joins two free cells of one piece, and no others."""
+        numbers = np.empty(self.shape, np.int32)
+        number_pieces(self.moves, numbers)
+        return numbers
 
     @cached_property
     def cost(self) -> NDArray[np.int16]:

@@ -112,6 +112,12 @@ def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     return Path(_pulled(grid, start_xy, found[1], goal_xy))
 
 
+def is_reachable(grid: Grid, start_xy: Point, goal_xy: Point) -> bool:
+    """Return True if ``plan`` finds a path; the first question about a grid costs as much as a plan, others little."""
+    start, goal = _cell_at(grid, start_xy, leaving=True), _cell_at(grid, goal_xy, leaving=False)
+    return start is not None and goal is not None and bool(grid.pieces[start] == grid.pieces[goal])
+
+
 def _cell_at(grid: Grid, point: Point, leaving: bool) -> Cell | None:
     """Return the cell in which a path begins (or ends): the point's own, else the nearest one in a free line."""
     column, row = grid.to_cells(*point)

@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.planning.grid import UNIT, Grid
-from swarm.planning.path import Path, line_is_free, path_is_free, plan
+from swarm.planning.path import Path, is_reachable, line_is_free, path_is_free, plan
 from swarm.planning.path_check import Judge
 from tests.planning.shared import DATA, needs_data
 
@@ -69,6 +69,16 @@ def test_the_disc_touches_nothing_on_any_planned_path(
     assert not Judge(drawn, radius).faults(start, goal, path.points, path.length)
     for a, b in zip(path.points[:-1], path.points[1:], strict=True):
         assert line_is_free(grid, a, b)
+
+
+@settings(deadline=None, max_examples=200)
+@given(seed=st.integers(0, 50), radius=st.sampled_from((0.0, 0.11, 0.25, 0.3)), start=places, goal=places)
+def test_a_goal_is_reachable_if_and_only_if_a_path_is_found(
+    seed: int, radius: float, start: Point, goal: Point
+) -> None:
+    grid = Grid.grown(random_map(seed), radius, 0.0, 0.1)
+    a, b = ((x - 3.0, y + 2.0) for x, y in (start, goal))
+    assert is_reachable(grid, a, b) == (plan(grid, a, b) is not None)
 
 
 @settings(deadline=None, max_examples=100)
