@@ -20,20 +20,21 @@ from swarm.scenario.source import Source
 LAST_LINES: Final = 12
 GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
 PRELOAD: Final = ("swarm.launch.preload",)
-SOURCE: Final = "SWARM_SOURCE"  # variable of the environment that tells the fork server what will be driven
-# glibc keeps freed blocks up to the largest that was ever freed; all from 1 MB shall go back to the system
+SOURCE: Final = "SWARM_SOURCE"  # the fork server's environment variable with the scenario that it rehearses
+# Once a large block was freed, glibc keeps later ones up to that size. Blocks from 1 MB on shall go back to the system.
 MALLOC: Final = {"MALLOC_MMAP_THRESHOLD_": "1000000", "MALLOC_TRIM_THRESHOLD_": "1000000"}
 
 
 def warm_up(source: Source) -> None:
     """Start the fork server; it imports and computes what the processes need while the caller checks the scenario."""
     multiprocessing.set_forkserver_preload(list(PRELOAD))
-    given = {SOURCE: json.dumps(source, default=str), **MALLOC}
     before = dict(os.environ)
-    os.environ.update(given)
-    forkserver.ensure_running()
-    os.environ.clear()
-    os.environ.update(before)
+    os.environ.update({SOURCE: json.dumps(source, default=str)} | MALLOC)
+    try:
+        forkserver.ensure_running()
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ class OccupancyMap:
 
     @cached_property
     def _content(self) -> tuple[object, ...]:
-        return (blake2b(np.ascontiguousarray(self.cells)).digest(), self.shape, self.resolution, self.origin)
+        return (blake2b(self.cells.tobytes()).digest(), self.shape, self.resolution, self.origin)
 
     def __eq__(self, other: object) -> bool:
         return self is other or (isinstance(other, OccupancyMap) and self._content == other._content)
