@@ -11,7 +11,9 @@ from msgspec.msgpack import Decoder
 
 from swarm.messages import Record
 
-ROOM: Final = 1_000_000  # bytes of records that are kept; the oldest ones are dropped
+# bytes of records that are kept, in memory about ten times as much; those heard least lately are dropped
+# (32 robots close together: 97 of 100 repeated records come within 32 kB of new ones)
+ROOM: Final = 128_000
 
 
 class OpenedRecords:
@@ -19,7 +21,7 @@ class OpenedRecords:
 
     def __init__(self) -> None:
         self._decoder = Decoder(Record)
-        self._opened: dict[bytes, Record] = {}  # oldest first
+        self._opened: dict[bytes, Record] = {}  # the one heard least lately first
         self._packed: dict[int, Raw] = {}  # by the identity of a record in ``_opened``
         self._size = 0
 
@@ -30,14 +32,14 @@ class OpenedRecords:
             msgspec.DecodeError: the bytes are no valid record.
         """
         content = bytes(packed)
-        record = self._opened.get(content)
+        record = self._opened.pop(content, None)
         if record is None:
             record = self._decoder.decode(content)
-            self._opened[content] = record
             self._packed[id(record)] = Raw(content)
             self._size += len(content)
-            while self._size > ROOM:
+            while self._size > ROOM and self._opened:
                 self._drop_oldest()
+        self._opened[content] = record
         return record
 
     def packed(self, record: Record) -> Raw | Record:

@@ -9,7 +9,6 @@ from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
-    from swarm.scenario.load import Scenario
     from swarm.settings import Settings
 
 
@@ -17,18 +16,18 @@ def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.launch.fleet import warm_up
     from swarm.scenario.shipped import found, shipped
+    from swarm.scenario.source import Source
 
     if options.scenario is None:
         print("swarm run SCENARIO: a scenario file, or one of these:")
         print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
         return 0
-    options.scenario = found(options.scenario)
-    if options.scenario.is_file():
-        warm_up()
+    source = Source(found(options.scenario), options.scen, options.robots)
+    if source.file.is_file():
+        warm_up(source)
     from swarm.launch import run as launch
-    from swarm.scenario.load import load
 
-    scenario = load(options.scenario) if options.scen is None else _benchmark(options)
+    scenario = source.read()
     robots, seed, limit = _numbers(options, scenario.settings)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
@@ -48,12 +47,6 @@ def run(options: argparse.Namespace) -> int:
             fleet=options.fleet,
         )
     )
-
-
-def _benchmark(options: argparse.Namespace) -> "Scenario":
-    from swarm.scenario.benchmark import from_benchmark
-
-    return from_benchmark(options.scenario, options.scen, options.robots)
 
 
 def router(options: argparse.Namespace) -> int:

@@ -1,6 +1,8 @@
 """A fleet of processes on this machine, and its supervisor."""
 
+import json
 import multiprocessing
+import os
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,16 +15,26 @@ from typing import Any, Final
 
 from swarm.launch import child
 from swarm.launch.table import RESTARTS, STOP_ORDER, EarlyEnd, Role
+from swarm.scenario.source import Source
 
 LAST_LINES: Final = 12
 GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
 PRELOAD: Final = ("swarm.launch.preload",)
+SOURCE: Final = "SWARM_SOURCE"  # the fork server's environment variable with the scenario that it rehearses
+# Once a large block was freed, glibc keeps later ones up to that size. Blocks from 1 MB on shall go back to the system.
+MALLOC: Final = {"MALLOC_MMAP_THRESHOLD_": "1000000", "MALLOC_TRIM_THRESHOLD_": "1000000"}
 
 
-def warm_up() -> None:
-    """Start the fork server; it imports what the processes need while the caller reads and checks files."""
+def warm_up(source: Source) -> None:
+    """Start the fork server; it imports and computes what the processes need while the caller checks the scenario."""
     multiprocessing.set_forkserver_preload(list(PRELOAD))
-    forkserver.ensure_running()
+    before = dict(os.environ)
+    os.environ.update({SOURCE: json.dumps(source, default=str)} | MALLOC)
+    try:
+        forkserver.ensure_running()
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import blake2b
 from math import ceil, floor
 from typing import Final
 
@@ -23,7 +25,7 @@ Point = tuple[float, float]  # m, in the map frame
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """The state of each cell of a map.
+    """The state of each cell of a map. A map is immutable; maps with equal cells in equal places are equal.
 
     Row 0 is at the lowest y of the map's own frame (the loaders of images and text flip the rows), column 0 at the
     lowest x. ``origin`` is the pose of the outer corner of cell (0, 0) in the ``map`` frame, as in ROS map_server.
@@ -32,6 +34,16 @@ class OccupancyMap:
     cells: NDArray[np.uint8]  # (rows, columns) of FREE, WALL, OBSTACLE, UNKNOWN
     resolution: float  # m, the side of a cell
     origin: Pose = ORIGIN
+
+    @cached_property
+    def _content(self) -> tuple[object, ...]:
+        return (blake2b(self.cells.tobytes()).digest(), self.shape, self.resolution, self.origin)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, OccupancyMap) and self._content == other._content)
+
+    def __hash__(self) -> int:
+        return hash(self._content)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from swarm.planning.search import STAMPS, search, search_costs, trace
 from swarm.planning.steps import legal_moves
 
 SQRT2 = sqrt(2.0)
-NO_COSTS = np.empty(0, np.int64)
+NO_COSTS = np.empty(0, np.int16)
 
 Kernel = Callable[..., int]  # a compiled search
 
@@ -47,7 +47,7 @@ class Lattice:
         """
         return self._searched(search, NO_COSTS, 1, start, goal)
 
-    def cheapest(self, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
+    def cheapest(self, costs: NDArray[np.int16], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
         """Return the cheapest path under ``costs`` (rows, columns), each from ``unit`` to 7 * ``unit``; None if none.
 
         The result is as in ``shortest``: the length is geometric, in cells, and does not include the costs.
@@ -55,7 +55,7 @@ class Lattice:
         return self._searched(search_costs, costs.reshape(-1), unit, start, goal)
 
     def _searched(
-        self, kernel: Kernel, costs: NDArray[np.int64], unit: int, start: Cell, goal: Cell
+        self, kernel: Kernel, costs: NDArray[np.int16], unit: int, start: Cell, goal: Cell
     ) -> tuple[float, list[Cell]] | None:
         if not (self._stands(start) and self._stands(goal)):
             return None

@@ -14,6 +14,7 @@ from swarm.maps.limits import check_size
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
 from swarm.planning.astar import Lattice
 from swarm.planning.distance import clearance_of
+from swarm.planning.steps import number_pieces
 from swarm.planning.sweep import find_moves
 
 UNIT = 64  # cost of a cell far from everything solid, see ``Grid.cost``
@@ -136,13 +137,19 @@ class Grid:
             least = min(least, max(0.0, hypot(disc_x - column, disc_y - row) - wide + self.radius / self.resolution))
         return least * self.resolution
 
-    @cached_property
     def lattice(self) -> Lattice:
-        """The lattice that searches run on, made once; not thread-safe."""
+        """Return a new lattice to search on. Its working memory is larger than the grid: do not keep it."""
         return Lattice(self.free, self.moves)
 
     @cached_property
-    def cost(self) -> NDArray[np.int64]:
+    def pieces(self) -> NDArray[np.int32]:
+        """The number of each cell's piece, (rows, columns): a path joins two free cells of one piece, and no others."""
+        numbers = np.empty(self.shape, np.int32)
+        number_pieces(self.moves, numbers)
+        return numbers
+
+    @cached_property
+    def cost(self) -> NDArray[np.int16]:
         """Cost of each cell, (rows, columns): ``UNIT`` far from everything solid, more the nearer to something solid.
 
         The cost rises slowly from one diameter beyond the margin, which keeps a path in the middle of a passage and
@@ -153,7 +160,7 @@ class Grid:
         dearness = FAR * np.square(np.maximum(0.0, 1.0 - room / ease)) if ease else np.zeros_like(room)
         if self.margin:
             dearness += NEAR * np.square(np.maximum(0.0, 1.0 - room / self.margin))
-        costs: NDArray[np.int64] = np.rint(UNIT * (1.0 + dearness)).astype(np.int64)
+        costs: NDArray[np.int16] = np.rint(UNIT * (1.0 + dearness)).astype(np.int16)
         return costs
 
     def with_discs(self, centres: Iterable[Point], radius: float) -> "Grid":

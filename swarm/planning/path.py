@@ -106,10 +106,16 @@ def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     start, goal = _cell_at(grid, start_xy, leaving=True), _cell_at(grid, goal_xy, leaving=False)
     if start is None or goal is None:
         return None
-    found = grid.lattice.cheapest(grid.cost, UNIT, start, goal)
+    found = grid.lattice().cheapest(grid.cost, UNIT, start, goal)
     if found is None:
         return None
     return Path(_pulled(grid, start_xy, found[1], goal_xy))
+
+
+def is_reachable(grid: Grid, start_xy: Point, goal_xy: Point) -> bool:
+    """Return True if ``plan`` finds a path; the first question about a grid costs as much as a plan, others little."""
+    start, goal = _cell_at(grid, start_xy, leaving=True), _cell_at(grid, goal_xy, leaving=False)
+    return start is not None and goal is not None and bool(grid.pieces[start] == grid.pieces[goal])
 
 
 def _cell_at(grid: Grid, point: Point, leaving: bool) -> Cell | None:

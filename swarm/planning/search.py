@@ -15,7 +15,7 @@ A cell's search state is one number: query stamp (15 bits), cost so far (40), cl
 from collections.abc import Callable
 
 import numpy as np
-from numba import int64, njit, uint8
+from numba import int16, int64, njit, uint8
 from numpy.typing import NDArray
 
 from swarm.planning.steps import COLUMN_STEP, LOWEST, NATURAL, NONE, ONWARD, ROW_STEP, Bits
@@ -45,13 +45,13 @@ def _compiled(weighted: bool) -> Search:
     per_straight, per_diagonal = (COARSE_STRAIGHT, COARSE_DIAGONAL) if weighted else (STRAIGHT, DIAGONAL)
 
     @njit(
-        int64(uint8[::1], int64[::1], int64, int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
+        int64(uint8[::1], int16[::1], int64, int64, int64, int64, int64, int64[::1], int64, int64[:, ::1], int64[::1]),
         cache=True,
         error_model="numpy",
     )
     def search(
         moves: Bits,
-        costs: Integers,
+        costs: NDArray[np.int16],
         unit: int,
         rows: int,
         columns: int,

@@ -1,7 +1,7 @@
 """The eight steps of a grid, their numbers, and tables that follow from these numbers."""
 
 import numpy as np
-from numba import njit, uint8, void
+from numba import int32, njit, uint8, void
 from numpy.typing import NDArray
 
 Bits = NDArray[np.uint8]
@@ -75,3 +75,33 @@ def legal_moves(free: Bits, moves: Bits) -> None:
                 | (s & e & padded[r - 1, c + 1]) << 7
             )
             moves[row, column] = (straight | diagonal) * padded[r, c]
+
+
+@njit(void(uint8[:, ::1], int32[:, ::1]), cache=True, error_model="numpy")
+def number_pieces(moves: Bits, pieces: NDArray[np.int32]) -> None:
+    """Fill ``pieces``: two cells get the same number, from 1, where legal steps lead from one to the other.
+
+    A step must be legal in both directions or in none, as in a grid.
+    """
+    rows, columns = moves.shape
+    ready = np.empty(rows * columns, np.int32)
+    pieces[:] = 0
+    last = 0
+    for first in range(rows * columns):
+        if pieces[first // columns, first % columns]:
+            continue
+        last += 1
+        pieces[first // columns, first % columns] = last
+        ready[0] = first
+        waiting = 1
+        while waiting:
+            waiting -= 1
+            cell = ready[waiting]
+            row, column = cell // columns, cell % columns
+            for k in range(8):
+                if moves[row, column] >> k & 1:
+                    r, c = row + ROW_STEP[k], column + COLUMN_STEP[k]
+                    if not pieces[r, c]:
+                        pieces[r, c] = last
+                        ready[waiting] = r * columns + c
+                        waiting += 1

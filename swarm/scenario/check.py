@@ -6,7 +6,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
-from swarm.planning.path import plan
+from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import Mission, planning_grid, settled
 from swarm.scenario.starts import names, starts
@@ -42,14 +42,10 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    shared: dict[tuple[Point, Point], bool] = {}
     for number, (name, pose) in enumerate(zip(names(robots), poses, strict=True)):
         here = pose[:2]
         for stop, there in enumerate(scenario.stops(number, here), start=1):
-            key = (here, there)
-            if key not in shared:
-                shared[key] = plan(grid, here, there) is not None
-            if not shared[key]:
+            if not is_reachable(grid, here, there):
                 raise ConfigError(
                     f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way from "
                     f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "

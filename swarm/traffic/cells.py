@@ -19,7 +19,8 @@ from swarm.traffic.fitting import OPEN, STANDS, measure
 from swarm.traffic.footprint import cells_under, line_is_clear
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
-KEPT: Final = 256  # distance tables that are cached
+KEPT: Final = 256  # distance tables that are cached, at most
+LARGEST: Final = 1 << 18  # steps in all cached tables, 2 MB; at least one table is cached
 SIGHT: Final = 0.1  # m; a line of sight that passes a wall nearer than this does not count
 ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
@@ -193,15 +194,12 @@ class CellMap:
     # ---- distances
 
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
-        """Return the steps from every cell to ``goal``, or FAR; no way enters a cell of ``without``.
-
-        Do not change the returned list: the newest KEPT tables are cached.
-        """
+        """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``. Do not change the list."""
         key = (goal, frozenset(without))
         table = self._tables.get(key)
         if table is None:
             table = breadth_first(self.neighbours, (goal,), key[1])
-            if len(self._tables) >= KEPT:
+            if len(self._tables) >= max(1, min(KEPT, LARGEST // len(table))):
                 del self._tables[next(iter(self._tables))]
             self._tables[key] = table
         return table

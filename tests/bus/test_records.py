@@ -63,6 +63,16 @@ def test_old_records_make_room(monkeypatch: pytest.MonkeyPatch) -> None:
     assert opened.open(Raw(packed[0])) == first
 
 
+def test_records_that_are_heard_again_and_again_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    packed = [pack(Record(robot="r2", stamp=stamp, x=0.0, y=0.0, goal=0)) for stamp in range(10)]
+    monkeypatch.setattr(records, "ROOM", 3 * len(packed[0]))
+    opened = OpenedRecords()
+    first = opened.open(Raw(packed[0]))
+    for one in packed[1:]:
+        opened.open(Raw(one))
+        assert opened.open(Raw(packed[0])) is first
+
+
 def test_bytes_that_are_no_record_are_refused() -> None:
     with pytest.raises(DecodeError):
         OpenedRecords().open(Raw(b"\x80"))

@@ -22,6 +22,23 @@ BLOCKS: dict[str, tuple[Point, Point, tuple[Cell, Cell]]] = {
 }
 
 
+OTHERS = {
+    "a cell": OccupancyMap(np.eye(4, 6, dtype=np.uint8), 0.5),
+    "the shape": OccupancyMap(np.zeros((6, 4), np.uint8), 0.5),
+    "the resolution": OccupancyMap(np.zeros((4, 6), np.uint8), 0.25),
+    "the origin": OccupancyMap(np.zeros((4, 6), np.uint8), 0.5, Pose(0.0, 0.0, 0.1)),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
+def test_maps_are_equal_if_all_of_them_is(other: OccupancyMap) -> None:
+    again = OccupancyMap(np.zeros((6, 4), np.uint8).T, 0.5)
+    assert again == EMPTY
+    assert hash(again) == hash(EMPTY)
+    assert other != EMPTY
+    assert len({EMPTY, again, other}) == 2
+
+
 @pytest.mark.parametrize(("a", "b", "block"), BLOCKS.values(), ids=BLOCKS)
 def test_blocks_between_corners(a: Point, b: Point, block: tuple[Cell, Cell]) -> None:
     assert EMPTY.edited(WALL, a, b)[1:] == block

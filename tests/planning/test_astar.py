@@ -63,7 +63,7 @@ def test_lengths_are_those_of_dijkstra(free: NDArray[np.bool_], data: st.DataObj
 @given(free=grids(9), costs=st.lists(st.integers(64, 448), min_size=81, max_size=81), data=st.data())
 def test_costs_are_those_of_networkx(free: NDArray[np.bool_], costs: list[int], data: st.DataObject) -> None:
     size, columns = free.size, free.shape[1]
-    cost = np.array(costs[:size], np.int64).reshape(free.shape)
+    cost = np.array(costs[:size], np.int16).reshape(free.shape)
     flat = cost.reshape(-1).tolist()
     graph = nx.DiGraph()
     graph.add_nodes_from(range(size))
@@ -173,7 +173,7 @@ import hashlib, numpy as np
 from swarm.planning.astar import Lattice
 free = np.random.default_rng(1).random((80, 90)) > 0.25
 lattice, digest = Lattice.of(free), hashlib.sha256()
-cost = np.random.default_rng(2).integers(64, 300, free.shape)
+cost = np.random.default_rng(2).integers(64, 300, free.shape, np.int16)
 cells = [tuple(c) for c in np.argwhere(free).tolist()]
 for start, goal in zip(cells[::40], reversed(cells[::40])):
     digest.update(repr((lattice.shortest(start, goal), lattice.cheapest(cost, 64, start, goal))).encode())

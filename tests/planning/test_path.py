@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.planning.grid import UNIT, Grid
-from swarm.planning.path import Path, line_is_free, path_is_free, plan
+from swarm.planning.path import Path, is_reachable, line_is_free, path_is_free, plan
 from swarm.planning.path_check import Judge
 from tests.planning.shared import DATA, needs_data
 
@@ -71,6 +71,16 @@ def test_the_disc_touches_nothing_on_any_planned_path(
         assert line_is_free(grid, a, b)
 
 
+@settings(deadline=None, max_examples=200)
+@given(seed=st.integers(0, 50), radius=st.sampled_from((0.0, 0.11, 0.25, 0.3)), start=places, goal=places)
+def test_a_goal_is_reachable_if_and_only_if_a_path_is_found(
+    seed: int, radius: float, start: Point, goal: Point
+) -> None:
+    grid = Grid.grown(random_map(seed), radius, 0.0, 0.1)
+    a, b = ((x - 3.0, y + 2.0) for x, y in (start, goal))
+    assert is_reachable(grid, a, b) == (plan(grid, a, b) is not None)
+
+
 @settings(deadline=None, max_examples=100)
 @given(seed=st.integers(0, 50), margin=st.sampled_from((0.0, 0.2)), data=st.data())
 def test_a_path_is_never_longer_than_the_grids_way_and_keeps_its_room(
@@ -80,7 +90,7 @@ def test_a_path_is_never_longer_than_the_grids_way_and_keeps_its_room(
     cells = np.argwhere(grid.free).tolist()
     (r0, c0), (r1, c1) = data.draw(st.sampled_from(cells)), data.draw(st.sampled_from(cells))
     start, goal = (r0, c0), (r1, c1)
-    way = grid.lattice.cheapest(grid.cost, UNIT, start, goal)
+    way = grid.lattice().cheapest(grid.cost, UNIT, start, goal)
     path = plan(grid, grid.centre_of(start), grid.centre_of(goal))
     assert (way is None) == (path is None)
     if way is None or path is None:

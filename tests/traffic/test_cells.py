@@ -324,6 +324,17 @@ def test_the_newest_256_tables_of_distances_are_kept() -> None:
     assert cells.distances(0) is not first, "the oldest was dropped"
 
 
+@pytest.mark.parametrize(("side", "kept"), [(128, 16), (512, 1)])
+def test_tables_of_a_wide_floor_are_fewer(side: int, kept: int) -> None:
+    cells = CellMap(OccupancyMap(np.ones((side, side), np.uint8), SIDE), side=SIDE, radius=0.23)
+    first = cells.distances(0)
+    for goal in range(1, kept):
+        cells.distances(goal)
+    assert cells.distances(0) is first
+    cells.distances(kept)
+    assert cells.distances(0) is not first
+
+
 @pytest.mark.parametrize(("fine", "count"), [(0.5, 1), (0.5 + 1e-10, 1), (0.5 + 1e-8, 2), (0.3, 1), (0.1, 0)])
 def test_a_row_counts_from_half_a_cell_on_but_for_rounding(fine: float, count: int) -> None:
     """Three fine cells against half a cell more than one cell of 1 m."""
