@@ -152,7 +152,8 @@ class PeerRecords:
         for hops, record in broadcast.others:
             if record.robot == self.me or hops > self._settings.hops:
                 continue
-            self._relaying.hear(own.robot, record)
+            if record.stamp <= tick + SKEW:
+                self._relaying.hear(own.robot, record)
             known = self._known.get(record.robot)
             if known is None or hops + 1 < known.hops or known.record is not record:
                 self._merge(tick, record, hops + 1, refused)
