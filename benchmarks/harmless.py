@@ -115,8 +115,6 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", "if before is not None and (before.x, before.y, before.held, before.claims) == (",
      "`if before"): "a fast path for a robot that stands: what was right is found right again",
     ("swarm/traffic/peer_records.py", "if own.stamp <= self._direct.get(own.robot, -1):", "1 becomes"): _BEFORE,
-    ("swarm/traffic/peer_records.py", "oldest = -1 if self.somebody_listens(tick) or "
-     "tick // settings.every % OLD_NEWS == 0 else tick - settings.keep", "1 becomes"): _BEFORE,
     ("swarm/traffic/sightings.py", "if not self._newest and not self._cleared:", "`if not"): _NOTHING,
     ("swarm/traffic/sightings.py", "if not self._newest:", "`if not"): _NOTHING,
     ("swarm/traffic/standing.py", "lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))",

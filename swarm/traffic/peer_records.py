@@ -10,12 +10,12 @@ from msgspec.structs import replace
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.relaying import Known, Relaying
 from swarm.traffic.settings import TrafficSettings
 
 SKEW: Final = 20  # ticks by which clocks may differ before a record counts as from the future
 MOST_CELLS: Final = 64  # cells in one record's lists
 SILENCE: Final = 100  # ticks between two events about the same fault of the same robot
-OLD_NEWS: Final = 8  # one in so many broadcasts relays the records of robots long silent
 SLACK: Final = 0.5  # m; a robot that moved farther than it can drive by more than this has jumped
 FOREVER: Final = 1 << 60  # ticks
 
@@ -26,13 +26,6 @@ class Event(NamedTuple):
     kind: str
     robots: tuple[str, ...]
     text: str
-
-
-class Known(NamedTuple):
-    """The newest record of a robot."""
-
-    record: Record
-    hops: int  # 1: heard from the robot itself
 
 
 class Live(NamedTuple):
@@ -61,6 +54,7 @@ class PeerRecords:
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each robot itself
         self._told: dict[tuple[str, str], int] = {}
         self._woke = -1
+        self._relaying = Relaying(settings)
         self.cells = cells
         self._settings = settings
         self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
@@ -127,19 +121,8 @@ class PeerRecords:
         return self._live_at(tick).listens
 
     def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
-        """Choose the records to relay: nearest robots first, none that took too many hops.
-
-        Records of robots long silent are relayed now and then, and at once if a robot listens: a new robot has to know
-        of dead ones.
-        """
-        settings = self._settings
-        oldest = -1 if self.somebody_listens(tick) or tick // settings.every % OLD_NEWS == 0 else tick - settings.keep
-        worth = [
-            (hypot(known.record.x - x, known.record.y - y), robot, known)
-            for robot, known in self._known.items()
-            if known.hops <= settings.hops and known.record.stamp >= oldest
-        ]
-        return tuple([Relayed(known.hops, known.record) for _, _, known in sorted(worth)[: settings.relayed]])
+        """Choose the records to relay from a place [m], nearest robots first."""
+        return self._relaying.choose(tick, x, y, self._known, listens=self.somebody_listens(tick))
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
         """Return my cells without those that a live robot holds too: two robots may start in one cell."""
@@ -162,11 +145,15 @@ class PeerRecords:
             self._name(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
             return
         if own.stamp <= tick + SKEW:
+            if own.stamp - self._direct.get(own.robot, -FOREVER) > self._settings.fresh:
+                self._relaying.met(tick)
             self._direct[own.robot] = own.stamp
         self._merge(tick, own, 1, refused)
         for hops, record in broadcast.others:
             if record.robot == self.me or hops > self._settings.hops:
                 continue
+            if record.stamp <= tick + SKEW:
+                self._relaying.hear(own.robot, record)
             known = self._known.get(record.robot)
             if known is None or hops + 1 < known.hops or known.record is not record:
                 self._merge(tick, record, hops + 1, refused)

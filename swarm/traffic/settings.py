@@ -46,7 +46,9 @@ class TrafficSettings:
 
     # records
     hops: int = 3  # how often a record is relayed
-    keep: int = 600  # ticks for which a silent robot's record is relayed
+    relay: int = 12  # ticks between two relays of the record of a robot that somebody near may not hear
+    relay_silent: int = 16  # ticks between two relays of a silent robot's record
+    keep: int = 600  # ticks of silence after which a record is relayed half as often
     relayed: int = 40  # records relayed in one broadcast at most, nearest robots first
 
     # joint plans
