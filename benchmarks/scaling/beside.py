@@ -74,7 +74,7 @@ def installed() -> bool:
         return True
     print(f"installing {REQUIREMENT} ...", file=sys.stderr)
     subprocess.run([sys.executable, "-m", "venv", ENVIRONMENT], check=True)
-    pip = [ENVIRONMENT / "bin" / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    pip = [str(ENVIRONMENT / "bin" / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     if subprocess.run([*pip, REQUIREMENT], stderr=subprocess.DEVNULL, check=False).returncode:
         print(f"left out: {REQUIREMENT} cannot be installed here\n")
         return False
@@ -87,7 +87,7 @@ def theirs(robots: int, seconds: float, folder: Path) -> dict[str, Any]:
     file = folder / "world.yaml"
     file.write_text(json.dumps(world(robots)), encoding="utf-8")
     peer = Path(__file__).with_name("beside_peer.py")
-    command = [ENVIRONMENT / "bin" / "python", peer, str(file), f"{seconds:g}"]
+    command = [str(ENVIRONMENT / "bin" / "python"), str(peer), str(file), f"{seconds:g}"]
     done = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, text=True, check=True)
     answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return answer

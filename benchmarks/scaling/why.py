@@ -72,7 +72,7 @@ def timed(before: Callable[[], object]) -> Iterator[list[float]]:
         seconds.append(thread_time() - began)
         return outputs
 
-    Robot.step = steps  # type: ignore[method-assign]
+    Robot.step = steps  # type: ignore[method-assign, assignment]
     try:
         yield seconds
     finally:
