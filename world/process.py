@@ -292,6 +292,7 @@ class Host:
             planning_grid(self._speaker.scenario),
             scenario=self._speaker.scenario.settings.name,
             seed=self._seed,
+            robots_per_process=self._lobby.most_in_one,
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
             wall_time=self._stopwatch.seconds,
             late_commands=self._last.late,

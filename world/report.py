@@ -15,7 +15,16 @@ from world.world import World, stop_label
 
 
 def report(
-    world: World, grid: Grid, *, scenario: str, seed: int, pace: str, wall_time: float, late_commands: int, reason: str
+    world: World,
+    grid: Grid,
+    *,
+    scenario: str,
+    seed: int,
+    robots_per_process: int,
+    pace: str,
+    wall_time: float,
+    late_commands: int,
+    reason: str,
 ) -> dict[str, Any]:
     """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete."""
     record = world.recorder
@@ -26,6 +35,7 @@ def report(
         "scenario": scenario,
         "seed": seed,
         "robots": len(world.robots),
+        "robots_per_process": robots_per_process,
         "pace": pace,
         "complete": world.complete,
         "reason": "" if world.complete else reason,
