@@ -72,7 +72,7 @@ class Sample(NamedTuple):
     tick: int
     wall: float  # s
     cpu: float  # s, of all its processes
-    memory: list[float]  # MB, own memory of each robot's process
+    memory: list[float]  # MB, own memory of each process of robots
 
 
 @contextmanager
@@ -116,10 +116,10 @@ def clocks(bus: Bus) -> Iterator[Clock]:
             yield arrived.message
 
 
-def sample(tick: int, launcher: psutil.Process, robots: int) -> Sample:
+def sample(tick: int, launcher: psutil.Process, processes: int) -> Sample:
     """Read the CPU time and the memory of all processes of a fleet."""
     members = [launcher, *launcher.children(recursive=True)]
-    deep = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)[-robots:]
+    deep = sorted((one for one in members[1:] if one.ppid() != launcher.pid), key=lambda one: one.pid)[-processes:]
     cpu = sum(sum(one.cpu_times()[:2]) for one in members)
     return Sample(tick, monotonic(), cpu, [one.memory_full_info().uss / 1e6 for one in deep])
 
@@ -132,17 +132,17 @@ class Ran(NamedTuple):
     last: Sample
 
 
-def lockstep(row: Row, seconds: float) -> Ran:
-    """Run a fleet in lockstep until about ``seconds`` simulated seconds have been measured."""
+def lockstep(row: Row, seconds: float, size: int) -> Ran:
+    """Run a fleet in lockstep, ``size`` robots a process, until about ``seconds`` simulated seconds are measured."""
     began, start = monotonic(), None
-    with fleet(row, 10_000.0, "max") as (launcher, endpoint):
+    with fleet(row, 10_000.0, "max", "--robots-per-process", str(size)) as (launcher, endpoint):
         bus = connected(endpoint)
         try:
             samples: list[Sample] = []
             for clock in clocks(bus):
                 start = start or monotonic() - began
                 if clock.tick >= WARMED:
-                    samples.append(sample(clock.tick, launcher, row.robots))
+                    samples.append(sample(clock.tick, launcher, -(-row.robots // size)))
                 if samples and samples[-1].tick - samples[0].tick >= seconds * RATE:
                     break
         finally:
@@ -172,9 +172,9 @@ def in_one_process(row: Row, seconds: float, python: str) -> dict[str, float]:
     return told
 
 
-def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
+def over_processes(row: Row, seconds: float, size: int) -> tuple[str, ...]:
     """Return a row's line of the table of real processes."""
-    start, first, last = lockstep(row, seconds)
+    start, first, last = lockstep(row, seconds, size)
     ticks = last.tick - first.tick
     cost = (last.cpu - first.cpu) / ticks / row.robots * 1e3
     pace = ticks / RATE / (last.wall - first.wall)
@@ -214,6 +214,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
+    parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help="for the lockstep table")
     parser.add_argument("--realtime", action="store_true", help="run in real time and count late commands")
     parser.add_argument("--one-process", action="store_true", help="only the table of one process")
     parser.add_argument("--python", type=os.path.abspath, default=sys.executable, help="interpreter of the package")
@@ -237,7 +238,7 @@ def main() -> None:
     else:
         print(table([ALONE, *(alone(row, options.seconds, options.python) for row in rows)]), "\n", flush=True)
         if not options.one_process:
-            print(table([HEAD, *(over_processes(row, options.seconds) for row in rows)]))
+            print(table([HEAD, *(over_processes(row, options.seconds, options.robots_per_process) for row in rows)]))
 
 
 if __name__ == "__main__":

@@ -9,12 +9,10 @@ from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Welcome
-from swarm.planning.grid import Grid
 from swarm.robot.brain import Robot
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Given, Seat
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import planning_grid
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
 
@@ -82,19 +80,17 @@ class Inbox:
 
 
 class Shared(NamedTuple):
-    """What the robots of a process that were welcomed with the same map have in common; nobody changes it."""
+    """What robots of a process that were welcomed with the same map have in common; nobody changes it."""
 
     welcome: Welcome
     scenario: Scenario
-    grid: Grid | None  # None: each robot learns its own map
     controller: Controller
 
     @classmethod
     def of(cls, welcome: Welcome) -> "Shared":
         """Return it for a robot's welcome."""
         scenario = Scenario.from_wire(welcome.scenario, welcome.packed)
-        grid = planning_grid(scenario) if scenario.settings.map.known else None
-        return cls(welcome, scenario, grid, Controller(scenario.profile))
+        return cls(welcome, scenario, Controller(scenario.profile))
 
     def fits(self, welcome: Welcome) -> bool:
         """Return True if another robot was told the same."""
@@ -111,9 +107,7 @@ def _join(bus: Bus, robots: Sequence[str | None], log: Callable[[str], None]) ->
         if shared is None or not shared.fits(welcome):
             shared = Shared.of(welcome)
         settings, name, start = shared.scenario.settings, welcome.robot, Pose(*welcome.start)
-        robot = Robot(
-            name, number_of(name), shared.scenario, start, shared.grid, shared.controller, edits=welcome.edits
-        )
+        robot = Robot(name, number_of(name), shared.scenario, start, None, shared.controller, edits=welcome.edits)
         if welcome.state is not None:
             robot.resume(welcome.state)
         ear = Ear(inbox.radio, settings.radio.range)

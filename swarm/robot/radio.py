@@ -63,7 +63,7 @@ class Radio:
         """Drop broadcasts that are too far from this tick, if there are many."""
         if len(self.arrived) > self._room:
             self.arrived = {pair: b for pair, b in self.arrived.items() if abs(pair[1] - now) <= PATIENCE}
-            self._room = max(4 * PATIENCE, 2 * len(self.arrived))
+            self._room = max(4 * PATIENCE, 5 * len(self.arrived) // 4)
 
 
 class Ear:

@@ -1,6 +1,7 @@
 """A scenario made ready for a run: the position of its lattice, the planning grid and the start poses."""
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
@@ -39,6 +40,13 @@ def settled(scenario: Scenario) -> Scenario:
 
 def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:
     """Return the planning grid of the scenario's map, or of a ``learned`` map, whose unknown cells count as free."""
-    robot, floor = scenario.settings.robot, scenario.map if learned is None else learned
+    robot = scenario.settings.robot
     margin = EASE * robot.distance_scale
-    return Grid.grown(floor, robot.radius, margin, RESOLUTION, unknown_free=learned is not None)
+    if learned is not None:
+        return Grid.grown(learned, robot.radius, margin, RESOLUTION, unknown_free=True)
+    return _given_grid(scenario.map, robot.radius, margin)
+
+
+@lru_cache(maxsize=1)  # the robots of a machine share what the launcher's fork server has computed
+def _given_grid(floor: OccupancyMap, radius: float, margin: float) -> Grid:
+    return Grid.grown(floor, radius, margin, RESOLUTION)
