@@ -29,6 +29,7 @@ LEFT_OUT = {  # of HOT, and why
     "swarm/planning/path_check.py": "the judge of paths: tests and benchmarks call it",
     "swarm/planning/solve.py": "only `swarm plan` calls it",
     "swarm/robot/process.py": "waits for messages; what it calls is compiled",
+    "swarm/robot/seat.py": "part of the robot's process",
     "world/answers.py": "part of the world's process",
     "world/controls.py": "part of the world's process",
     "world/lobby.py": "part of the world's process",

@@ -39,7 +39,7 @@ QUICK: Final = "not processes and not slow"
 # code that runs as a process is tested with real processes: a separate room, since these tests take long
 PROCESSES: Final = (
     "world/process.py", "world/lobby.py", "world/controls.py", "world/answers.py",
-    "swarm/robot/process.py", "swarm/robot/radio.py",
+    "swarm/robot/process.py",
 )
 ROOMS: Final[dict[str, tuple[str, ...]]] = {  # room: folders and files from which faults are drawn
     "swarm/fuzzy":   ("swarm/fuzzy",),
@@ -57,8 +57,7 @@ TESTS: Final[dict[str, tuple[str, ...]]] = {  # start of a file's path: its test
     "swarm/fuzzy":            ("tests/fuzzy", "tests/cli"),
     "swarm/motion":           ("tests/motion", "tests/robot"),
     "swarm/robot":            ("tests/robot", "tests/ground", *DRIVER),
-    "swarm/robot/process.py": ("tests/launch",),
-    "swarm/robot/radio.py":   ("tests/launch", "tests/bus"),
+    "swarm/robot/process.py": ("tests/launch", "tests/robot/test_inbox.py"),
     "swarm/traffic":          ("tests/traffic", "tests/scenario"),
     "world":                  ("tests/world", "tests/ground/test_movers.py", "tests/ground/test_edits.py"),
     "world/storm":            ("tests/storm",),

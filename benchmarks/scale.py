@@ -56,9 +56,9 @@ def bar(value: float | None) -> str:
     return "" if value is None else f"{value:g}"
 
 
-def over_processes(row: Row, seconds: float) -> tuple[str, ...]:
-    """Return a row's line of the table of real processes."""
-    ran = lockstep(row, seconds)
+def over_processes(row: Row, seconds: float, size: int) -> tuple[str, ...]:
+    """Return a row's line of the table of real processes, with ``size`` robots in each."""
+    ran = lockstep(row, seconds, size)
     cost = robot_tick(row, ran)
     whole = sum(cost.values())
     pace = (ran.last.tick - ran.first.tick) / RATE / (ran.last.wall - ran.first.wall)
@@ -119,6 +119,7 @@ class Asked(NamedTuple):
     rows: list[Row]
     seconds: float
     python: str
+    size: int  # robots per process
 
     @property
     def fleets(self) -> list[Row]:
@@ -137,7 +138,7 @@ def _one_process(asked: Asked) -> None:
 
 
 def _lockstep(asked: Asked) -> None:
-    show(HEAD, [(row.title, partial(over_processes, row, asked.seconds)) for row in asked.fleets])
+    show(HEAD, [(row.title, partial(over_processes, row, asked.seconds, asked.size)) for row in asked.fleets])
 
 
 def _realtime(asked: Asked) -> None:
@@ -180,6 +181,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="rows whose name begins so, for instance 'paper' or 'warehouse 64'")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated time that is measured")
     parser.add_argument("--python", type=os.path.abspath, default=sys.executable, help="interpreter of the package")
+    parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help="of the table in lockstep")
     options = parser.parse_args()
     rows = [row for row in ROWS if row.title.startswith(options.only)]
     if not DATA.is_dir():
@@ -187,7 +189,7 @@ def main() -> None:
         print(f"The rows on MAPF maps are left out: {DATA} is not there.\n")
     print(machine(), "\n", flush=True)
     for name in options.tables or TABLES:
-        TABLES[name](Asked(rows, options.seconds, options.python))
+        TABLES[name](Asked(rows, options.seconds, options.python, options.robots_per_process))
 
 
 if __name__ == "__main__":

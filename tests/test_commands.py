@@ -42,6 +42,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm router --listen tcp/0.0.0.0:7447": "the same",
     "swarm world paper --robots 4 --connect tcp/ROUTER:7447 --fleet NAME": "the same",
     "swarm robot --connect tcp/ROUTER:7447 --fleet NAME": "the same",
+    "swarm robot --count 3 --connect tcp/ROUTER:7447 --fleet NAME": "the same; tests/launch/test_hosted.py runs it",
     "python -m dashboard --connect tcp/ROUTER:7447 --fleet NAME --web": "the same",
     "python -m dashboard --connect tcp/HOST:PORT --fleet NAME --web --record FILE.rrd":
                    "the same; tests/dashboard/test_process.py runs the dashboard",

@@ -25,6 +25,7 @@ class Lobby:
         self._sessions: dict[str, set[str]] = {name: set() for name in robots}
         self._dashboards: set[str] = set()
         self._promised: dict[str, float] = {}
+        self.most_in_one = 0  # robots that were present from one process at a time
         self._watchers, self._watchers_until = watchers, now + WATCHERS
 
     @property
@@ -55,6 +56,8 @@ class Lobby:
         sessions = self._sessions[name]
         if presence.alive:
             sessions.add(session)
+            together = sum(session in others for others in self._sessions.values())
+            self.most_in_one = max(self.most_in_one, together)
             self._promised.pop(name, None)
             many = len(sessions)
             return Note("duplicate", f"runs in {many} processes; stop all but one", name) if many > 1 else None

@@ -290,6 +290,7 @@ class Host:
         settings = self._speaker.scenario.settings
         return report(
             self._world, planning_grid(self._speaker.scenario), scenario=settings.name, seed=self._seed,
+            robots_per_process=self._lobby.most_in_one,
             pace="max" if self._pace == "max" else "realtime" if self._pace == 1.0 else f"{self._pace:g}",
             wall_time=self._stopwatch.seconds, late_commands=self._last.late,
             tick_wall=self._timetable.times.report(), reason=self._reason or missing(self._world),

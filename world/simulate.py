@@ -121,7 +121,7 @@ class Simulation:
         world = self.world
         edited = replace(self.scenario, map=world.floor)
         return report(
-            world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed, pace="max",
-            wall_time=wall_time, late_commands=0, tick_wall=None,
+            world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed,
+            robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

@@ -102,26 +102,26 @@ class Ran(NamedTuple):
 
 
 @cache  # several tables show it
-def lockstep(row: Row, seconds: float) -> Ran:
-    """Run a fleet in lockstep until about ``seconds`` simulated seconds have been measured."""
+def lockstep(row: Row, seconds: float, size: int = 1) -> Ran:
+    """Run a fleet in lockstep, ``size`` robots a process, until about ``seconds`` simulated seconds are measured."""
     began, start, memory = monotonic(), None, 0.0
-    with fleet(row, 10_000.0, "max") as (launcher, endpoint):
+    with fleet(row, 10_000.0, "max", "--robots-per-process", str(size)) as (launcher, endpoint):
         bus = connected(endpoint)
         try:
             samples: list[Sample] = []
             for clock in clocks(bus):
                 start = start or monotonic() - began
-                if clock.tick < WARMED:
-                    continue
-                memory = memory or largest(launcher)
-                samples.append(sample(clock.tick, launcher))
-                if samples[-1].tick - samples[0].tick >= seconds * RATE:
+                if not samples and clock.tick >= WARMED:
+                    memory = largest(launcher)
+                    samples.append(sample(clock.tick, launcher))
+                elif samples and clock.tick - samples[0].tick >= seconds * RATE:
+                    samples.append(sample(clock.tick, launcher))
                     memory = max(memory, largest(launcher))
                     break
         finally:
             bus.__exit__(None, None, None)
     if start is None or len(samples) < 2:
-        raise NotMeasured(f"it ran for less than {WARMED + 2} ticks")
+        raise NotMeasured(f"it ran for less than {WARMED + seconds * RATE:g} ticks")
     return Ran(start, samples[0], samples[-1], memory)
 
 

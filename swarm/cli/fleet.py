@@ -35,6 +35,7 @@ def run(options: argparse.Namespace) -> int:
         launch.Options(
             scenario=scenario,
             robots=robots,
+            robots_per_process=_at_least_one("--robots-per-process", options.robots_per_process),
             seed=seed,
             pace=pace(options.pace),
             limit=limit,
@@ -83,10 +84,19 @@ def world(options: argparse.Namespace) -> int:
 
 
 def robot(options: argparse.Namespace) -> int:
-    """Run one robot."""
-    from swarm.robot.process import run as be_robot
+    """Run one robot, or more of them in this process."""
+    from swarm.robot.process import run as be_robots
 
-    return be_robot(_endpoint(options), options.fleet, options.id)
+    count = _at_least_one("--count", options.count)
+    if options.id is not None and count > 1:
+        raise ConfigError(f"--id: expected no name with --count {count}, got {options.id!r}; leave one of them out")
+    return be_robots(_endpoint(options), options.fleet, [options.id] * count)
+
+
+def _at_least_one(option: str, robots: int) -> int:
+    if robots < 1:
+        raise ConfigError(f"{option}: expected at least 1 robot, got {robots}")
+    return robots
 
 
 def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, int, float]:
@@ -110,6 +120,8 @@ def add(commands: "Commands[Parser]") -> None:
     launch.add_argument("scenario", type=Path, nargs="?", help=text)
     launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
     _of_a_run(launch)
+    text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
+    launch.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
     launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
     launch.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
@@ -127,8 +139,9 @@ def add(commands: "Commands[Parser]") -> None:
     _of_a_process(one)
     one.set_defaults(command=world)
 
-    one = commands.add_parser("robot", help="run one robot of a fleet")
+    one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
     one.add_argument("--id", help="its name, such as r1; by default the first free one")
+    one.add_argument("--count", type=int, default=1, metavar="K", help="robots in this process, 1 by default")
     _of_a_process(one)
     one.set_defaults(command=robot)
 

@@ -37,8 +37,8 @@ def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> d
     """Run a plan with a process for each robot, for ``limit`` [simulated s] at most, and return the world's report."""
     scenario = plan.to_scenario()
     options = Options(
-        scenario=scenario, robots=plan.robots, seed=scenario.settings.seed, pace="max", limit=limit, wait=False,
-        dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
+        scenario=scenario, robots=plan.robots, robots_per_process=1, seed=scenario.settings.seed, pace="max",
+        limit=limit, wait=False, dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
     )  # fmt: skip
     endpoint = Endpoint("127.0.0.1", 0).claim()
     said: list[str] = []

@@ -108,6 +108,19 @@ def test_what_is_sent_arrives_in_order_with_the_ids_of_its_key(make_bus: MakeBus
         assert arrival == Arrival(PLAN, {"robot": "r2"}, plan("r2", tick))
 
 
+def test_a_session_hears_itself_once(make_bus: MakeBus) -> None:
+    """Robots of one process hear each other in this way."""
+    one = make_bus()
+    one.listen(RADIO, quiet=True, zx=0, zy=0)
+    one.listen(EVENT)
+    one.send(RADIO, broadcast("r1"), zx=0, zy=0, robot="r1")
+    one.send(EVENT, event(1))
+    assert [one.receive(PATIENCE) for _ in range(2)] == [
+        Arrival(RADIO, {"zx": "0", "zy": "0", "robot": "r1"}, broadcast("r1")), Arrival(EVENT, {}, event(1)),
+    ]  # fmt: skip
+    assert one.receive(QUIET) is None
+
+
 def test_a_part_of_the_key_left_out_matches_all_and_only_that(make_bus: MakeBus) -> None:
     here, there = make_bus(), make_bus()
     there.listen(RADIO, zx=1)

@@ -9,7 +9,7 @@ from world.simulate import Simulation
 
 SUMMARY: dict[str, Any] = {
     "complete": True, "reason": "", "sim_time": 104.25, "wall_time": 2.0, "real_time_factor": 52.125,
-    "late_commands": 3, "contacts": {"robot": 0, "wall": 1, "obstacle": 0}, "clearance_min": 0.1234,
+    "late_commands": 3, "robots_per_process": 1, "contacts": {"robot": 0, "wall": 1, "obstacle": 0}, "clearance_min": 0.1234,
     "steering": {"angle": {"tables": 0.916, "turned": 0.084}},
     "per_robot": {"r1": {"reached": [12.3, None], "path_length": 50.04, "waiting": 1.5}},
 }  # fmt: skip
@@ -39,5 +39,11 @@ def test_a_world_that_ended_without_a_report_leaves_its_reason() -> None:
     ]
 
 
+def test_robots_that_shared_a_process_are_said() -> None:
+    lines = closing_lines(SUMMARY | {"robots_per_process": 8}, None)
+    assert lines[3] == "  not a process for each robot: up to 8 robots shared one"
+    assert lines[4].startswith("  r1: ")
+
+
 def test_a_report_has_all_that_is_said(paper: Scenario) -> None:
-    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), None)) == 5
+    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), None)) == 6

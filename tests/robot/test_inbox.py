@@ -1,56 +1,91 @@
-"""The inbox of a robot's process accepts only a sense that fits its scenario."""
+"""The inbox of a process: broadcasts go to its receiver, each sense to the robot of its key; who waits longest is next."""
 
 from typing import Any
 from unittest.mock import Mock
 
 import msgspec
-import pytest
 
-from swarm.bus import Arrival
-from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic
-from swarm.robot.process import MOST_NAMED, Inbox
-from swarm.robot.radio import Radio
-from tests.robot.shared import robot
+from swarm.bus import Arrival, Bus, Link
+from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic, Welcome
+from swarm.robot.process import Inbox, _join
+from swarm.robot.radio import Ear, Radio
+from swarm.robot.seat import Seat
+from tests.robot.shared import AT, FITS, robot, scenario
 
-FITS = Sense(
-    run=0, tick=7, time=0.35, lockstep=True, x=2.5, y=3.5, yaw=0.0, linear=0.0, angular=0.0,
-    left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
-)  # fmt: skip
+MISFIT = msgspec.structs.replace(FITS, rays=[])
 
 
-def inbox() -> tuple[Inbox, Mock, list[str]]:
-    radio, said = Mock(spec=Radio), list[str]()
-    return Inbox(robot(), radio, said.append), radio, said
+def inbox(*names: str) -> Inbox:
+    """Return an inbox of robots that hear nothing."""
+    one = Inbox(Mock(spec=Radio, arrived={}))
+    for name in names:
+        one.seats[name] = Seat(robot(name), Ear(one.radio, 10.0), 3, lambda line: None)
+    return one
 
 
-def arrival(topic: Topic[Any], message: object) -> Arrival:
-    return Arrival(topic, {"robot": "r2"}, message)
+def arrival(name: str, topic: Topic[Any] = SENSE, message: object = FITS) -> Arrival:
+    return Arrival(topic, {"robot": name}, message)
 
 
-def test_a_sense_that_fits_is_taken_and_a_broadcast_is_put_away() -> None:
-    one, radio, said = inbox()
-    assert one.sort(arrival(SENSE, FITS)) is FITS
-    assert one.sort(arrival(RADIO, "words")) is None
-    radio.take.assert_called_once_with("words")
-    assert one.sort(arrival(COMMAND, FITS)) is None
-    assert one.sort(None) is None
-    assert said == []
+def lacking(sense: Sense) -> Sense:
+    return msgspec.structs.replace(sense, hears=[("r9", 6)])
 
 
-@pytest.mark.parametrize(
-    ("field", "count", "expected"), [("rays", 0, 15), ("rays", 14, 15), ("rays", 16, 15), ("bearings", 3, 4)]
-)
-def test_a_sense_of_another_scenario_is_dropped_and_named_once(field: str, count: int, expected: int) -> None:
-    one, _, said = inbox()
-    other = msgspec.structs.replace(FITS, **{field: [1.0] * count})
-    assert [one.sort(arrival(SENSE, other)) for _ in range(3)] == [None] * 3
-    assert len(said) == 1
-    assert f"r2: tick 7: the sense was dropped: {field}: expected {expected}, got {count};" in said[0]
-    assert one.sort(arrival(SENSE, FITS)) is FITS, "the next good one is taken"
+def test_a_sense_goes_to_the_robot_of_its_key_and_a_broadcast_to_the_receiver() -> None:
+    one = inbox("r1", "r2")
+    one.sort(arrival("r2"))
+    one.sort(arrival("r9", RADIO, "words"))
+    one.sort(arrival("r1", COMMAND))
+    one.sort(Link(up=True))
+    assert one.radio.take.call_args.args == ("words",)  # type: ignore[attr-defined]
+    assert list(one.waiting) == ["r2"]
+    assert one.seats["r2"].sense is FITS
+    assert one.ready(0.0) is one.seats["r2"]
+    assert one.ready(0.0) is None
 
 
-def test_a_flood_of_wrong_senses_fills_no_log() -> None:
-    one, _, said = inbox()
-    for count in range(20, 20 + 3 * MOST_NAMED):
-        assert one.sort(arrival(SENSE, msgspec.structs.replace(FITS, rays=[1.0] * count))) is None
-    assert len(said) == MOST_NAMED
+def test_who_waits_longest_is_next_and_a_newer_sense_does_not_send_it_back() -> None:
+    one = inbox("r1", "r2", "r3")
+    for name in ("r2", "r3", "r1"):
+        one.sort(arrival(name))
+    newer = msgspec.structs.replace(FITS, tick=FITS.tick + 1)
+    one.sort(arrival("r2", message=newer))
+    assert one.seats["r2"].sense is newer
+    assert [one.ready(0.0) for _ in range(4)] == [one.seats["r2"], one.seats["r3"], one.seats["r1"], None]
+
+
+def test_who_lacks_a_broadcast_lets_the_others_pass_and_stays() -> None:
+    one = inbox("r1", "r2")
+    one.sort(arrival("r1", message=lacking(FITS)))
+    one.sort(arrival("r2"))
+    assert one.ready(0.0) is one.seats["r2"]
+    assert one.ready(0.0) is None
+    assert list(one.waiting) == ["r1"]
+
+
+def test_a_sense_that_does_not_fit_keeps_nobody_waiting() -> None:
+    one = inbox("r1", "r2")
+    one.sort(arrival("r1", message=MISFIT))
+    assert list(one.waiting) == []
+    one.sort(arrival("r1"))
+    one.sort(arrival("r1", message=MISFIT))
+    assert one.seats["r1"].sense is FITS, "the good one is not lost"
+
+
+def welcome(name: str, edits: int) -> Welcome:
+    settings, packed = scenario().to_wire()
+    return Welcome(robot=name, scenario=settings, packed=packed, edits=edits, start=(AT.x, AT.y, AT.yaw), state=None)
+
+
+def test_all_robots_of_a_process_share_what_the_world_told_each_of_them_alike() -> None:
+    bus = Mock(spec=Bus)
+    bus.ask.side_effect = [welcome("r1", 0), welcome("r2", 0), welcome("r3", 1)]
+    seats = list(_join(bus, [None, None, "r3"], lambda line: None).seats.values())
+    assert [seat.name for seat in seats] == ["r1", "r2", "r3"]
+    first, second, third = (seat._robot for seat in seats)
+    assert first._ground.map is second._ground.map
+    assert first._ground.grid is second._ground.grid
+    assert third._ground.map is not first._ground.map, "an edit came between"
+    asked = [call.args[1].robot for call in bus.ask.call_args_list]
+    assert asked == [None, None, "r3"]
+    assert [call.args for call in bus.announce.call_args_list] == [("robot", name) for name in ("r1", "r2", "r3")]

@@ -240,7 +240,7 @@ FLAGS = {
     "an odd dashboard":    (["--dashboard", "paper"], "dashboard: expected one of auto, viewer, web, off, got 'paper'"),
     "a report nowhere":    (["--report", "/nowhere/at/all.json"], "--report /nowhere/at/all.json: expected a folder that can be written"),
     "a report in a folder": (["--report", "/"], "--report /: expected a file's name, got a folder"),
-    "an unknown flag":     (["--robot", "2", "--colour", "red"], "unrecognized arguments: --colour red"),
+    "an unknown flag":     (["--robots", "2", "--colour", "red"], "unrecognized arguments: --colour red"),
 }
 # fmt: on
 

@@ -88,8 +88,8 @@ def run(ticks: int = TICKS) -> World:
 def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
     grid = planning_grid(scenario())
     return report(
-        world, grid, scenario="by hand", seed=17, pace="2.0", wall_time=7.0, late_commands=3, tick_wall=TICK_WALL,
-        reason=reason,
+        world, grid, scenario="by hand", seed=17, robots_per_process=2, pace="2.0", wall_time=7.0,
+        late_commands=3, tick_wall=TICK_WALL, reason=reason,
     )  # fmt: skip
 
 
@@ -122,7 +122,7 @@ STEERING = {  # nobody was given any sense to ask the tables about, and nobody t
     "steering.scaled.time": 0.0, "steering.scaled.mean": 1.0,
 }
 ALWAYS: dict[str, Any] = {
-    "scenario": "by hand", "seed": 17, "robots": 4, "pace": "2.0", "complete": False, "reason": "nobody moves",
+    "scenario": "by hand", "seed": 17, "robots": 4, "robots_per_process": 2, "pace": "2.0", "complete": False, "reason": "nobody moves",
     "sim_time": pytest.approx(TICKS * DT), "wall_time": 7.0, "real_time_factor": pytest.approx(TICKS * DT / 7.0),
     "ticks": TICKS, "late_commands": 3, **{f"tick_wall.{name}": seconds for name, seconds in TICK_WALL.items()},
     "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0,  # r3 and r4 touch once, though each says so
@@ -174,16 +174,9 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
     for _ in range(2):
         world.step({"r1": msgspec.structs.replace(REST, reached=[True], activity=Activity.DONE)})
     summary = report(
-        world,
-        planning_grid(floor),
-        scenario="s",
-        seed=1,
-        pace="max",
-        wall_time=0.0,
-        late_commands=0,
-        tick_wall=None,
-        reason="late",
-    )
+        world, planning_grid(floor), scenario="s", seed=1, robots_per_process=1, pace="max", wall_time=0.0,
+        late_commands=0, tick_wall=None, reason="late",
+    )  # fmt: skip
     assert (summary["complete"], summary["reason"], summary["real_time_factor"]) == (True, "", 0.0)
     assert missing(world) == ""
 

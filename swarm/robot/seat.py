@@ -1,0 +1,96 @@
+"""The place of one robot in its process: the sense that it has not answered yet, and its last answers."""
+
+from collections.abc import Callable, Iterable
+from typing import Final, NamedTuple
+
+from swarm.messages import Map, Sense
+from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.radio import Ear, Zone
+from swarm.scenario.load import Scenario
+
+OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
+MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
+
+
+class Given(NamedTuple):
+    """A robot's answer to one sense, and the radio zone that it is sent from."""
+
+    outputs: Outputs
+    zone: Zone
+    sure: bool  # in lockstep the broadcast waits for room in the queue
+
+
+class Repeats:
+    """The answers of the last ticks: a robot steps once per tick, and a repeated sense gets the same answer."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._given: dict[tuple[int, int], Given] = {}  # by run and tick, oldest first
+
+    def to(self, sense: Sense) -> Given | None:
+        """Return the earlier answer to this sense, or None."""
+        return self._given.get((sense.run, sense.tick))
+
+    def keep(self, sense: Sense, answer: Given) -> None:
+        """Store an answer; drop the oldest one if there are too many."""
+        self._given[sense.run, sense.tick] = answer
+        if len(self._given) > self._most:
+            del self._given[next(iter(self._given))]
+
+
+class Seat:
+    """One robot of a process. The caller passes the time ``now`` [s], always of one clock."""
+
+    def __init__(self, robot: Robot, ear: Ear, kept: int, log: Callable[[str], None]) -> None:
+        self.name = robot.name
+        self.sense: Sense | None = None  # not answered yet
+        self._robot = robot
+        self._ear = ear
+        self._repeats = Repeats(kept)
+        self._log = log
+        self._until: float | None = None  # s; lockstep waits for missing broadcasts until then
+        self._named: set[str] = set()
+
+    def take(self, sense: Sense) -> None:
+        """Take a sense to answer, unless a newer one waits; drop one that does not fit and log each reason once."""
+        fault = self._robot.fault_of(sense)
+        if fault is not None:
+            if fault not in self._named and len(self._named) < MOST_NAMED:
+                self._named.add(fault)
+                self._log(f"{self.name}: tick {sense.tick}: the sense was dropped: {fault}")
+        elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
+            self.sense, self._until = sense, None
+            if sense.run != self._robot.run:
+                self._ear.begin(sense.run)
+
+    def ready(self, now: float) -> bool:
+        """Return True if there is a sense and, in lockstep, the broadcasts that it lists are here or overdue."""
+        sense = self.sense
+        if sense is None:
+            return False
+        if not sense.lockstep or self._repeats.to(sense) is not None or not self._ear.lacks(sense.hears):
+            return True
+        if self._until is None:
+            self._until = now + OVERDUE
+        return now > self._until
+
+    def answer(self, fetch: Callable[[], Iterable[Map]]) -> Given:
+        """Return the answer to the sense; ``fetch`` returns the world's map, for a robot that has missed edits."""
+        sense, self.sense = self.sense, None
+        assert sense is not None
+        if (again := self._repeats.to(sense)) is not None:
+            return again
+        if sense.lockstep and self._ear.lacks(sense.hears):
+            self._log(f"{self.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
+        heard = (self._ear.exactly if sense.lockstep else self._ear.what_came)(sense.hears, sense.tick)
+        if self._robot.missed(sense):
+            for floor in fetch():
+                self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
+        zone = self._ear.tune(sense.x, sense.y)
+        given = Given(self._robot.step(Inputs(sense, heard)), zone, sure=sense.lockstep)
+        self._repeats.keep(sense, given)
+        return given
+
+    def leave(self) -> None:
+        """Give up the radio zones of the robot."""
+        self._ear.close()

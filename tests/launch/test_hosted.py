@@ -1,0 +1,108 @@
+"""Several robots in one process: the same run, one restart for all of them, and a report that says so."""
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from swarm.bus import Endpoint
+from swarm.cli import main
+from swarm.messages import EVENT, Phase
+from swarm.scenario.load import load
+from tests.conftest import MakeBus
+from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_event, await_phase, await_presence
+from world.simulate import Simulation
+
+
+@pytest.fixture
+def noisy(tmp_runtime: Path) -> Path:
+    """Write a scenario in which robots hear each other from other zones, and not always."""
+    path = tmp_runtime / "noisy.yaml"
+    path.write_text(SMALL.replace("limit: 300", "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3, range: 5.0}"))
+    return path
+
+
+@pytest.mark.processes
+def test_robots_that_share_processes_drive_the_very_run_that_objects_drive(noisy: Path, tmp_runtime: Path) -> None:
+    expected = Simulation.of(load(noisy), 3, 1).run()["digest"]
+    for size in (1, 2, 3, 1000):
+        arguments = ("--pace", "max", "--robots-per-process", str(size))
+        with Fleet(noisy, *arguments, robots=3, runtime=tmp_runtime) as fleet:
+            assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+        assert report["digest"] == expected, size
+        assert report["robots_per_process"] == min(size, 3)
+        assert ("robots shared one" in fleet.text) == (size > 1)
+
+
+@pytest.mark.processes
+def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on(tmp_runtime: Path) -> None:
+    path = tmp_runtime / "small.yaml"
+    path.write_text(SMALL)
+    with (
+        Fleet(path, "--pace", "10", "--robots-per-process", "3", robots=3, runtime=tmp_runtime) as fleet,
+        fleet.bus() as bus,
+    ):
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_event(bus, lambda event: event.kind == "reached")
+        fleet.member("r1-r3").kill()
+        assert {await_event(bus, lambda event: event.kind == "gone").robot for _ in range(3)} == {"r1", "r2", "r3"}
+        assert fleet.end() == 0, fleet.text
+        assert "r1-r3 was ended by signal 9; started again" in fleet.text
+        assert fleet.report()["complete"]
+        fleet.assert_nobody_is_left()
+
+
+@pytest.mark.processes
+def test_a_run_of_shared_processes_that_is_restarted_is_the_first_one_again(noisy: Path, tmp_runtime: Path) -> None:
+    expected = Simulation.of(load(noisy), 3, 1).run()["digest"]
+    arguments = ("--pace", "max", "--robots-per-process", "2")
+    with Fleet(noisy, *arguments, robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_clock(bus, lambda clock: clock.tick > 50)
+        assert main(["restart"]) == 0
+        assert await_clock(bus, lambda clock: clock.run == 1)
+        assert fleet.end() == 0, fleet.text
+        assert fleet.report()["digest"] == expected
+
+
+@pytest.mark.processes
+def test_one_command_joins_with_several_robots_leaves_with_all_and_finds_the_next_world(
+    noisy: Path, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "hosted")
+    world = ("world", str(noisy), "--robots", "3", "--pace", "1", *wire)
+    bus = make_bus(fleet="hosted")
+    bus.watch_presence()
+    with Command("robot", "--count", "3", *wire, runtime=tmp_runtime) as robots:
+        for _ in range(2):
+            with Command(*world, runtime=tmp_runtime) as first:
+                await_phase(bus, Phase.RUNNING)
+                with Command("robot", "--count", "2", *wire, runtime=tmp_runtime) as others:
+                    assert others.end() == 2
+                    others.await_line("all 3 places are taken")
+                first.process.send_signal(signal.SIGTERM)
+                assert first.end() == 1
+                await_presence(bus, "world", alive=False)  # no clock of it comes after this
+        with Command(*world, runtime=tmp_runtime):
+            await_phase(bus, Phase.RUNNING)
+            robots.process.send_signal(signal.SIGINT)
+            await_presence(bus, "r3", alive=False)
+            assert robots.end() == 0
+            assert "Traceback" not in robots.text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "paper", "--robots-per-process", "0"], "--robots-per-process: expected at least 1 robot, got 0"),
+        (["robot", "--count", "-1"], "--count: expected at least 1 robot, got -1"),
+        (["robot", "--id", "r1", "--count", "2"], "--id: expected no name with --count 2, got 'r1'; leave one of them"),
+    ],
+)
+def test_a_number_that_makes_no_process_is_a_sentence(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    assert said in capsys.readouterr().err

@@ -1,0 +1,192 @@
+"""The place of a robot in its process: what it takes, what it waits for, and that it answers each sense once."""
+
+from unittest.mock import Mock
+
+import msgspec
+import pytest
+
+from swarm.bus import Bus
+from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
+from swarm.robot.brain import Inputs
+from swarm.robot.radio import Ear, Radio
+from swarm.robot.seat import MOST_NAMED, OVERDUE, Given, Repeats, Seat
+from tests.robot.shared import FITS, robot, scenario
+
+LIVE = msgspec.structs.replace(FITS, lockstep=False)
+NOW = 100.0  # s
+
+
+def later(sense: Sense, ticks: int = 1, **fields: object) -> Sense:
+    return msgspec.structs.replace(sense, tick=sense.tick + ticks, **fields)
+
+
+def broadcast(name: str, tick: int, run: int = 0) -> Broadcast:
+    return Broadcast(
+        robot=name, run=run, tick=tick, x=4.5, y=3.5, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
+        reached=[False],
+    )  # fmt: skip
+
+
+class Chair:
+    """A seat with its receiver and what it logs; a fetch of the map is counted."""
+
+    def __init__(self, kept: int = 3) -> None:
+        self.said: list[str] = []
+        self.fetched = 0
+        self.radio = Radio(Mock(spec=Bus))
+        self.robot = robot()
+        self.robot.step = Mock(side_effect=self.robot.step)  # type: ignore[method-assign]
+        self.seat = Seat(self.robot, Ear(self.radio, 10.0), kept, self.said.append)
+
+    def fetch(self) -> list[Map]:
+        self.fetched += 1
+        settings, packed = scenario().to_wire()
+        return [Map(scenario=settings, packed=packed, edits=5)]
+
+    def answer(self, sense: Sense, now: float = NOW) -> Given:
+        self.seat.take(sense)
+        assert self.seat.ready(now)
+        return self.seat.answer(self.fetch)
+
+    @property
+    def heard(self) -> list[tuple[str, int]]:
+        """What the robot was given to hear at its last step."""
+        inputs: Inputs = self.robot.step.call_args.args[0]  # type: ignore[attr-defined]
+        return [(one.robot, one.tick) for one in inputs.heard]
+
+
+def test_a_sense_is_answered_once() -> None:
+    one = Chair()
+    assert not one.seat.ready(NOW)
+    given = one.answer(FITS)
+    assert given.outputs.command.tick == FITS.tick
+    assert given.zone == (0, 0)
+    assert given.sure
+    assert one.seat.sense is None
+    assert not one.seat.ready(NOW)
+    assert not one.answer(later(LIVE)).sure, "in real time a broadcast waits for nobody"
+
+
+@pytest.mark.parametrize("newer_first", [True, False])
+@pytest.mark.parametrize("newer", [{"tick": 8}, {"run": 1, "tick": 0}])
+def test_the_newer_of_two_senses_is_answered(newer: dict[str, int], newer_first: bool) -> None:
+    one = Chair()
+    other = msgspec.structs.replace(FITS, **newer)
+    for sense in (other, FITS) if newer_first else (FITS, other):
+        one.seat.take(sense)
+    assert one.seat.sense is other
+
+
+def test_lockstep_waits_for_every_broadcast_that_the_sense_lists() -> None:
+    one = Chair()
+    one.seat.take(msgspec.structs.replace(FITS, hears=[("r1", 6), ("r3", 6)]))
+    one.radio.take(broadcast("r3", 6))
+    assert not one.seat.ready(NOW)
+    one.radio.take(broadcast("r1", 6))
+    one.radio.take(broadcast("r1", 2))
+    assert one.seat.ready(NOW)
+    one.seat.answer(one.fetch)
+    assert one.heard == [("r1", 6), ("r3", 6)]
+    assert one.said == []
+
+
+def test_lockstep_waits_only_so_long_and_says_so_once() -> None:
+    one = Chair()
+    one.seat.take(msgspec.structs.replace(FITS, hears=[("r1", 6)]))
+    assert not one.seat.ready(NOW)
+    assert not one.seat.ready(NOW + OVERDUE)
+    assert one.seat.ready(NOW + OVERDUE + 0.001)
+    one.seat.answer(one.fetch)
+    assert one.heard == []
+    assert one.said == ["r2: tick 7: a broadcast that was heard did not arrive in 2.0 s"]
+    one.seat.take(later(FITS, hears=[("r1", 7)]))
+    assert not one.seat.ready(NOW + 10), "each sense has its own time"
+    one.seat.take(later(FITS, 2, hears=[("r1", 8)]))
+    assert not one.seat.ready(NOW + 10 + OVERDUE + 0.001), "a newer one too"
+
+
+def test_real_time_takes_what_has_come() -> None:
+    one = Chair()
+    one.radio.take(broadcast("r3", 6))
+    one.answer(msgspec.structs.replace(LIVE, hears=[("r1", 6), ("r3", 6)]))
+    assert one.heard == [("r3", 6)]
+    one.radio.take(broadcast("r1", 6))
+    one.answer(later(LIVE))
+    assert one.heard == [("r1", 6)], "what came late is heard late"
+    one.answer(later(LIVE, 2))
+    assert one.heard == [], "and only once"
+
+
+def test_a_sense_that_comes_again_gets_the_same_answer_and_no_second_step() -> None:
+    one = Chair()
+    one.radio.take(broadcast("r1", 6))
+    sense = msgspec.structs.replace(FITS, hears=[("r1", 6)])
+    first = one.answer(sense)
+    one.radio.begin(1)  # whatever has become of the broadcast
+    assert one.answer(sense) is first
+    assert one.robot.step.call_count == 1  # type: ignore[attr-defined]
+    assert one.said == []
+
+
+def test_a_new_run_forgets_the_broadcasts_of_the_run_before_it_and_keeps_its_own() -> None:
+    one = Chair()
+    one.answer(msgspec.structs.replace(FITS, tick=0))
+    one.radio.take(broadcast("r1", 0))
+    one.radio.take(broadcast("r3", 0, run=1))
+    one.seat.take(msgspec.structs.replace(FITS, run=1, tick=1, hears=[("r1", 0), ("r3", 0)]))
+    assert not one.seat.ready(NOW), "r1 has said that in the run before"
+    one.radio.take(broadcast("r1", 0, run=1))
+    assert one.seat.ready(NOW)
+
+
+def test_missed_edits_fetch_the_map() -> None:
+    one = Chair()
+    floor = one.robot._ground.map.cells
+    edit = Edit(kind=Kind.WALL, low=(6.0, 1.0), high=(7.0, 2.0))
+    one.answer(msgspec.structs.replace(FITS, edits=[edit]))
+    one.answer(later(FITS, edits_before=1))
+    assert one.fetched == 0
+    assert (one.robot._ground.map.cells != floor).any()
+    one.answer(later(FITS, 2, edits_before=5))
+    assert one.fetched == 1
+    assert (one.robot._ground.map.cells == floor).all(), "the world's map, not its own"
+    one.answer(later(FITS, 3, edits_before=5))
+    assert one.fetched == 1
+
+
+# --- what does not fit ---
+
+
+@pytest.mark.parametrize(
+    ("field", "count", "expected"), [("rays", 0, 15), ("rays", 14, 15), ("rays", 16, 15), ("bearings", 3, 4)]
+)
+def test_a_sense_of_another_scenario_is_dropped_and_named_once(field: str, count: int, expected: int) -> None:
+    one = Chair()
+    for _ in range(3):
+        one.seat.take(msgspec.structs.replace(FITS, **{field: [1.0] * count}))
+    assert one.seat.sense is None
+    assert len(one.said) == 1
+    assert f"r2: tick 7: the sense was dropped: {field}: expected {expected}, got {count};" in one.said[0]
+    one.seat.take(FITS)
+    assert one.seat.sense is FITS, "the next good one is taken"
+
+
+def test_a_flood_of_wrong_senses_fills_no_log() -> None:
+    one = Chair()
+    for count in range(20, 20 + 3 * MOST_NAMED):
+        one.seat.take(msgspec.structs.replace(FITS, rays=[1.0] * count))
+    assert one.seat.sense is None
+    assert len(one.said) == MOST_NAMED
+
+
+# --- the answers that are kept ---
+
+
+def test_only_the_last_answers_are_kept() -> None:
+    repeats = Repeats(most=3)
+    answer = Given(robot().step(Inputs(FITS, [])), (0, 0), sure=True)
+    for tick in range(5):
+        repeats.keep(msgspec.structs.replace(FITS, tick=tick), answer)
+    kept = [tick for tick in range(5) if repeats.to(msgspec.structs.replace(FITS, tick=tick)) is not None]
+    assert kept == [2, 3, 4]
+    assert repeats.to(msgspec.structs.replace(FITS, tick=4, run=1)) is None
