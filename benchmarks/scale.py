@@ -40,13 +40,13 @@ LATE: Final = 0.01  # share of late commands, at most
 FAULTS: Final = (NotMeasured, SwarmError, psutil.Error, subprocess.SubprocessError, OSError, ValueError, LookupError)
 
 
-def in_real_time(row: Row, seconds: float) -> realtime.Punctual:
+def in_real_time(row: Row, seconds: float, python: str) -> realtime.Punctual:
     """Run a fleet in real time, at its rate, for ``seconds`` or as many ticks as p99.9 needs."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "report.json"
         where = realtime.at_rate(row.where, row.robots, row.rate, Path(folder))
         limit = max(seconds, realtime.TICKS / row.rate)
-        with fleet(row._replace(where=where), limit, "realtime", "--report", str(file)) as (launcher, _):
+        with fleet(row._replace(where=where), limit, "realtime", "--report", str(file), python=python) as (launcher, _):
             launcher.wait(PATIENCE + 10 * limit)
         return realtime.punctual(json.loads(file.read_text(encoding="utf-8")))
 
@@ -56,9 +56,9 @@ def bar(value: float | None) -> str:
     return "" if value is None else f"{value:g}"
 
 
-def over_processes(row: Row, seconds: float, size: int) -> tuple[str, ...]:
+def over_processes(row: Row, seconds: float, python: str, size: int) -> tuple[str, ...]:
     """Return a row's line of the table of real processes, with ``size`` robots in each."""
-    ran = lockstep(row, seconds, size)
+    ran = lockstep(row, seconds, python, size)
     cost = robot_tick(row, ran)
     whole = sum(cost.values())
     pace = (ran.last.tick - ran.first.tick) / RATE / (ran.last.wall - ran.first.wall)
@@ -83,9 +83,9 @@ def alone(row: Row, seconds: float, python: str) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def on_time(row: Row, seconds: float) -> tuple[str, ...]:
+def on_time(row: Row, seconds: float, python: str) -> tuple[str, ...]:
     """Return a row's line of the table of real time."""
-    told = in_real_time(row, seconds)
+    told = in_real_time(row, seconds, python)
     times = (told.p50, told.p99, told.p99_9, told.longest)
     return (
         f"{row.rate:g}", f"{told.late:.4f}", bar(LATE),
@@ -96,7 +96,9 @@ def on_time(row: Row, seconds: float) -> tuple[str, ...]:
 def carried(row: Row, seconds: float, python: str) -> tuple[wire.Measured, dict[str, float]]:
     """Measure what the robots of a fleet send, and the CPU time of a robot-tick [s] by kind of process."""
     told = in_one_process(row.where, row.robots, seconds, python)
-    return wire.Measured(*(told[field] for field in wire.Measured._fields)), robot_tick(row, lockstep(row, seconds))
+    return wire.Measured(*(told[field] for field in wire.Measured._fields)), robot_tick(
+        row, lockstep(row, seconds, python)
+    )
 
 
 HEAD: Final = (
@@ -138,11 +140,14 @@ def _one_process(asked: Asked) -> None:
 
 
 def _lockstep(asked: Asked) -> None:
-    show(HEAD, [(row.title, partial(over_processes, row, asked.seconds, asked.size)) for row in asked.fleets])
+    show(
+        HEAD,
+        [(row.title, partial(over_processes, row, asked.seconds, asked.python, asked.size)) for row in asked.fleets],
+    )
 
 
 def _realtime(asked: Asked) -> None:
-    show(ON_TIME, [(row.title, partial(on_time, row, asked.seconds)) for row in asked.fleets])
+    show(ON_TIME, [(row.title, partial(on_time, row, asked.seconds, asked.python)) for row in asked.fleets])
 
 
 def _beside(asked: Asked) -> None:

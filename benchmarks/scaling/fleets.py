@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Final, NamedTuple
 
@@ -33,21 +34,24 @@ class Sample(NamedTuple):
 
 
 @contextmanager
-def fleet(row: Row, limit: float, pace: str, *more: str) -> Iterator[tuple[psutil.Process, Endpoint]]:
-    """Run a row's fleet inside the block."""
+def fleet(
+    row: Row, limit: float, pace: str, *more: str, python: str = sys.executable
+) -> Iterator[tuple[psutil.Process, Endpoint]]:
+    """Run a row's fleet, with the package that is installed beside an interpreter, inside the block."""
     endpoint = Endpoint("127.0.0.1", 0).claim()
     command = [
-        sys.executable, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
+        python, "-m", "swarm.cli", "run", *row.where, "--robots", str(row.robots), "--seed", "7",
         "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
         "--port", str(endpoint.port), "--fleet", FLEET, *more,
     ]  # fmt: skip
-    process = psutil.Popen(command, stdout=subprocess.DEVNULL)
-    try:
-        yield process, endpoint
-    finally:
-        if process.is_running():
-            process.terminate()
-        process.wait()
+    with TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
+        process = psutil.Popen(command, cwd=empty, stdout=subprocess.DEVNULL)
+        try:
+            yield process, endpoint
+        finally:
+            if process.is_running():
+                process.terminate()
+            process.wait()
 
 
 def connected(endpoint: Endpoint) -> Bus:
@@ -102,10 +106,10 @@ class Ran(NamedTuple):
 
 
 @cache  # several tables show it
-def lockstep(row: Row, seconds: float, size: int = 1) -> Ran:
+def lockstep(row: Row, seconds: float, python: str, size: int = 1) -> Ran:
     """Run a fleet in lockstep, ``size`` robots a process, until about ``seconds`` simulated seconds are measured."""
     began, start, memory = monotonic(), None, 0.0
-    with fleet(row, 10_000.0, "max", "--robots-per-process", str(size)) as (launcher, endpoint):
+    with fleet(row, 10_000.0, "max", "--robots-per-process", str(size), python=python) as (launcher, endpoint):
         bus = connected(endpoint)
         try:
             samples: list[Sample] = []

@@ -158,9 +158,7 @@ class Claiming:
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Return the robots heard lately that could claim a cell that I can claim."""
-        settings = self.settings
-        farthest = min(settings.claim_radius, (settings.horizon + 1) * self.cells.side)
-        reach = 2 * farthest + 1.5
+        reach = self.settings.asking_distance(self.cells.side)
         x, y, _ = pose
         return frozenset(
             [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]

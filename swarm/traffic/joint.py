@@ -135,9 +135,9 @@ class JointPlanning:
         """The robot's own call, while it leads."""
         return self.call.collect if isinstance(self.call, Collecting | Searching) else None
 
-    def carried(self, tick: int) -> JointPlan | None:
+    def carried(self, situation: Situation) -> JointPlan | None:
         """Return the plan that this robot made, while its record carries it."""
-        return leading.carried(self.part, tick)
+        return leading.carried(self.part, situation)
 
     def refused(self, tick: int) -> Refusal | None:
         """Return the refusal to tell, while the leader may still need it."""

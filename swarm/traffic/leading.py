@@ -102,10 +102,14 @@ def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
     )
 
 
-def carried(part: Part, tick: int) -> JointPlan | None:
-    """Return the plan that my record carries."""
+def carried(part: Part, situation: Situation) -> JointPlan | None:
+    """Return the plan that my record carries: the one I published last, for a while, or until all follow it."""
     published = part.published
-    return published.plan if published and tick - published.tick <= part.settings.carry else None
+    if published is None or situation.tick - published.tick > part.settings.carry:
+        return None
+    plan, fresh = published.plan, situation.fresh
+    all_follow = all(robot == part.me or (robot in fresh and fresh[robot].epoch == plan.epoch) for robot in plan.ways)
+    return None if all_follow else plan
 
 
 def _refusals(part: Part, situation: Situation) -> list[Refusal]:

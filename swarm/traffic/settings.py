@@ -59,7 +59,7 @@ class TrafficSettings:
     again: int = 10  # ticks between two plans of one leader
     gather: int = 20  # ticks for which a leader waits for members that have not frozen
     freeze: int = 200  # ticks for which a member stands frozen without a plan: all attempts of a search take 120
-    carry: int = 100  # ticks for which a leader's record carries its plan
+    carry: int = 100  # ticks for which a leader's record carries its plan, at most: until all follow it
     unanswered: int = 4  # requests without an answer, after which a leader is passed over
     pass_over: int = 100  # ticks for which a leader is passed over
     backoff: int = 200  # ticks before a robot leads again after it has found no plan
@@ -72,6 +72,10 @@ class TrafficSettings:
     def claim_radius(self) -> float:
         """How far from its body a robot may claim [m]: two robots that claim one cell must hear each other."""
         return (self.radio_range - 1.0) / 2
+
+    def asking_distance(self, side: float) -> float:
+        """Return how far off [m] a robot may be that could claim a cell that this one can claim; ``side`` of a cell."""
+        return 2 * min(self.claim_radius, (self.horizon + 1) * side) + 1.5
 
     @property
     def standing_room(self) -> float:

@@ -1,22 +1,26 @@
 """What a robot tells the others: its own record."""
 
 from collections.abc import Mapping
+from math import hypot
+from typing import Final
 
+from swarm.geometry import Pose
 from swarm.messages.traffic import Moving, Record, Sighting
 from swarm.traffic.doing import Doing
 from swarm.traffic.reservations import Acks, Reservations, acknowledged
 from swarm.traffic.settings import TrafficSettings
 
+SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
+
 
 class Telling:
-    """Writes one robot's record. ``slot`` is its place in the round of broadcasts."""
+    """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""
 
-    def __init__(self, me: str, settings: TrafficSettings, slot: int) -> None:
+    def __init__(self, me: str, settings: TrafficSettings, slot: int, side: float) -> None:
         self.me = me
         self._settings = settings
         self._slot = slot
-        self._agreed_for: tuple[Reservations, Mapping[str, Record]] | None = None  # what ``_agreed`` depends on
-        self._agreed: Acks = ()  # claims of others that it acknowledges
+        self._answers = settings.asking_distance(side) + SLACK  # m
 
     def is_due(self, tick: int, *, often: bool) -> bool:
         """Return True if it is this robot's turn to broadcast."""
@@ -36,7 +40,7 @@ class Telling:
             wants=doing.goal.since,
             held=progress.reservations.held,
             claims=progress.reservations.all_claims,
-            acks=self._acks(progress.reservations, doing.situation.others),
+            acks=self._acks(progress.reservations, doing.situation.others, inputs.pose),
             ahead=progress.route[: self._settings.ahead],
             waits=doing.waits,
             moved=doing.moved,
@@ -45,16 +49,19 @@ class Telling:
             entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
             collect=joint.collect,
-            plan=joint.carried(inputs.tick),
+            plan=joint.carried(doing.situation),
             refusal=joint.refused(inputs.tick),
             listens=doing.listens,
             seen=seen,
             moving=moving,
         )
 
-    def _acks(self, reservations: Reservations, others: Mapping[str, Record]) -> Acks:
-        """Return the claims of others that this robot acknowledges, cached until reservations or records change."""
-        if self._agreed_for is None or self._agreed_for[0] is not reservations or self._agreed_for[1] is not others:
-            self._agreed_for = (reservations, others)
-            self._agreed = acknowledged(self.me, reservations, others)
-        return self._agreed
+    def _acks(self, reservations: Reservations, others: Mapping[str, Record], pose: Pose) -> Acks:
+        """Return the claims that this robot acknowledges, of all that may ask it: those far off ask others."""
+        x, y, _ = pose
+        near = {
+            robot: record
+            for robot, record in others.items()
+            if record.claims and hypot(record.x - x, record.y - y) <= self._answers
+        }
+        return acknowledged(self.me, reservations, near)

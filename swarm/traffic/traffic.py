@@ -69,7 +69,7 @@ class Traffic:
         self._own_way = OwnWay()
         self._claiming = Claiming(me, cells, settings)
         self._lookout = Lookout(cells, settings)
-        self._telling = Telling(me, settings, slot)
+        self._telling = Telling(me, settings, slot, cells.side)
         self._goal = Goal()
         self._progress: RouteProgress | None = None
         self._listen_until = 0  # tick

@@ -15,7 +15,7 @@ from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
-from swarm.traffic.telling import Telling
+from swarm.traffic.telling import SLACK, Telling
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcdefgh", "i.......")
@@ -159,7 +159,7 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     [(0, False, [0, 4, 8]), (1, False, [3, 7, 11]), (1, True, [1, 3, 5, 7, 9, 11]), (5, False, [3, 7, 11])],
 )
 def test_a_robot_tells_in_its_turn(slot: int, often: bool, turns: list[int]) -> None:
-    telling = Telling("r1", SETTINGS, slot)
+    telling = Telling("r1", SETTINGS, slot, ROW.cells.side)
     assert [tick for tick in range(12) if telling.is_due(tick, often=often)] == turns
 
 
@@ -172,22 +172,24 @@ def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
 ) -> None:
     way = RouteProgress(Reservations((A, B)), steps, ROW.at("cdefgha"))
     decisions = doing("ab", progress=way, joint=following() if follows else None, moved=2, waits=("r2",))
-    told = Telling("r1", SETTINGS, 0).record(decisions, (), ())
+    told = Telling("r1", SETTINGS, 0, ROW.cells.side).record(decisions, (), ())
     assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
     assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
     assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
 
 
-def test_acknowledgements_are_made_anew_when_what_they_depend_on_has_changed() -> None:
-    telling, others = Telling("r1", SETTINGS, 0), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
+def test_claims_of_others_are_acknowledged_if_they_may_ask_this_robot() -> None:
+    telling, others = Telling("r1", SETTINGS, 0, ROW.cells.side), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
 
     def acks(held: Reservations, heard: dict[str, Record]) -> tuple[tuple[str, int], ...]:
         plain = doing(progress=RouteProgress(held, (ALONE,) * len(held.held)))
         return telling.record(plain._replace(situation=plain.situation._replace(others=heard)), (), ()).acks
 
     free, mine = Reservations((A,)), Reservations((A, C))
-    first = acks(free, others)
-    assert first == (("r2", 7),)
-    assert acks(free, others) is first
+    assert acks(free, others) == (("r2", 7),)
     assert acks(mine, others) == ()
     assert acks(mine, {"r2": replace(HEARD, claims=(Claim(B, 8, 0),))}) == (("r2", 8),)
+    pose, asks = doing().inputs.pose, SETTINGS.asking_distance(ROW.cells.side)
+    for off, answered in ((asks + SLACK - 0.01, True), (asks + SLACK + 0.01, False)):
+        far = {"r2": replace(others["r2"], x=pose.x + off, y=pose.y)}
+        assert bool(acks(free, far)) is answered, "its newest record may be a little old, but not so much"

@@ -196,11 +196,14 @@ def test_it_waits_for_the_others_only_so_long_and_plans_without_them() -> None:
     assert joint.following.members == ("r1",)
 
 
-def test_its_record_carries_the_plan_for_a_while() -> None:
+def test_its_record_carries_the_plan_for_a_while_or_until_all_follow_it() -> None:
     joint, _, came = lead(NOW + 4, freezes=True)
     for tick, carried in ((came, True), (came + SETTINGS.carry, True), (came + SETTINGS.carry + 1, False)):
-        assert (joint.carried(tick) is not None) is carried, tick
-    assert robot("r1").carried(NOW) is None
+        for epoch, follows in ((None, False), (Epoch(NOW - 1, "r1"), False), (joint.epoch, True)):
+            heard = {"r2": record("r2", C, tick, epoch=epoch), "r3": record("r3", D, tick)}
+            assert (joint.carried(situation(tick, heard)) is not None) is (carried and not follows), (tick, epoch)
+        assert (joint.carried(situation(tick, {})) is not None) is carried, "r2 is silent"
+    assert robot("r1").carried(situation(NOW, {})) is None
 
 
 def test_a_member_that_does_not_take_the_plan_up_is_named_once() -> None:
@@ -259,12 +262,12 @@ def test_on_another_floor_no_plan_is_followed() -> None:
 
 
 def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
-    own, plan = JointPlan(epoch=Epoch(1, "r2"), ways={}, after={}), plan_of(r1=(C, D), r2=(A, B))
+    own, plan = JointPlan(epoch=Epoch(1, "r2"), ways={"r1": (C,)}, after={}), plan_of(r1=(C, D), r2=(A, B))
     joint = robot("r2")
     joint.part.published = Published(own, NOW)
-    assert joint.carried(NOW) == own
+    assert joint.carried(situation(NOW, {})) == own
     joint.step(situation(NOW, {"r1": replace(called(), plan=plan)}))
-    assert (joint.epoch, joint.carried(NOW)) == (CALL, None)
+    assert (joint.epoch, joint.carried(situation(NOW, {}))) == (CALL, None)
 
 
 def test_who_was_away_asks_nobody_any_more() -> None:
@@ -296,7 +299,7 @@ def test_a_plan_is_taken_up_only_from_where_the_robot_stands(way: tuple[int, ...
     assert joint.frozen is None
     assert decision.way == (way if adopted else None)
     assert joint.epoch == (CALL if adopted else None)
-    assert joint.carried(NOW + 1) is None, "it is the leader's to carry"
+    assert joint.carried(situation(NOW + 1, {})) is None, "it is the leader's to carry"
     joint.leave()
     assert joint.epoch is None
 

@@ -213,6 +213,6 @@ def test_who_does_not_follow_after_40_ticks_is_named(name: str) -> None:
 
 def test_a_plan_is_carried_for_100_ticks() -> None:
     memory = part(published=Published(PLAN, NOW))
-    assert leading.carried(memory, NOW + 100) == PLAN
-    assert leading.carried(memory, NOW + 101) is None
-    assert leading.carried(part(), NOW) is None
+    assert leading.carried(memory, situation(tick=NOW + 100)) == PLAN
+    assert leading.carried(memory, situation(tick=NOW + 101)) is None
+    assert leading.carried(part(), situation()) is None
