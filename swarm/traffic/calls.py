@@ -91,6 +91,7 @@ class Part:
     settings: TrafficSettings
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick
+    gather: int = field(init=False)  # ticks for which its next call waits for the members
     passed_over: dict[str, int] = field(default_factory=dict)  # silent leaders, and until when they are out [tick]
     spent: set[Epoch] = field(default_factory=set)  # calls that the robot has left
     published: Published | None = None  # the newest plan it made, until it adopts another robot's
@@ -98,3 +99,6 @@ class Part:
     refused: Refused | None = None  # the newest plan it refused
     shut: dict[Join, int] = field(default_factory=dict)  # refused joins, and until when they count as shut [tick]
     reported: set[tuple[str, ...]] = field(default_factory=set)  # groups reported to have no plan
+
+    def __post_init__(self) -> None:
+        self.gather = self.settings.gather

@@ -28,12 +28,17 @@ def named(part: Part, call: Free, situation: Situation) -> Move | None:
 
 
 def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None:
-    """Begin to search when all members stand, or when the time for this is over."""
-    epoch, members = call.collect
-    late = situation.tick - epoch.tick >= part.settings.gather
-    if late or all(
+    """Begin to search when all members stand, or when the time for this is over.
+
+    The next call then waits longer: over several relays, calls and answers may take longer than the time was.
+    """
+    settings, (epoch, members) = part.settings, call.collect
+    late = situation.tick - epoch.tick >= part.gather
+    all_in = all(
         robot == part.me or (robot in situation.fresh and situation.fresh[robot].frozen == epoch) for robot in members
-    ):
+    )
+    if all_in or late:
+        part.gather = settings.gather if all_in else min(2 * part.gather, settings.gather_longest)
         search = _searching(part, call.collect, 0, frozenset(), situation)
         return Move(search) if search is not None else None
     return None

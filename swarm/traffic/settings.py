@@ -58,6 +58,7 @@ class TrafficSettings:
     calm: int = 40  # ticks after adopting a plan in which a robot asks for no other
     again: int = 10  # ticks between two plans of one leader
     gather: int = 20  # ticks for which a leader waits for members that have not frozen
+    gather_longest: int = 60  # ticks; it waits twice as long each time that some have not
     freeze: int = 200  # ticks for which a member stands frozen without a plan: all attempts of a search take 120
     carry: int = 100  # ticks for which a leader's record carries its plan, at most: until all follow it
     unanswered: int = 4  # requests without an answer, after which a leader is passed over

@@ -96,6 +96,20 @@ def test_the_search_begins_when_all_stand_or_after_20_ticks(name: str) -> None:
         assert move.to.question.members == (("r1", "r2") if fresh and fresh[0].frozen == CALL else ("r1",))
 
 
+def test_a_leader_whose_members_stood_too_late_waits_longer_next_time() -> None:
+    """20, 40, 60 and 60 ticks; 20 again once all have stood in time."""
+    memory, settings = part(), TrafficSettings()
+    stands = record(frozen=CALL)
+    for expected in (20, 40, 60, 60):
+        assert memory.gather == expected
+        for fresh, tick, begins in (((record(),), expected - 1, False), ((record(),), expected, True)):
+            move = leading.all_stand(memory, Collecting(COLLECT), situation(*fresh, tick=CALL.tick + tick))
+            assert (move is not None) is begins
+    assert settings.gather_longest == 60
+    assert leading.all_stand(memory, Collecting(COLLECT), situation(stands, tick=CALL.tick + 1)) is not None
+    assert memory.gather == settings.gather
+
+
 # --- the answer ---
 
 

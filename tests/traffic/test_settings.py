@@ -14,7 +14,7 @@ ORDERS: dict[str, tuple[str, ...]] = {  # each of these is less than the next: w
     "a robot is heard several times before it counts as silent, and called dead long after":
         ("often", "every", "ripe", "listen", "fresh", "absent", "surmise", "obstacle", "keep", "emptied"),
     "who was away longer than it may have been late is told from who was late":   ("every", "gap", "fresh"),
-    "a leader waits less than its members stand":                                ("again", "gather", "freeze"),
+    "a leader waits less than its members stand":                                ("again", "gather", "gather_longest", "freeze"),
     "nobody asks for a plan before the last one can have moved anybody":          ("gather", "calm", "stuck", "plan_stuck"),
     "a plan that nobody moves in is given up before the silent are looked for":   ("absent", "plan_stuck", "surmise"),
     "who does not answer is passed over before the same is tried again":          ("gather", "pass_over", "backoff"),
