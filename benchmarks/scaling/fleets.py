@@ -115,6 +115,8 @@ def lockstep(row: Row, seconds: float, python: str, size: int = 1) -> Ran:
             samples: list[Sample] = []
             for clock in clocks(bus):
                 start = start or monotonic() - began
+                if clock.tick >= WARMED and len(clock.present) < row.robots:
+                    raise NotMeasured(f"at tick {clock.tick} only {len(clock.present)} robots were there")
                 if not samples and clock.tick >= WARMED:
                     memory = largest(launcher)
                     samples.append(sample(clock.tick, launcher))

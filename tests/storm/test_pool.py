@@ -1,6 +1,7 @@
 """Jobs on worker processes: each gets its answer; a worker that dies loses only its own job."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -39,6 +40,12 @@ def test_it_stops_when_told_to() -> None:
     for job, _ in answers(works.doubled, JOBS, workers=1, stop=lambda: len(found) == 3):
         found.append(job)
     assert found == JOBS[:3]
+
+
+def test_a_worker_that_ends_when_all_are_told_to_stop_is_not_at_fault(tmp_path: Path) -> None:
+    """A signal to the whole group ends the workers too."""
+    mark = tmp_path / "mark"
+    assert list(answers(works.marks_and_dies, [mark], workers=1, stop=mark.exists)) == []
 
 
 def test_jobs_are_taken_only_when_a_worker_is_free() -> None:

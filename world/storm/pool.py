@@ -64,6 +64,8 @@ def answers(
                         crew.append(worker._replace(job=job, since=monotonic()))
                     if not following:
                         _end(worker)
+                    if isinstance(answer, Lost) and stop():
+                        return  # what told us to stop has ended the worker: its job is not at fault
                     yield worker.job, answer
                 elif monotonic() - worker.since > patience:
                     crew.remove(worker)
