@@ -194,9 +194,12 @@ class CellPilot:
         """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 
         A robot that gets nowhere has the least scale. In some corners the tables turn left and right for ever; if all
-        obstacles count as far, the tables turn to the aim.
+        obstacles count as far, the tables turn to the aim. After twice that time nearly everything counts as far.
         """
-        self._circles = self._gets_nowhere(inputs, granted)
+        nowhere = self._nowhere(inputs, granted)
+        self._circles = nowhere > PILOT.nowhere_after
+        if nowhere > 2 * PILOT.nowhere_after:
+            return SCALE.detour
         if self._circles or (granted.exactly and len(granted.held) == 1):
             return SCALE.turning
         if granted.unconstrained:
@@ -213,15 +216,15 @@ class CellPilot:
         (x, y, _), room = inputs.pose, self._settings.robot.radius + self._constants.margin
         return self._cells.fits(granted.held, x, y, room)
 
-    def _gets_nowhere(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
-        """Return True if the robot has cells to drive over but its way did not become shorter for long.
+    def _nowhere(self, inputs: PilotInputs, granted: TrafficOutputs) -> float:
+        """Return for how long [s] the robot has had cells to drive over but its way did not become shorter.
 
         Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again.
         """
         new = len(granted.held) <= 1 or inputs.target != self._target
         self._target = inputs.target
         ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
-        return ticks / self._settings.rate > PILOT.nowhere_after
+        return ticks / self._settings.rate
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):

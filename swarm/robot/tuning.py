@@ -59,7 +59,7 @@ class ScaleTuning(NamedTuple):
     # tunnel took 90 s instead of 77 s)
     behind: float = 0.7
     turning: float = 0.15  # where the robot has to turn to its aim: obstacles count as far, and the tables turn to it
-    detour: float = 0.02  # on a detour: nearly everything counts as far; the safety filter keeps clear
+    detour: float = 0.02  # on a detour, or in a circle: nearly everything counts as far; the safety filter keeps clear
 
 
 class PilotTuning(NamedTuple):

@@ -105,13 +105,24 @@ def test_the_less_room_and_the_more_turn_the_smaller_is_the_scale(name: str, mon
     """The tables' distances are divided by 40 % to 100 %, as is room, and by 70 % less if the aim is behind."""
     room, heading, scale = SCALES[name]
     pilot = robot()._pilot
-    monkeypatch.setattr(pilot, "_gets_nowhere", lambda inputs, granted: False)
+    monkeypatch.setattr(pilot, "_nowhere", lambda inputs, granted: 0.0)
     for held, exactly, unconstrained, expected in (
         ((1, 2), False, False, scale), ((1,), False, False, scale), ((1, 2), True, False, scale),
         ((1, 2), False, True, 1.0), ((1,), True, False, 0.15),
     ):  # fmt: skip
         granted = Mock(held=held, exactly=exactly, unconstrained=unconstrained)
         assert pilot._scaled(Mock(), granted, room, heading) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("nowhere", "scale"), [(5.0, 1.0), (5.05, 0.15), (10.0, 0.15), (10.05, 0.02)])
+def test_the_longer_it_gets_nowhere_the_farther_all_seems(
+    nowhere: float, scale: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Seed 996133: a robot circled before the tip of a wall at 0.15 for good; at 0.02 the tables turn to the aim."""
+    pilot = robot()._pilot
+    monkeypatch.setattr(pilot, "_nowhere", lambda inputs, granted: nowhere)
+    granted = Mock(held=(1, 2), exactly=False, unconstrained=False)
+    assert pilot._scaled(Mock(), granted, 9.0, 0.0) == pytest.approx(scale)
 
 
 def to_and_fro(tick: int, x: float = AT.x) -> Pose:
@@ -130,15 +141,18 @@ def helped_at(nearer_at: int | None = None, blocked: int = 0) -> int:
     Of every ten ticks something unexplained is before it in ``blocked``.
     """
     one, scales = robot(), []
-    for tick in range(4 * LONG):
+    for tick in range(7 * LONG):
         x = AT.x if nearer_at is None or tick < nearer_at else AT.x + 1.3
         rays = BLOCKED if tick > LISTENED and tick % HALTED < blocked else OPEN
         command = step(one, tick, pose=to_and_fro(tick, x), rays=rays).command
         scales.append(command.scale)
         if command.unconstrained:
-            assert command.scale in {SCALE.turning, 1.0}
+            assert command.scale in {SCALE.turning, SCALE.detour, 1.0}
     first = scales.index(SCALE.turning)
-    assert set(scales[first:]) == {SCALE.turning}, "to a robot that comes no nearer"
+    farther = scales.index(SCALE.detour)
+    assert farther - first >= LONG
+    assert set(scales[first:farther]) == {SCALE.turning}, "to a robot that comes no nearer"
+    assert set(scales[farther:]) == {SCALE.detour}, "then nearly everything is"
     return first
 
 

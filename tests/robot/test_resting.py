@@ -144,6 +144,6 @@ def test_the_cells_that_it_would_drive_over_are_those_under_its_radius_and_margi
 def test_getting_nowhere_begins_anew_in_the_last_cell_and_for_another_stop(held: int, target: int, new: bool) -> None:
     one = pilot()
     one._getting_on = Mock(look=Mock(return_value=0))
-    one._gets_nowhere(Mock(target=0), granted())
-    one._gets_nowhere(Mock(target=target), granted(held=(1, 2, 3)[:held]))
+    one._nowhere(Mock(target=0), granted())
+    one._nowhere(Mock(target=target), granted(held=(1, 2, 3)[:held]))
     assert one._getting_on.look.call_args.kwargs["new"] is new
