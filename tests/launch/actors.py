@@ -97,8 +97,8 @@ class Command:
         raise AssertionError(f"no process of {name}")
 
     def end(self) -> int:
-        """Wait for its end and give the exit status."""
-        return self.process.wait(PATIENCE)
+        """Wait for its end and give the exit status; a mission in real time takes longer than any step of it."""
+        return self.process.wait(3 * PATIENCE)
 
     def assert_nobody_is_left(self) -> None:
         """Every process noted by ``remember_family`` has to be gone."""
