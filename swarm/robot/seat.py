@@ -92,5 +92,5 @@ class Seat:
         return given
 
     def leave(self) -> None:
-        """Give up the radio zones of the robot."""
+        """End the subscriptions to the radio zones around the robot."""
         self._ear.close()

@@ -62,8 +62,8 @@ def test_an_edited_map_gets_a_grid_of_its_own(paper: Scenario) -> None:
     edited = replace(paper, map=floor)
     shared, own = prepare.planning_grid(paper), prepare.planning_grid(edited)
     assert (shared.solid != own.solid).any()
-    anew = Grid.grown(floor, own.radius, own.margin, prepare.RESOLUTION)
-    np.testing.assert_array_equal(own.moves, anew.moves)
+    computed = Grid.grown(floor, own.radius, own.margin, prepare.RESOLUTION)
+    np.testing.assert_array_equal(own.moves, computed.moves)
 
 
 def test_what_cannot_be_driven_is_refused_before_it_is_driven(tmp_path: Path) -> None:

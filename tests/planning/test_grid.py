@@ -91,9 +91,9 @@ def test_changed_is_the_same_as_grown_anew(
         cells[low[0] : high[0], low[1] : high[1]] = data.draw(st.sampled_from((FREE, WALL, OBSTACLE)))
         edited = OccupancyMap(cells, 0.5)
         grid = grid.changed(edited, (low[0], low[1]), (high[0], high[1]))
-        anew = Grid.grown(edited, radius, resolution=0.5 / factor)
+        again = Grid.grown(edited, radius, resolution=0.5 / factor)
         for name in FIELDS:
-            np.testing.assert_array_equal(getattr(grid, name), getattr(anew, name), err_msg=name)
+            np.testing.assert_array_equal(getattr(grid, name), getattr(again, name), err_msg=name)
 
 
 def test_changed_refuses_what_it_cannot_do() -> None:

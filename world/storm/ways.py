@@ -72,10 +72,8 @@ class Ways:
             if alone is False:
                 return True
         for robot, row in enumerate(stops):  # easier: the others only make room, and it does not matter who is who
-            if (
-                can_all_arrive(neighbours, starts, [row if other == robot else [] for other in range(len(starts))])
-                is False
-            ):
+            alone = can_all_arrive(neighbours, starts, [row if other == robot else [] for other in range(len(starts))])
+            if alone is False:
                 return True
         found = can_all_arrive(neighbours, starts, stops)
         return None if found is None else not found
