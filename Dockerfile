@@ -24,7 +24,8 @@ RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in t
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed-dashboard.txt
 
 FROM python:${PYTHON}-slim AS base
-RUN useradd --create-home --uid 10001 swarm
+# a volume for keys that is mounted at /keys becomes the user's
+RUN useradd --create-home --uid 10001 swarm && install -d -o swarm -g swarm -m 700 /keys
 ENV PATH=/opt/swarm/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
 # numba uses a cache only if it can write to it
 COPY --from=build --chown=swarm:swarm /opt/numba /opt/numba

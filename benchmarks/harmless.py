@@ -29,8 +29,6 @@ _WITHIN: Final = (
 
 # fmt: off
 HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how the change begins: why
-    ("world/physics.py", "shape = pymunk.Circle(body, radius) if radius is not None else "
-     "pymunk.Poly.create_box(body, size or (1.0, 1.0))", "1.0 becomes"): _MOVER,
     ("world/physics.py", "length, width = size or (1.0, 1.0)", "1.0 becomes"): _MOVER,
     ("world/physics.py", "self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped", "0 becomes"): _READ,
     ("world/physics.py", "self._disturbed = True  # a contact may have changed a body's velocity", "True becomes"):
@@ -64,6 +62,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/cells.py", "return all(self._open[cell] for cell in touched) or "
      "self._is_clear((x, y), (x, y), radius, 2)", "2 becomes"): "the same point is tried several times",
     ("swarm/traffic/cells.py", "if (other._flags == self._flags).all():", "`if"): _AGAIN,
+    ("swarm/traffic/cells.py", "if (other._flags == self._flags).all():", "`other._flags == self._flags`"): _AGAIN,
     ("swarm/traffic/cells.py", "if (other._flags[:OPEN] == self._flags[:OPEN]).all():", "`if"): _AGAIN,
     ("swarm/traffic/cells.py", "rows, columns = range(row, min(self.rows, beyond_row + 1)), "
      "range(column, min(self.columns, beyond_column + 1))", "1 becomes"): _LARGER,
@@ -105,12 +104,11 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/claiming.py", "if not room:", "`if not room` never"): "a fast path: there is no cell to claim",
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "1 becomes"): _END,
     ("swarm/traffic/peer_records.py", "FOREVER: Final = 1 << 60  # ticks", "60 becomes"): _END,
-    ("swarm/traffic/peer_records.py", "self._news = False  # a record was taken since ``others`` was made",
-     "False becomes"): "nothing is known yet: what replaces it is as empty",
     ("swarm/traffic/peer_records.py", "self._woke = -1", "1 becomes"): _BEFORE,
     ("swarm/traffic/peer_records.py", "if cell not in live.held:", "`if cell"):
      "a fast path for a cell that nobody holds: the general code finds nobody either",
-    ("swarm/traffic/peer_records.py", "if known is None or hops + 1 < known.hops or known.record is not record:",
+    ("swarm/traffic/peer_records.py", "if known is None or (stamp >= known.record.stamp "
+     "and (known.record is not record or hops + 1 < known.hops)):",
      "`hops + 1` with -"): "more is merged: merging compares the hops again",
     ("swarm/traffic/peer_records.py", "if before is not None and (before.x, before.y, before.held, before.claims) == (",
      "`if before"): "a fast path for a robot that stands: what was right is found right again",

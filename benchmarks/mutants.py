@@ -76,7 +76,7 @@ MUTANTS: Final = (
            "claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number + 1)",
            "claims=(*self.claims, Claim(cell, self.number, tick)), number=self.number)"),
     Mutant("resume forgets", "away", ROBOT + "brain.py",
-           "self.mission.resume(state.reached, state.unreachable)", "pass"),
+           "self.mission.resume(state.reached, state.unreachable, state.laps)", "pass"),
     Mutant("braking path too short", "meet", ROBOT + "safety.py",
            "most = self._acceleration * self._dt\n",
            "most = 4 * self._acceleration * self._dt\n"),

@@ -12,6 +12,7 @@ from pathlib import Path
 from statistics import mean
 from time import process_time
 
+from swarm import garbage
 from swarm.bus.codec import decode, encode
 from swarm.messages import RADIO, Broadcast
 from swarm.robot.radio import zone
@@ -45,6 +46,7 @@ def main(seconds: float, robots: int, *where: str) -> None:
     """Run the fleet and print what it costs."""
     first, *scen = map(Path, where)
     scenario = from_benchmark(first, scen[0], robots) if scen else load(found(first))
+    garbage.seldom()  # as in all processes of `swarm run`
     simulation = Simulation.of(scenario, robots, 7)
     world, spoken, looks, cpu = simulation.world, list[Broadcast](), list[dict[str, float]](), 0.0
     for _ in range(WARMED):

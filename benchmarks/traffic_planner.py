@@ -16,7 +16,7 @@ from typing import NamedTuple
 from benchmarks.measure import DATA, machine, table
 from swarm.maps.movingai import load_movingai, load_scen
 from swarm.traffic.cells import CellMap
-from swarm.traffic.dependencies import duration
+from swarm.traffic.duration import duration
 from swarm.traffic.joint_search import Budget, JointSearch, Outcome
 from swarm.traffic.plan_check import faults
 from swarm.traffic.settings import TrafficSettings
@@ -80,7 +80,7 @@ def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], bud
         sum(costs) / sum(bounds),
         moves / sum(bounds),
         (len(result.steps) - 1) / max(bounds),
-        duration(result.order)[0],
+        duration(result.steps)[0],
         looks,
     )
 

@@ -14,6 +14,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m dashboard", description="See a fleet in Rerun.")
     parser.add_argument("--connect", required=True, metavar="tcp/HOST:PORT", help="where the fleet's router listens")
     parser.add_argument("--fleet", required=True, metavar="NAME")
+    parser.add_argument("--secure", type=Path, metavar="DIR", help="folder with the keys of this fleet (`swarm keys`)")
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--web", dest="asked", action="store_const", const="web", help="serve the web viewer")
     shown.add_argument("--viewer", dest="asked", action="store_const", const="viewer", help="open the native viewer")
@@ -29,11 +30,12 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     from dashboard import process
     from swarm.bus import Endpoint
+    from swarm.secure.identity import WATCHER
 
     try:
         mode = choose(given.asked or "auto", os.environ, record=given.record is not None)
         return process.run(
-            Endpoint.parse(given.connect),
+            Endpoint.parse(given.connect, given.secure, WATCHER),
             given.fleet,
             mode or "off-screen",
             given.record,

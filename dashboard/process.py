@@ -1,16 +1,19 @@
 """The dashboard process: it listens, folds messages, draws twice a second, and ends with the run."""
 
+import ctypes
+import signal
+import socket
 import subprocess
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from dashboard.mode import ANY, LOOPBACK, Mode, page_address, viewer_program
+from dashboard.mode import LOOPBACK, Mode, page_address, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
-from dashboard.view import Recorder, serve_page
+from dashboard.view import Recorder
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
 from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
@@ -18,6 +21,8 @@ from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
 ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
+SERVED: Final = 20.0  # s, wall time for the program that serves the page to start
+SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
 CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP)
@@ -47,17 +52,20 @@ def run(
     if mode == "off-screen" and record is None:
         raise ConfigError("dashboard: expected a file to record to, as nothing is shown; give --record FILE.rrd")
     data = 0 if mode == "off-screen" else Endpoint(bind, grpc_port).claim().port
-    page = Endpoint(ANY, web_port).claim().port if mode == "web" else 0
+    page = Endpoint(bind, web_port).claim().port if mode == "web" else 0
+    if mode != "off-screen" and not Endpoint(bind, data).local:
+        log(f"dashboard: {bind} is open: anybody who reaches it sees the fleet, since Rerun has no keys")
     recorder = Recorder(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
         closing.callback(recorder.close)
 
-        def open_page(url: str) -> None:
-            serve_page(page, url)
-            log(f"dashboard: {page_address(page, data, bind)}")
-
-        opened = ViewerWindow(log) if mode == "viewer" else open_page
+        opened: Callable[[str], None] = log  # off-screen there is nothing to open
+        if mode == "web":
+            opened = Page(bind, page, data, log)
+            closing.callback(opened.close)
+        elif mode == "viewer":
+            opened = ViewerWindow(log)
         show = Show(recorder, fleet, log, opened, selected=rules)
         follow(bus, show, stop.is_set)
         show.draw()
@@ -111,24 +119,77 @@ def _catch_up(bus: Bus, show: Show) -> None:
                 show.take(message)
 
 
+def _rerun() -> str:
+    """Return the program of Rerun.
+
+    Raises:
+        ConfigError: it is not installed.
+    """
+    program = viewer_program()
+    if program is None:
+        raise ConfigError("dashboard: expected the program `rerun`, found none; install rerun-sdk, or run without")
+    return str(program)
+
+
+def _end_with_us() -> None:
+    """Let Linux end this process, a child, when the dashboard ends, whatever ended that."""
+    with suppress(OSError, AttributeError):  # another system
+        ctypes.CDLL(None).prctl(SET_DEATH_SIGNAL, signal.SIGTERM)
+
+
+class Page:
+    """The page with the web viewer. Rerun's library would serve it on all addresses; its program takes the address."""
+
+    def __init__(self, bind: str, port: int, data: int, log: Callable[[str], None]) -> None:
+        self._bind, self._port, self._data, self._log = bind, port, data, log
+        self._process: subprocess.Popen[bytes] | None = None
+        self._program = _rerun()
+
+    def __call__(self, url: str) -> None:
+        """Serve the page until ``close``, and log its address.
+
+        Raises:
+            ConfigError: the program ended, or did not answer in time.
+        """
+        quiet = subprocess.DEVNULL
+        place = ["--bind", self._bind.strip("[]"), "--web-viewer-port", str(self._port)]
+        arguments = [self._program, url, "--serve-web", *place]
+        self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=_end_with_us)
+        deadline = monotonic() + SERVED
+        while not self._answers():
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(0.05)
+            if self._process.returncode is not None or monotonic() > deadline:
+                raise ConfigError(f"dashboard: expected a page on port {self._port}, got none; try --dashboard off")
+        self._log(f"dashboard: {page_address(self._port, self._data, self._bind)}")
+
+    def _answers(self) -> bool:
+        try:
+            socket.create_connection((self._bind.strip("[]"), self._port), 1.0).close()
+        except OSError:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Close the page if it is served."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait(5)
+
+
 class ViewerWindow:
     """The native viewer of Rerun in its own window. It stays open after the run, and closes when we are stopped."""
 
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log = log
         self._process: subprocess.Popen[bytes] | None = None
-        program = viewer_program()
-        if program is None:
-            raise ConfigError(
-                "dashboard: expected the program `rerun`, found none; install rerun-sdk, or use --dashboard web"
-            )
-        self._program = program
+        self._program = _rerun()
 
     def __call__(self, url: str) -> None:
         """Open the viewer at an address."""
         self._log(f"dashboard: {url}")
         quiet = subprocess.DEVNULL
-        arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto"]
+        arguments = [self._program, url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK]
         self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
 
     def close(self) -> None:

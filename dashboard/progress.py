@@ -133,6 +133,8 @@ def presence(progress: Progress, robot: str, session: str, alive: bool) -> Progr
 
 def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
     if isinstance(message, Event):
+        if message in progress.events:
+            return progress  # the world was killed, goes on from its snapshot, and tells it again
         return msgspec.structs.replace(progress, events=(*progress.events, message)[-EVENTS_KEPT:])
     if message.tick >= progress.tick:
         rate = message.tick / message.time if message.tick and message.time else progress.rate

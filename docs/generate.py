@@ -17,12 +17,32 @@ from typing import Final
 from docs import concepts, fields, figure5, speeds
 from docs.markdown import rows, said
 from swarm.launch import table as processes
+from swarm.launch.drill import judge
+from swarm.launch.drill import table as drill_table
+from swarm.secure import access
 from world.storm.laws import LAWS
 from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = ("architecture.md", "fuzzy.md", "scenarios.md", "storm.md", "wire.md")
+PAGES: Final = ("architecture.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md", "wire.md")
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+# --- security.md ---
+
+
+def rights() -> str:
+    """Return the table of what each role may do."""
+    body = []
+    for role, one in access.RIGHTS.items():
+        told = (one.sends, one.answers, one.hears, one.asks)
+        keys = ["everything" if part is None else _keys(part) for part in told]
+        body.append((role, *keys, "" if one.present_as is None else f"`alive/{one.present_as}/...`"))
+    return rows(("role", "sends", "answers", "hears", "asks", "is present as"), *body)
+
+
+def _keys(topics: access.Topics) -> str:
+    return ", ".join(f"`{topic.key}`" for topic in topics)
 
 
 # --- architecture.md ---
@@ -31,10 +51,13 @@ MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re
 def process_table() -> str:
     """Return the table of the kinds of process that a launcher starts."""
     roles = [role for role in vars(processes).values() if isinstance(role, processes.Role)]
-    body = [(role.name, said(role.load).rstrip("."), role.on_success.value, role.on_failure.value) for role in roles]
-    head = ("process", "what runs", "when it ends well", "when it fails")
+    body = [
+        (role.name, said(role.load).rstrip("."), *(end.value for end in role if isinstance(end, processes.EarlyEnd)))
+        for role in roles
+    ]
+    head = ("process", "what runs", "when it ends well", "when it fails", "when it is killed", "too often")
     order = f"The launcher ends them in this order: {', '.join(role.name for role in processes.STOP_ORDER)}."
-    again = f"It restarts a process at most {processes.RESTARTS} times."
+    again = f"It restarts a process at most {processes.RESTARTS} times within {processes.WITHIN:g} s."
     return f"{rows(head, *body)}\n\n{order} {again}"
 
 
@@ -74,6 +97,31 @@ def imports(room: Path) -> list[str]:
     return sorted(f"`{name}`" for name in found if name not in {own, "swarm"})
 
 
+# --- drill.md ---
+
+
+def faults() -> str:
+    """Return the table of faults."""
+    body = [
+        (
+            f"`{row.name}`",
+            row.fault,
+            ", ".join(row.paces),
+            ", ".join(f"`{law.__name__.replace('_', ' ')}`" for law in row.laws),
+        )
+        for row in drill_table.TABLE
+    ]
+    return rows(("row", "what is injected", "pace", "must hold too"), *body)
+
+
+def drill_laws() -> str:
+    """Return the table of the drill's laws."""
+    return rows(
+        ("law", "checks"),
+        *((f"`{law.__name__.replace('_', ' ')}`", said(law).removeprefix("Check ")) for law in judge.LAWS),
+    )
+
+
 # --- storm.md ---
 
 
@@ -104,7 +152,10 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "fields": fields.messages,
     "scenario": fields.scenario,
     "processes": process_table,
+    "drill": faults,
+    "drill-laws": drill_laws,
     "rooms": rooms,
+    "rights": rights,
     "laws": laws,
     "profiles": profiles,
     "speeds": speeds.numbers,

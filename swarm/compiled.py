@@ -16,8 +16,11 @@ KERNELS: Final = (  # a test compares this list with the code
     "swarm.planning.sweep",
     "swarm.robot.flight",
     "swarm.robot.rollout",
+    "swarm.traffic.breadth_first",
+    "swarm.traffic.duration",
     "swarm.traffic.fitting",
     "swarm.traffic.footprint",
+    "swarm.traffic.hearing",
     "world.rays",
 )
 

@@ -123,6 +123,9 @@ class Settings(Section, frozen=True, kw_only=True):
         Meta(max_length=1000, description="m; instead of `targets`: robot i visits the i-th list"),
     ] = []
     return_home: Annotated[bool, Meta(description="each robot drives back to its start at the end")] = True
+    patrol: Annotated[
+        bool, Meta(description="the targets are visited again and again until `limit`; nobody drives home")
+    ] = False
     reach: Annotated[float, _metres(0, 10, "a stop counts as reached within this distance")] = 0.4
     robots: Annotated[int, Meta(ge=1, le=1000, description="number of robots; `--robots` overrides it")] = 1
     seed: Annotated[int, Meta(ge=0, le=2**53, description="of the random starts, noise and radio loss")] = 1

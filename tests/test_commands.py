@@ -39,7 +39,14 @@ PARSED: Final = {  # command: why it is not run
        for more in ("", " -- --realtime", " -- --lockstep --only paper", " -- --wire", " -- --why")},
     "swarm bench --stale": "ends with 1 while a section is stale",
     "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
-    "swarm router --listen tcp/0.0.0.0:7447": "the same",
+    "swarm router --listen tcp/0.0.0.0:7447 --insecure": "the same",
+    "swarm run paper --robots 4 --secure keys":
+                   "needs keys from the command before; tests/secure/test_processes.py runs a fleet with keys",
+    **{command + " --secure hosts": "the same" for command in (
+        "swarm router --listen tls/0.0.0.0:7447",
+        "swarm world paper --robots 4 --connect tls/ROUTER:7447 --fleet NAME",
+        "swarm robot --id r1 --connect tls/ROUTER:7447 --fleet NAME",
+    )},
     "swarm world paper --robots 4 --connect tcp/ROUTER:7447 --fleet NAME": "the same",
     "swarm robot --connect tcp/ROUTER:7447 --fleet NAME": "the same",
     "swarm robot --count 3 --connect tcp/ROUTER:7447 --fleet NAME": "the same; tests/launch/test_hosted.py runs it",
@@ -48,6 +55,8 @@ PARSED: Final = {  # command: why it is not run
                    "the same; tests/dashboard/test_process.py runs the dashboard",
     "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
+    "docker compose run --build --rm keys": "the same",
+    "docker compose up --build --exit-code-from secure-world secure-world": "the same",
 }
 FLEET: Final = "swarm run office --wait"  # runs meanwhile; these talk to it:
 TALK: Final = ("swarm go", "swarm status", "swarm edit ", "swarm stop")
@@ -58,8 +67,11 @@ SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm storm --seeds 2000 --start 7000 --results found.jsonl --plans found/ --json": "--seeds 2 --jobs 1",
     "swarm storm --twice":                             "--seeds 2 --jobs 1",
     "swarm storm --over processes --profile calm":     "--seeds 1 --jobs 1",
+    "swarm drill":                                     "--row report-full-disk",
+    "swarm drill --json":                              "--row hang-up",
+    "swarm drill --row robot-killed --repeat 20":      "--repeat 1",
 }
-SLOW: Final = ("swarm run paper", "swarm storm")  # but for what only prints or reads one plan
+SLOW: Final = ("swarm run paper", "swarm storm", "swarm drill")  # but for what only prints or reads one plan
 # fmt: on
 
 
@@ -78,7 +90,7 @@ RUN: Final = [one for one in COMMANDS if one not in PARSED and one != FLEET and 
 
 
 def marked(command: str) -> object:
-    slow = command.startswith(SLOW) and "--show" not in command
+    slow = command.startswith(SLOW) and not {"--show", "--list"} & set(command.split())
     return pytest.param(command, marks=[pytest.mark.slow, pytest.mark.processes] if slow else [])
 
 
@@ -153,8 +165,8 @@ def test_a_command_that_is_not_run_is_right_as_far_as_it_can_be_told(
             importlib.import_module(f"{words[2]}.__main__").main()
     else:
         compose = (ROOT / "compose.yaml").read_text(encoding="utf-8")
-        services = re.findall(r"(?:--scale|--exit-code-from) (\w+)", command)
-        assert services == ["robot", "world"]
+        services = re.findall(r"(?:--scale|--exit-code-from|--rm) ([\w-]+)", command)
+        assert services
         assert set(services) <= set(yaml.safe_load(compose)["services"])
         assert "${ROBOTS:-" in compose
 

@@ -25,20 +25,27 @@ def services() -> dict[str, Any]:
     return found
 
 
-def entrypoint(stage: str) -> list[str]:
-    """Read what a stage of the Dockerfile runs, as this Python runs it."""
-    text = (ROOT / "Dockerfile").read_text(encoding="utf-8").split(f" AS {stage}\n")[1]
-    match = re.search(r"^ENTRYPOINT (\[.*\])$", text, re.MULTILINE)
-    assert match is not None
-    first, *rest = yaml.safe_load(match[1])
+def here(entrypoint: list[str]) -> list[str]:
+    """Return an entry point as this Python runs it."""
+    first, *rest = entrypoint
     return [sys.executable, *MODULES[first], *rest]
 
 
-def command(services: dict[str, Any], service: str, endpoint: Endpoint) -> list[str]:
+def entrypoint(stage: str) -> list[str]:
+    """Read what a stage of the Dockerfile runs."""
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8").split(f" AS {stage}\n")[1]
+    match = re.search(r"^ENTRYPOINT (\[.*\])$", text, re.MULTILINE)
+    assert match is not None
+    found: list[str] = yaml.safe_load(match[1])
+    return found
+
+
+def command(services: dict[str, Any], service: str, places: dict[str, str]) -> list[str]:
+    """Return what a service runs, with this machine's places instead of those of the containers."""
     said = [str(part) for part in services[service]["command"]]
-    return entrypoint(services[service]["build"]["target"]) + [
-        part.replace("tcp/router:7447", str(endpoint)) for part in said
-    ]
+    for place, local in places.items():
+        said = [part.replace(place, local) for part in said]
+    return here(services[service].get("entrypoint") or entrypoint(services[service]["build"]["target"])) + said
 
 
 def test_the_router_is_of_the_version_of_the_wheel(services: dict[str, Any]) -> None:
@@ -68,10 +75,11 @@ def test_the_image_copies_only_what_there_is() -> None:
 def test_the_same_commands_as_plain_processes_complete_the_mission(
     services: dict[str, Any], endpoint: Endpoint
 ) -> None:
-    robots = [subprocess.Popen(command(services, "robot", endpoint), cwd=ROOT) for _ in range(int(SETTINGS["ROBOTS"]))]
+    places = {"tcp/router:7447": str(endpoint)}
+    robots = [subprocess.Popen(command(services, "robot", places), cwd=ROOT) for _ in range(int(SETTINGS["ROBOTS"]))]
     try:
         world = subprocess.run(
-            command(services, "world", endpoint), cwd=ROOT, timeout=200, check=False, capture_output=True, text=True
+            command(services, "world", places), cwd=ROOT, timeout=200, check=False, capture_output=True, text=True
         )
         assert world.returncode == 0, world.stdout + world.stderr
         assert all(robot.poll() is None for robot in robots), "a robot waits for the next world"
@@ -80,3 +88,43 @@ def test_the_same_commands_as_plain_processes_complete_the_mission(
             robot.terminate()
         ended = [robot.wait(20) for robot in robots]
     assert ended == [0] * len(robots)
+
+
+SECURE = ("secure-router", "secure-world", "secure-r1", "secure-r2", "secure-r3", "secure-r4", "secure-dashboard")
+MEMBER = {"secure-dashboard": "watcher"}
+
+
+def test_each_member_with_keys_mounts_only_its_own(services: dict[str, Any]) -> None:
+    assert {name for name, service in services.items() if "secure" in service.get("profiles", [])} == {*SECURE, "keys"}
+    for name in SECURE:
+        member = MEMBER.get(name, name.removeprefix("secure-"))
+        (mount,) = services[name]["volumes"]
+        assert (mount["target"], mount["volume"]) == (f"/keys/{member}", {"subpath": f"fleet/{member}"})
+        assert mount["read_only"]
+        assert services[name]["networks"] == ["secure"]
+    assert set(services["secure-world"]["depends_on"]) == set(SECURE) - {"secure-world"}
+    assert services["keys"]["network_mode"] == "none"
+
+
+@pytest.mark.processes
+def test_the_secure_commands_as_plain_processes_complete_the_mission(services: dict[str, Any], tmp_path: Path) -> None:
+    port = str(Endpoint("127.0.0.1", 0).claim().port)
+    places = {"/keys/fleet": str(tmp_path / "fleet"), "/keys": str(tmp_path / "fleet")}
+    places |= {"tls/secure-router:7447": f"tls/127.0.0.1:{port}", "tls/0.0.0.0:7447": f"tls/127.0.0.1:{port}"}
+    subprocess.run(command(services, "keys", {"/keys": str(tmp_path)}), cwd=ROOT, check=True)
+    others = [subprocess.Popen(command(services, name, places), cwd=ROOT) for name in SECURE[:1] + SECURE[2:6]]
+    try:
+        world = subprocess.run(
+            command(services, "secure-world", places),
+            cwd=ROOT,
+            timeout=200,
+            check=False,
+            capture_output=True,
+            text=True,
+        )
+        assert world.returncode == 0, world.stdout + world.stderr
+    finally:
+        for one in others:
+            one.terminate()
+        ended = [one.wait(20) for one in others]
+    assert ended == [0] * len(others)

@@ -73,6 +73,7 @@ KINDS = [
 any_message = st.sampled_from(KINDS).flatmap(messages_of)
 # fmt: off
 SENSE = Sense(
+        world="local",
     run=0, tick=3, time=0.15, lockstep=True, x=1.0, y=2.0, yaw=0.5, linear=0.6, angular=0.1, left=1.6, front=0.7,
     right=1.6, bearings=[0.5, None], hears=[("r2", 2)], rays=[1.6] * 15,
 )

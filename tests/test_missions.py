@@ -147,6 +147,7 @@ Number = (int, float)
 # fmt: off
 REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "scenario": str, "seed": int, "robots": int, "robots_per_process": int, "pace": str, "complete": bool, "reason": str,
+    "lost": list, "reproducible": bool, "not_reproducible": list,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "tick_wall": type(None),
     "contacts": {"robot": int, "wall": int, "obstacle": int},
@@ -162,7 +163,7 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "digest": str,
 }
 PER_ROBOT = {
-    "targets": int, "reached": list, "path_length": float, "shortest_length": float, "waiting": float,
+    "targets": int, "reached": list, "laps": int, "path_length": float, "shortest_length": float, "waiting": float,
     "replans": int, "contacts": int, "struck": int, "stalled": int, "unreachable": list,
 }
 # fmt: on

@@ -20,8 +20,10 @@ ORDER: Final = (
     "swarm.stopping",
     "swarm.geometry",
     "swarm.compiled",
+    "swarm.garbage",
     "swarm.settings",
     "swarm.messages",
+    "swarm.secure",
     "swarm.bus",
     "swarm.maps",
     "swarm.fuzzy",
@@ -33,9 +35,15 @@ ORDER: Final = (
     "world",
     "dashboard",
     "swarm.launch",
+    "swarm.launch.drill",
     "swarm.cli",
 )
-LIBRARIES: Final = {"zenoh": "swarm/bus", "pymunk": "world/physics.py", "rerun": "dashboard/view"}
+LIBRARIES: Final = {
+    "zenoh": "swarm/bus",
+    "pymunk": "world/physics.py",
+    "rerun": "dashboard/view",
+    "cryptography": "swarm/secure",
+}
 FILES: Final = sorted(file for top in TOPS for file in (ROOT / top).rglob("*.py"))
 
 

@@ -26,6 +26,11 @@ class Asked:
             self._last[name] = now
         return due
 
+    def forget(self, name: str) -> None:
+        """Count a robot as never sent: it has just come, or come back."""
+        self._first.pop(name, None)
+        self._last.pop(name, None)
+
     def overdue(self, lacking: Sequence[str], now: float) -> list[str]:
         """Return the robots of ``lacking`` that have been silent for longer than the world waits."""
         return [name for name in lacking if now - self._first.get(name, now) > SILENT]

@@ -14,16 +14,15 @@ BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with th
 class ClearanceJudge:
     """A judge that gets all positions at every tick and keeps the smallest gap [m] between footprints or to a wall."""
 
-    def __init__(self, floor: OccupancyMap, radius: float, robots: int) -> None:
+    def __init__(self, floor: OccupancyMap, radius: float) -> None:
         self._radius = radius
-        self._pairs = np.triu_indices(robots, k=1)
         self._block: list[Sequence[tuple[float, ...]]] = []
         self._smallest = float("inf")
         self.set_floor(floor)
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Judge against this floor from now on."""
-        self._judge()
+        self.settle()
         blocks = [
             shapely.Polygon(floor.corners(low, high))
             for kind in (WALL, OBSTACLE, UNKNOWN)
@@ -36,15 +35,16 @@ class ClearanceJudge:
         """Take in the x, y [m] of each robot at one tick; further values are ignored."""
         self._block.append(places)
         if len(self._block) >= BLOCK:
-            self._judge()
+            self.settle()
 
     @property
     def smallest(self) -> float:
         """The smallest gap [m] so far; negative if shapes overlapped, infinite if there is nothing to touch."""
-        self._judge()
+        self.settle()
         return self._smallest
 
-    def _judge(self) -> None:
+    def settle(self) -> None:
+        """Judge what was observed so far."""
         if not self._block:
             return
         places = np.array(self._block, np.float64)[:, :, :2]  # (ticks, robots, 2)
@@ -55,7 +55,9 @@ class ClearanceJudge:
             points = shapely.points(places[moved])
             _, gaps = self._tree.query_nearest(points, return_distance=True, all_matches=False)
             self._smallest = min(self._smallest, float(gaps.min()) - self._radius)
-        first, second = self._pairs
-        if first.size:
-            apart = np.linalg.norm(places[:, first] - places[:, second], axis=2)
-            self._smallest = min(self._smallest, float(apart.min()) - 2 * self._radius)
+        places = np.take_along_axis(places, places[:, :, :1].argsort(axis=1), axis=1)  # from west to east, in each tick
+        for later in range(1, places.shape[1]):
+            apart = places[:, later:] - places[:, :-later]
+            if apart[:, :, 0].min() - 2 * self._radius > self._smallest:
+                break  # all that follow in the row are farther off still
+            self._smallest = min(self._smallest, float(np.linalg.norm(apart, axis=2).min()) - 2 * self._radius)

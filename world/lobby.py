@@ -1,6 +1,7 @@
-"""The robots and dashboards that are present, by their sessions, and the places promised to robots that are joining."""
+"""The robots and dashboards that are present, and the places of robots: one is taken only by who joined and lives."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from math import inf
 from typing import Final, NamedTuple
 
 from swarm.bus import Presence
@@ -8,6 +9,9 @@ from swarm.errors import PeerError
 
 PROMISED: Final = 5.0  # s that a place is kept for a robot that was welcomed and is not present yet
 WATCHERS: Final = 15.0  # s that the start waits for a dashboard that was announced
+HOLD: Final = 0.2  # s; when the router goes, all tokens go, some of them before the link's own end is told
+BACK: Final = 10.0  # s that the clock waits for robots to come back, after the router or the world was away
+STRANGERS: Final = 16  # sessions that announce a robot without having joined, and are remembered
 
 
 class Note(NamedTuple):
@@ -22,62 +26,146 @@ class Lobby:
     """The robots and dashboards that are present. The caller passes the time ``now`` [s], always of one clock."""
 
     def __init__(self, robots: Sequence[str], watchers: int, now: float) -> None:
-        self._sessions: dict[str, set[str]] = {name: set() for name in robots}
+        self._joined: dict[str, str] = {}  # robot -> the session that was welcomed in its place
+        self._tokens: dict[str, set[str]] = {name: set() for name in robots}  # robot -> sessions that announce it
+        self._leaving: dict[str, float] = {}  # robot -> when its token went away
+        self._replaced: list[str] = []  # robots whose place a new process took before the old one was given up
+        self._expected: set[str] = set()  # robots that were present before the router or the world went away
+        self._expected_until = inf
+        self._named: set[tuple[str, str]] = set()  # duplicates
         self._dashboards: set[str] = set()
         self._promised: dict[str, float] = {}
+        self._away: dict[str, float] = {}  # robot -> s for which it has been absent
+        self._looked_at = now
         self.most_in_one = 0  # robots that were present from one process at a time
         self._watchers, self._watchers_until = watchers, now + WATCHERS
 
     @property
     def present(self) -> list[str]:
         """Robots whose process is present."""
-        return [name for name, sessions in self._sessions.items() if sessions]
+        return [name for name in self._tokens if self._is_present(name)]
 
     @property
     def absent(self) -> list[str]:
         """Robots whose process is not present."""
-        return [name for name, sessions in self._sessions.items() if not sessions]
+        return [name for name in self._tokens if not self._is_present(name)]
+
+    def _is_present(self, name: str) -> bool:
+        return self._joined.get(name) in self._tokens[name] or name in self._leaving
+
+    @property
+    def members(self) -> list[str]:
+        """Robots that are present, or were and are expected back."""
+        return [name for name in self._tokens if self._is_present(name) or name in self._expected]
+
+    @property
+    def unsettled(self) -> bool:
+        """True if it is open whether a robot has gone."""
+        return bool(self._leaving or self._expected)
+
+    @property
+    def expected(self) -> bool:
+        """True if the clock waits for a robot to come back."""
+        return bool(self._expected)
+
+    def away(self, name: str) -> float:
+        """Return for how long [s] a robot has been absent while the clock ran."""
+        return self._away.get(name, 0.0)
 
     def knows(self, robot: str) -> bool:
         """Return True if the fleet has a robot of that name."""
-        return robot in self._sessions
+        return robot in self._tokens
 
     def ready(self, now: float) -> bool:
         """Return True if all robots are present, and the announced dashboards are present or took too long."""
         return not self.absent and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)
 
-    def take(self, presence: Presence) -> Note | None:
+    def expect(self, robots: Iterable[str], until: float) -> None:
+        """Wait for robots that were present before, until a time [s]."""
+        self._expected = {name for name in robots if self.knows(name) and not self._is_present(name)}
+        self._expected_until = until
+
+    def link(self, up: bool, now: float) -> None:
+        """Take in that the router has gone, and with it all tokens, or is back."""
+        if up:
+            self._expected_until = now + BACK
+            return
+        self._expected |= set(self.present)
+        self._expected_until = inf
+        self._leaving.clear()
+        for sessions in self._tokens.values():
+            sessions.clear()
+        self._dashboards.clear()
+
+    def take(self, presence: Presence, now: float) -> Note | None:
         """Take in that a process came or went; return a note if it is worth an event."""
         name, session = presence.id, presence.session
         if presence.role == "dashboard":
             (self._dashboards.add if presence.alive else self._dashboards.discard)(session)
-        if presence.role != "robot" or name not in self._sessions:
+        if presence.role != "robot" or not self.knows(name):
             return None
-        sessions = self._sessions[name]
-        if presence.alive:
-            sessions.add(session)
-            together = sum(session in others for others in self._sessions.values())
-            self.most_in_one = max(self.most_in_one, together)
-            self._promised.pop(name, None)
-            many = len(sessions)
-            return Note("duplicate", f"runs in {many} processes; stop all but one", name) if many > 1 else None
-        sessions.discard(session)
-        return None if sessions else Note("gone", "has lost its process; its body stops", name)
+        tokens, owner = self._tokens[name], self._joined.get(name)
+        if not presence.alive:
+            if session in tokens and session == owner:
+                self._leaving[name] = now
+            tokens.discard(session)
+            return None
+        if session == owner or len(tokens) < STRANGERS:
+            tokens.add(session)
+        if session == owner:
+            self._came(name)
+        elif owner in tokens and (name, session) not in self._named and len(self._named) < STRANGERS:
+            self._named.add((name, session))
+            return Note("duplicate", "is announced by a second process, which has not joined; it is ignored", name)
+        return None
 
-    def place(self, asked: str | None, now: float) -> str:
-        """Return a place and promise it: the place that is asked for, or the first free one.
+    def _came(self, name: str) -> None:
+        self._leaving.pop(name, None)
+        self._promised.pop(name, None)
+        self._away.pop(name, None)
+        self._expected.discard(name)
+        together = sum(self._joined.get(other) == self._joined[name] for other in self.present)
+        self.most_in_one = max(self.most_in_one, together)
+
+    def look(self, now: float, *, running: bool) -> list[Note]:
+        """Return notes about robots that have gone for good; count how long robots are absent while ``running``."""
+        gone = [name for name, since in self._leaving.items() if now - since > HOLD]
+        for name in gone:
+            del self._leaving[name]
+        gone += self._replaced
+        self._replaced = []
+        if now > self._expected_until:
+            gone += sorted(self._expected)
+            self._expected.clear()
+        if running:
+            for name in self.absent:
+                self._away[name] = self._away.get(name, 0.0) + now - self._looked_at
+        self._looked_at = now
+        return [Note("gone", "has lost its process; its body stops", name) for name in gone]
+
+    def place(self, asked: str | None, session: str, now: float) -> str:
+        """Return a place and promise it to a session: the place that is asked for, or the first free one.
 
         Raises:
             PeerError: there is no such robot, it is present already, or all places are taken.
         """
-        taken = self.present
-        free = [name for name in self.absent if self._promised.get(name, 0.0) < now]
-        if asked is not None and asked not in self._sessions:
-            raise PeerError(f"expected one of {', '.join(self._sessions)}, got {asked!r}; the fleet has no such robot")
-        if asked is not None and asked in taken:
+        everybody = list(self._tokens)
+        if asked is not None and asked not in everybody:
+            raise PeerError(f"expected one of {', '.join(everybody)}, got {asked!r}; the fleet has no such robot")
+        if (
+            asked is not None
+            and asked in self.present
+            and asked not in self._leaving
+            and session != self._joined[asked]
+        ):
             raise PeerError(f"robot {asked!r} is here already; stop that one first, or join without a name")
+        free = [name for name in self.absent if self._promised.get(name, -inf) < now]
         if asked is None and not free:
-            raise PeerError(f"all {len(self._sessions)} places are taken; start the world with more robots")
-        name = asked or free[0]
-        self._promised[name] = now + PROMISED
+            raise PeerError(f"all {len(everybody)} places are taken; start the world with more robots")
+        name = asked or min(free, key=lambda name: name in self._expected)
+        self._joined[name], self._promised[name] = session, now + PROMISED
+        if self._leaving.pop(name, None) is not None:
+            self._replaced.append(name)
+        if session in self._tokens[name]:
+            self._came(name)
         return name

@@ -30,6 +30,16 @@ class Times:
         ticks = list(accumulate(self._bins))
         return min(SHORTEST * exp(bisect_left(ticks, share * ticks[-1]) * STEP), self._longest)
 
+    @property
+    def state(self) -> tuple[list[int], float]:
+        """The histogram and the longest time [s]; set it to go on counting."""
+        return self._bins, self._longest
+
+    @state.setter
+    def state(self, state: tuple[list[int], float]) -> None:
+        bins, self._longest = state
+        self._bins = bins if len(bins) == BINS else [0] * BINS
+
     def report(self) -> dict[str, float] | None:
         """Return the times for a report [s]; None if no tick was counted."""
         if not any(self._bins):
@@ -76,8 +86,8 @@ class Timetable:
 class Stopwatch:
     """A stopwatch of wall time, without the pauses."""
 
-    def __init__(self) -> None:
-        self._sum = 0.0
+    def __init__(self, seconds: float = 0.0) -> None:
+        self._sum = seconds
         self._since: float | None = None
 
     def go(self) -> None:

@@ -31,6 +31,27 @@ class Contact(NamedTuple):
     other: int | None  # the other robot
 
 
+class Moving(NamedTuple):
+    """The state of one body."""
+
+    x: float  # m
+    y: float
+    angle: float  # rad, not wrapped
+    vx: float  # m/s
+    vy: float
+    turning: float  # rad/s
+
+
+class PhysicsState(NamedTuple):
+    """The state of all bodies."""
+
+    robots: list[Moving]
+    movers: list[Moving]
+    rolled: list[Twist]
+    touching: list[Contact]
+    disturbed: bool
+
+
 class Physics:
     """The floor and the bodies on it; robots are known by their number."""
 
@@ -44,10 +65,14 @@ class Physics:
         self.touching: list[Contact] = []  # contacts that have begun and not ended
         self._still: list[pymunk.Shape] = []
         self.set_floor(floor)
-        self._movers: list[pymunk.Body] = []
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
-        self._round = list(self._bodies)  # what rays see as discs: robots, then round movers
-        self._square: list[pymunk.Body] = []  # movers that are boxes
+        self._movers: list[pymunk.Body] = []
+        self._outlines: list[
+            tuple[float | None, tuple[float, float]]
+        ] = []  # of each mover: radius, or length and width
+        self._renewed = False  # new bodies were made since the first of the present contacts began
+        self._known: Sequence[Contact] = ()  # contacts from before that, until pymunk has found them again
+        self._sort()
         self._discs = np.full((len(poses), 3), radius)  # m, of each in ``_round``: place and radius
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
@@ -74,19 +99,29 @@ class Physics:
 
     def add_mover(self, pose: Pose, radius: float | None, size: tuple[float, float] | None) -> None:
         """Put a moving obstacle on the floor: a disc of ``radius`` [m] or a box of ``size`` [m], along and across."""
+        length, width = size or (1.0, 1.0)
+        self._outlines.append((radius, (length, width)))
+        self._movers.append(self._add_mover(len(self._movers), pose))
+        self._sort()
+        if radius is not None:
+            self._discs = np.vstack([self._discs, (pose.x, pose.y, radius)])
+        else:
+            self._boxes = np.vstack([self._boxes, (pose.x, pose.y, pose.yaw, length / 2, width / 2)])
+
+    def _sort(self) -> None:
+        """List what rays see as discs, robots first, and what they see as boxes."""
+        movers = list(zip(self._movers, self._outlines, strict=True))
+        self._round = [*self._bodies, *(body for body, (radius, _) in movers if radius is not None)]
+        self._square = [body for body, (radius, _) in movers if radius is None]
+
+    def _add_mover(self, number: int, pose: Pose) -> pymunk.Body:
+        radius, size = self._outlines[number]
         body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         body.position, body.angle = (pose.x, pose.y), pose.yaw
-        shape = pymunk.Circle(body, radius) if radius is not None else pymunk.Poly.create_box(body, size or (1.0, 1.0))
+        shape = pymunk.Circle(body, radius) if radius is not None else pymunk.Poly.create_box(body, size)
         shape.collision_type = OBSTACLE
         self._space.add(body, shape)
-        self._movers.append(body)
-        if radius is not None:
-            self._round.append(body)
-            self._discs = np.vstack([self._discs, (*body.position, radius)])
-        else:
-            length, width = size or (1.0, 1.0)
-            self._square.append(body)
-            self._boxes = np.vstack([self._boxes, (*body.position, body.angle, length / 2, width / 2)])
+        return body
 
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
@@ -99,7 +134,7 @@ class Physics:
 
     def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
         begun = _both_ways(arbiter, kind)
-        self._contacts += begun
+        self._contacts += [contact for contact in begun if contact not in self._known]
         self.touching += begun
 
     def _on_parting(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
@@ -128,10 +163,15 @@ class Physics:
             body.angle = pose.yaw
             body.velocity = ((pose.x - x) / self._dt, (pose.y - y) / self._dt)
         before, self._rolled = self._rolled or [STILL] * len(self._bodies), list(twists)
-        everybody = list(zip(self._bodies, self._rolled, strict=True))
+        everybody = list(enumerate(self._rolled))
         moving = [pair for pair, was in zip(everybody, before, strict=True) if pair[1] != STILL or was != STILL]
         for _ in range(self._substeps):
-            for body, twist in everybody if self._disturbed else moving:
+            if not self.touching:
+                self._renewed = False
+            elif not self._renewed:
+                self._renew(self.state)
+            for number, twist in everybody if self._disturbed else moving:
+                body = self._bodies[number]
                 if twist.linear == 0.0:
                     body.velocity = (0.0, 0.0)
                 else:
@@ -152,12 +192,43 @@ class Physics:
         A step of pymunk moves bodies first and solves contacts for the next step, but ``roll`` sets all velocities
         again before that step.
         """
+        if self._known:
+            self.touching = []
         everybody = (*self._bodies, *self._movers)
         for body in everybody:
             body.position_func = _stay
         self._space.step(dt)
         for body in everybody:
             body.position_func = pymunk.Body.update_position
+        self._known = ()
+
+    @property
+    def state(self) -> PhysicsState:
+        """The state of all bodies, from which ``restore`` goes on bit for bit after ``settle``."""
+        robots, movers = ([_moving(body) for body in bodies] for bodies in (self._bodies, self._movers))
+        return PhysicsState(robots, movers, list(self._rolled), list(self.touching), self._disturbed)
+
+    def restore(self, state: PhysicsState) -> None:
+        """Continue from a state."""
+        self.touching, self._rolled, self._disturbed = list(state.touching), list(state.rolled), state.disturbed
+        self._renew(state)
+
+    def settle(self) -> None:
+        """Drop what pymunk remembers of contacts beside the state: what follows is a function of the state alone."""
+        if self.touching:
+            self._renew(self.state)
+
+    def _renew(self, state: PhysicsState) -> None:
+        """Make new bodies: the old ones carry impulses, and a tree of neighbours that has grown with the run."""
+        for body in (*self._bodies, *self._movers):
+            self._space.remove(*body.shapes, body)
+        self.touching, self._known = list(state.touching), state.touching
+        self._renewed, self._stale = bool(state.touching), True
+        self._bodies = [self._add(number, _pose(body)) for number, body in enumerate(state.robots)]
+        self._movers = [self._add_mover(number, _pose(body)) for number, body in enumerate(state.movers)]
+        for made, was in zip((*self._bodies, *self._movers), (*state.robots, *state.movers), strict=True):
+            made.velocity, made.angular_velocity = (was.vx, was.vy), was.turning
+        self._sort()
 
     def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
         """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
@@ -197,6 +268,14 @@ class Physics:
 
 def _stay(body: pymunk.Body, dt: float) -> None:
     """Leave the body where it is."""
+
+
+def _moving(body: pymunk.Body) -> Moving:
+    return Moving(*body.position, body.angle, *body.velocity, body.angular_velocity)
+
+
+def _pose(body: Moving) -> Pose:
+    return Pose(body.x, body.y, body.angle)
 
 
 def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:

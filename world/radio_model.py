@@ -7,6 +7,7 @@ import numpy as np
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.settings import RadioSettings
+from swarm.traffic.hearing import in_range
 
 
 class RadioModel:
@@ -23,11 +24,7 @@ class RadioModel:
         if not senders:
             return heard
         settings = self._settings
-        places = np.array(poses, np.float64)[:, :2]
-        apart = places[:, None, :] - places[None, senders, :]  # (listeners, senders, 2)
-        near = np.hypot(apart[..., 0], apart[..., 1]) <= settings.range
-        near[senders, range(len(senders))] = False
-        pairs = [(listener, senders[column]) for listener, column in np.argwhere(near).tolist()]
+        pairs = in_range(np.array(poses, np.float64), np.array(senders, np.int64), settings.range).tolist()
         if settings.line_of_sight:
             pairs = [(one, other) for one, other in pairs if self._sees(poses[one][:2], poses[other][:2])]
         if settings.loss:

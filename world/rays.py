@@ -64,15 +64,19 @@ def cast(
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
     u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
     v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
+    near = np.empty(discs.shape[0], np.int64)
+    count = 0
+    for other in range(discs.shape[0]):
+        if other != own and hypot(discs[other, 0] - x, discs[other, 1] - y) <= reach + discs[other, 2]:
+            near[count] = other
+            count += 1
     found = np.empty(angles.size)
     for k in range(angles.size):
         heading = yaw + angles[k]
         dx, dy = cos(heading), sin(heading)
         nearest = side * first_solid(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, reach / side, False)
-        for other in range(discs.shape[0]):
-            far = hypot(discs[other, 0] - x, discs[other, 1] - y) > reach + discs[other, 2]
-            if other != own and not far:
-                nearest = min(nearest, _to_disc(x, y, dx, dy, discs[other, 0], discs[other, 1], discs[other, 2]))
+        for other in near[:count]:
+            nearest = min(nearest, _to_disc(x, y, dx, dy, discs[other, 0], discs[other, 1], discs[other, 2]))
         for b in range(boxes.shape[0]):
             box = boxes[b]
             nearest = min(nearest, _to_box(x, y, dx, dy, box[0], box[1], box[2], box[3], box[4]))

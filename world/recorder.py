@@ -25,8 +25,8 @@ class Recorder:
     def __init__(self, scenario: Scenario, starts: Sequence[Pose], stops: list[tuple[Point, ...]], dt: float) -> None:
         robots = len(starts)
         self._dt = dt
-        self._digest = hashlib.blake2b(digest_size=16)
-        self._judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius, robots)
+        self._digest = bytes(16)
+        self.judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius)
         self._last: Sequence[Pose] = starts
         self._ticks = 0
         self._touched: dict[Contact, int] = {}  # the tick at which each contact was seen last
@@ -34,7 +34,8 @@ class Recorder:
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts while the robot stood still: no braking could have prevented them
         self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, and whether the robot was struck
-        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s
+        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
+        self.laps = [0] * robots  # of a patrol, complete
         self.waiting = [0.0] * robots  # s
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
@@ -42,31 +43,33 @@ class Recorder:
     @property
     def digest(self) -> str:
         """A hash of every robot's pose at every tick: equal runs have equal digests."""
-        return self._digest.hexdigest()
+        return self._digest.hex()
 
     @property
     def clearance_min(self) -> float:
         """The smallest gap seen [m], recomputed from the poses."""
-        return self._judge.smallest
+        return self.judge.smallest
 
     @property
     def complete(self) -> bool:
         """True if every robot has been at all its stops."""
-        return all(time is not None for row in self.reached_at for time in row)
+        rows = zip(self.laps, self.reached_at, strict=True)
+        return all(laps or None not in row for laps, row in rows)
 
     def poses(self, poses: Sequence[Pose]) -> None:
         """Record the poses of all robots at a tick."""
         self._ticks += 1
-        self._digest.update(struct.pack(f"<{3 * len(poses)}d", *chain.from_iterable(poses)))
+        packed = struct.pack(f"<{3 * len(poses)}d", *chain.from_iterable(poses))
+        self._digest = hashlib.blake2b(self._digest + packed, digest_size=16).digest()
         for number, (before, pose) in enumerate(zip(self._last, poses, strict=True)):
             if pose != before:
                 self.path_length[number] += distance(before, pose)
-        self._judge.observe(poses)
+        self.judge.observe(poses)
         self._last = poses
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Judge gaps against this floor from now on."""
-        self._judge.set_floor(floor)
+        self.judge.set_floor(floor)
 
     def contacts(
         self, contacts: Sequence[Contact], touching: Sequence[Contact], wheels: Sequence[tuple[float, float]]
@@ -90,9 +93,21 @@ class Recorder:
         """Return True if a stop counts as reached."""
         return self.reached_at[robot][stop] is not None
 
+    def next_stop(self, robot: int, given_up: Sequence[int]) -> int | None:
+        """Return the first stop that a robot has neither reached nor given up."""
+        row = self.reached_at[robot]
+        if not given_up:
+            return row.index(None) if None in row else None
+        return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
+
     def reached(self, robot: int, stop: int, time: float) -> None:
         """Record that a robot has reached a stop at a time [s]."""
         self.reached_at[robot][stop] = time
+
+    def begin_lap(self, robot: int) -> None:
+        """Record that a robot on patrol has been at all stops, and begins again."""
+        self.laps[robot] += 1
+        self.reached_at[robot] = [None] * len(self.reached_at[robot])
 
     def doing(self, commands: Sequence[Command]) -> None:
         """Record what every robot did in a tick."""

@@ -26,9 +26,12 @@ def report(
     late_commands: int,
     tick_wall: dict[str, float] | None,
     reason: str,
+    not_reproducible: Sequence[str] = (),
+    lost: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete.
 
+    ``not_reproducible`` says why the run cannot be repeated bit for bit; ``lost`` are robots that stayed away.
     ``tick_wall`` [s] is the time of a tick on the wall clock, None where ticks do not follow the wall clock.
     """
     record = world.recorder
@@ -43,6 +46,9 @@ def report(
         "pace": pace,
         "complete": world.complete,
         "reason": "" if world.complete else reason,
+        "lost": list(lost),
+        "reproducible": not not_reproducible,
+        "not_reproducible": list(not_reproducible),
         "sim_time": world.time,
         "wall_time": wall_time,
         "real_time_factor": world.time / wall_time if wall_time else 0.0,
@@ -57,6 +63,7 @@ def report(
             world.robots[number]: {
                 "targets": len(world.stops(world.robots[number])),
                 "reached": record.reached_at[number],
+                "laps": record.laps[number],
                 "path_length": record.path_length[number],
                 "shortest_length": shortest_length(grid, world.starts[number][:2], world.stops(world.robots[number])),
                 "waiting": record.waiting[number],
@@ -89,7 +96,11 @@ def _traffic(world: World) -> dict[str, Any]:
 def missing(world: World) -> str:
     """Return in one sentence which stops were not reached, which of them had no path, and which robots stalled."""
     lacking = []
-    for name, row, given_up in zip(world.robots, world.recorder.reached_at, world.recorder.unreachable, strict=True):
+    record = world.recorder
+    everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
+    for name, laps, row, given_up in everybody:
+        if laps:
+            continue  # a patrol: it has been everywhere
         stops = [
             stop_label(stop, len(row), world.returns) + (" (no path)" if stop in given_up else "")
             for stop, time in enumerate(row)
@@ -97,7 +108,7 @@ def missing(world: World) -> str:
         ]
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
-    verdict = f"{world.verdict}; " if world.verdict and lacking else ""
+    verdict = f"{world.verdict.text}; " if world.verdict.text and lacking else ""
     stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
              for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
     return f"{verdict}not reached: {'; '.join(lacking)}{'; ' if stuck else ''}{', '.join(stuck)}" if lacking else ""

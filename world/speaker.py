@@ -8,6 +8,7 @@ from swarm.bus import Bus
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Map, Phase
 from swarm.scenario.load import Scenario
+from world.truth import truth
 from world.world import World
 
 
@@ -54,7 +55,7 @@ class Speaker:
     def tell_truth(self, world: World) -> None:
         """Send all true poses at the topic's rate, if anybody listens."""
         if world.tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
-            self._bus.send(TRUTH, world.truth())
+            self._bus.send(TRUTH, truth(world))
 
     def tell(self, event: Event) -> None:
         """Send and log an event."""

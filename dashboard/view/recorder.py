@@ -68,8 +68,3 @@ class Recorder:
         for stream in reversed(self._streams):
             stream.disconnect()
         self._streams.clear()
-
-
-def serve_page(port: int, url: str) -> None:
-    """Serve the web viewer on all addresses of this machine; Rerun cannot bind it to one."""
-    rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=url)

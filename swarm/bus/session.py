@@ -1,13 +1,16 @@
 """One Zenoh session for the rest of the project: send, listen, ask, answer, and one inbox for everything that arrives.
 
-Zenoh runs callbacks on its own threads, prints their exceptions and goes on. So a callback here only puts what came
-into the inbox; ``receive`` decodes it in the thread of its caller.
+What arrives waits in a channel of Zenoh's, and ``receive`` decodes it in the thread of its caller. No thread of Zenoh's
+runs code of ours: it would wait for Python's lock, and a computation that holds the lock for longer than the lease
+would end the session. Everybody would then call this process gone.
 """
 
 import re
 from collections import Counter, deque
 from collections.abc import Callable
+from contextlib import suppress
 from queue import Empty, SimpleQueue
+from threading import Thread
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final, TypeVar
@@ -17,13 +20,21 @@ import zenoh
 from swarm.bus import settings
 from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.codec import decode, encode
-from swarm.errors import ConfigError, PeerError, SwarmError
+from swarm.bus.opening import ID, Item, opened, sampled
+from swarm.errors import ConfigError, PeerError
 from swarm.messages import REPLIES, Accepted, Message, Topic
+from swarm.messages.topic import below
 
 INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
-ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
+CHANNEL_LIMIT: Final = 50_000  # arrivals of one key that wait for Python; if there are more, their senders have to wait
 
 M = TypeVar("M", bound=Message)
+D = TypeVar("D", bound=Any)  # a subscriber, a queryable or a listener
+
+
+def channel() -> "zenoh.handlers.FifoChannel[Any]":
+    """Return where Zenoh puts what arrives until a thread of ours takes it."""
+    return zenoh.handlers.FifoChannel(CHANNEL_LIMIT)
 
 
 class Bus:
@@ -32,13 +43,14 @@ class Bus:
     def __init__(self, endpoint: settings.Endpoint, fleet: str, log: Callable[[str], None] = print) -> None:
         if not ID.match(fleet):
             raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
-        self._prefix = f"swarm/v1/{fleet}/"
+        self._prefix = below(fleet)
         self._endpoint = endpoint
         self._log = log
-        self._inbox: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
-        self._quiet: deque[tuple[Any, ...]] = deque()  # arrivals that do not wake a waiting ``receive``
+        self._inbox: SimpleQueue[Item] = SimpleQueue()
+        self._quiet: dict[str, tuple[Topic[Any], Callable[[], zenoh.Sample | None]]] = {}  # by key: how to get the next
+        self._taken: deque[Item] = deque()  # quiet arrivals, for the next calls of ``receive``
         self._declared: dict[str, Any] = {}
-        self._listeners: list[Any] = []
+        self._readers: list[tuple[Any, Thread]] = []
         self._publishers: dict[str, Any] = {}
         self._refused_since_log: Counter[str] = Counter()
         self._last_refusal = ""
@@ -50,14 +62,14 @@ class Bus:
         try:
             self._session = zenoh.open(settings.client(self._endpoint))
         except zenoh.ZError as fault:
+            start = "`swarm router`" + (" with keys of the same `swarm keys`" if self._endpoint.identity else "")
             raise ConfigError(
-                f"endpoint {self._endpoint}: expected a running router, got {fault}; start one with `swarm router`"
+                f"endpoint {self._endpoint}: expected a running router, got {fault}; start one with {start}"
             ) from None
         self._session.__enter__()
-        self._listeners.append(
-            self._session.info.declare_transport_events_listener(
-                zenoh.handlers.Callback(self._on_transport, indirect=False), history=False
-            )
+        self._reading(
+            self._session.info.declare_transport_events_listener(channel(), history=False),
+            lambda event: self._inbox.put(("link", event.kind == zenoh.SampleKind.PUT)),
         )
         return self
 
@@ -65,6 +77,10 @@ class Bus:
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._flush_refusals()
+        for declared, reader in self._readers:
+            with suppress(zenoh.ZError):
+                declared.undeclare()  # it closes the channel, and so ends the thread
+            reader.join()  # a thread that is still in Zenoh when the process ends would abort it
         self._session.__exit__(kind, fault, trace)  # type: ignore[no-untyped-call]
 
     @property
@@ -95,18 +111,30 @@ class Bus:
             self._publishers[key] = self._session.declare_publisher(key)
         return bool(self._publishers[key].matching_status)
 
-    def ask(self, topic: Topic[M], message: M, timeout: float = 5.0) -> Any:  # noqa: ANN401, of REPLIES
-        """Send a request and return the answer, a message of the type ``REPLIES[topic.key]``.
+    def ask(
+        self, topic: Topic[M], message: M, timeout: float = 5.0, fits: Callable[[Any], bool] = lambda reply: True
+    ) -> Any:  # noqa: ANN401, of REPLIES
+        """Send a request and return the first answer that ``fits``, a message of the type ``REPLIES[topic.key]``.
 
         Raises:
             PeerError: the request is refused (with the reason), or no answer comes within ``timeout`` [s].
         """
-        for reply in self._session.get(self._prefix + topic.key, payload=encode(message), timeout=timeout):
+        reason = "expected an answer, got none; is that process running?"
+        every = zenoh.ConsolidationMode.NONE  # by default only the last of several answers would come
+        key, payload = self._prefix + topic.key, encode(message)
+        for reply in self._session.get(key, payload=payload, timeout=timeout, consolidation=every):
             if reply.ok is not None:
-                return decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
-            reason = reply.err.payload.to_bytes().decode(errors="replace") if reply.err is not None else "no reason"
-            raise PeerError(f"{topic.key}: {reason}")
-        raise PeerError(f"{topic.key}: expected an answer, got none; is that process running?")
+                try:
+                    answer = decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
+                except PeerError as fault:
+                    reason = str(fault)
+                    continue
+                if fits(answer):
+                    return answer
+                reason = "expected an answer of the process that was asked, got one of another"
+            elif reply.err is not None:
+                reason = reply.err.payload.to_bytes().decode(errors="replace")[:2000]
+        raise PeerError(f"{topic.key}: {reason}")
 
     def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
         """Return the last messages of a topic from processes that keep them; key parts left out match everything."""
@@ -118,6 +146,11 @@ class Bus:
                 except PeerError as fault:
                     self._refuse(topic.key, fault)
         return found
+
+    def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
+        """Return the sessions that announce a role now."""
+        replies = self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout)
+        return {str(reply.ok.key_expr).rsplit("/", 1)[1] for reply in replies if reply.ok is not None}
 
     def announce(self, role: str, name: str) -> None:
         """Announce this process under a name until ``withdraw`` or the end of the session."""
@@ -139,57 +172,44 @@ class Bus:
         key = self._key(topic, ids)
         if key in self._declared:
             return
-        limit = topic.limit
-        waiting, put = (self._quiet.__len__, self._quiet.append) if quiet else (self._inbox.qsize, self._inbox.put)
-
-        def on_sample(sample: zenoh.Sample) -> None:
-            if waiting() >= INBOX_LIMIT:
-                self.overflowed += 1
-            else:
-                payload = sample.payload
-                size = len(payload)
-                put(("sample", topic, str(sample.key_expr), payload.to_bytes() if size <= limit else size))
-
-        self._declared[key] = self._session.declare_subscriber(key, zenoh.handlers.Callback(on_sample, indirect=False))
+        subscriber = self._session.declare_subscriber(key, channel())
+        if quiet:
+            self._declared[key], self._quiet[key] = subscriber, (topic, subscriber.handler.try_recv)
+        else:
+            self._declared[key] = self._reading(subscriber, lambda sample: self._put(sampled(topic, sample)))
 
     def unlisten(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Stop listening to a topic; the arguments are those of ``listen``."""
-        self._declared.pop(self._key(topic, ids)).undeclare()
+        """Stop listening to a topic; the arguments are those of ``listen``. What has arrived is kept."""
+        key = self._key(topic, ids)
+        self._declared.pop(key).undeclare()
+        if key in self._quiet:
+            self._take_quiet(*self._quiet.pop(key))
 
     def serve(self, topic: Topic[Any], **ids: str | int) -> None:
         """Put requests on a topic into the inbox, as ``Request``."""
-        key = self._key(topic, ids)
-        inbox = self._inbox
-
-        def on_query(query: zenoh.Query) -> None:
-            inbox.put(("query", topic, query))
-
-        self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
+        queryable = self._session.declare_queryable(self._key(topic, ids), channel())
+        self._reading(queryable, lambda query: self._inbox.put(("query", topic, query)))
 
     def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
         """Answer ``fetch`` with the messages that ``last()`` returns, each under its full key below the fleet."""
-        key, prefix = self._key(topic, ids), self._prefix
+        prefix = self._prefix
 
-        def on_query(query: zenoh.Query) -> None:
+        def answer(query: zenoh.Query) -> None:
             for name, message in last().items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
                     query.reply(prefix + name, encode(message))
             query.drop()  # type: ignore[no-untyped-call]
 
-        self._listeners.append(self._session.declare_queryable(key, zenoh.handlers.Callback(on_query, indirect=False)))
+        queryable = self._session.declare_queryable(self._key(topic, ids), channel())
+        self._reading(queryable, answer)
 
     def watch_presence(self, role: str = "*") -> None:
         """Put ``Presence`` of one role, or of all, into the inbox, also of processes that are already present."""
-        inbox = self._inbox
-
-        def on_token(sample: zenoh.Sample) -> None:
-            inbox.put(("token", str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
-
-        self._listeners.append(
-            self._session.liveliness().declare_subscriber(
-                f"{self._prefix}alive/{role}/*/*", zenoh.handlers.Callback(on_token, indirect=False), history=True
-            )
+        tokens = self._session.liveliness().declare_subscriber(
+            f"{self._prefix}alive/{role}/*/*", channel(), history=True
         )
+        put = self._inbox.put
+        self._reading(tokens, lambda token: put(("token", str(token.key_expr), token.kind == zenoh.SampleKind.PUT)))
 
     def receive(self, timeout: float | None = None) -> Arrival | Presence | Link | Request | None:
         """Return the next arrival, or None if nothing arrives within ``timeout`` [s] (None: wait for ever).
@@ -199,17 +219,14 @@ class Bus:
         """
         deadline = None if timeout is None else monotonic() + timeout
         while True:
-            try:
-                if self._quiet:
-                    item = self._quiet.popleft()
-                else:
-                    wait = None if deadline is None else max(0.0, deadline - monotonic())
-                    item = self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()
-            except Empty:
+            if not self._taken:
+                self._take(deadline)
+            if not self._taken:
                 self._flush_refusals()
                 return None
+            item = self._taken.popleft()
             try:
-                return self._open(item)
+                return opened(self._prefix, item)
             except PeerError as fault:
                 self._refuse(item[1].key if item[0] != "token" else "alive", fault)
 
@@ -219,54 +236,43 @@ class Bus:
         names = re.findall(r"{(\w+)}", topic.key)
         return self._prefix + topic.key.format(**{name: ids.get(name, "*") for name in names})
 
-    def _on_transport(self, event: zenoh.TransportEvent) -> None:
-        self._inbox.put(("link", event.kind == zenoh.SampleKind.PUT))
+    def _take(self, deadline: float | None) -> None:
+        """Take the next arrival of the inbox if one comes before the deadline [s], and before it all quiet ones."""
+        wait = None if deadline is None else max(0.0, deadline - monotonic())
+        try:
+            woken = [self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()]
+        except Empty:
+            woken = []
+        for topic, poll in self._quiet.values():
+            self._take_quiet(topic, poll)
+        self._taken.extend(woken)
 
-    def _open(self, item: tuple[Any, ...]) -> Arrival | Presence | Link | Request:
-        match item:
-            case ("sample", topic, key, payload):
-                ids = self._ids(topic, key)
-                if isinstance(payload, int):
-                    raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
-                message = decode(payload, topic.message, topic.limit)
-                claimed = getattr(message, "robot", None)
-                if "robot" in ids and claimed is not None and claimed != ids["robot"]:
-                    raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")
-                return Arrival(topic, ids, message)
-            case ("query", topic, query):
-                key = str(query.key_expr)
-                try:
-                    if query.payload is None:
-                        raise PeerError(f"{key}: expected a payload, got none")
-                    message = decode(query.payload.to_bytes(), topic.message, topic.limit)
-                except PeerError as fault:
-                    query.reply_err(str(fault).encode())
-                    query.drop()
-                    raise
-                return Request(topic, message, query, self._prefix + topic.key)
-            case ("token", key, alive):
-                parts = key.removeprefix(self._prefix).split("/")
-                if len(parts) != 4 or not all(ID.match(part) for part in parts):
-                    raise PeerError(f"{key}: expected alive/<role>/<id>/<session>")
-                return Presence(parts[1], parts[2], parts[3], alive)
-            case ("link", up):
-                return Link(up)
-        raise SwarmError(f"inbox: unknown item {item!r}")
+    def _take_quiet(self, topic: Topic[Any], poll: Callable[[], zenoh.Sample | None]) -> None:
+        try:
+            while (sample := poll()) is not None:
+                self._taken.append(sampled(topic, sample))
+        except zenoh.ZError:
+            pass  # the subscription has ended, and its last message is taken
 
-    def _ids(self, topic: Topic[Any], key: str) -> dict[str, str]:
-        names, chunks = topic.key.split("/"), key.removeprefix(self._prefix).split("/")
-        if len(names) != len(chunks):
-            raise PeerError(f"{key}: expected the key {self._prefix}{topic.key}")
-        ids = {}
-        for name, chunk in zip(names, chunks, strict=True):
-            if not name.startswith("{"):
-                if name != chunk:
-                    raise PeerError(f"{key}: expected the key {self._prefix}{topic.key}")
-            elif not ID.match(chunk):
-                raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
-            else:
-                ids[name[1:-1]] = chunk
-        return ids
+    def _put(self, item: Item) -> None:
+        if self._inbox.qsize() >= INBOX_LIMIT:
+            self.overflowed += 1
+        else:
+            self._inbox.put(item)
+
+    def _reading(self, declared: D, use: Callable[[Any], None]) -> D:
+        """Call ``use`` with all that comes through the channel of a declaration, in a thread of its own."""
+        next_one = declared.handler.recv  # taken once: the declaration itself must be free to end meanwhile
+
+        def read() -> None:
+            with suppress(zenoh.ZError):  # the channel is closed: the declaration or the session has ended
+                while True:
+                    use(next_one())
+
+        reader = Thread(target=read, name="swarm-bus", daemon=True)
+        reader.start()
+        self._readers = [*(one for one in self._readers if one[1].is_alive()), (declared, reader)]
+        return declared
 
     def _refuse(self, where: str, fault: PeerError) -> None:
         self.refused[where] += 1

@@ -3,12 +3,16 @@
 import json
 import re
 import socket
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from ipaddress import ip_address
+from pathlib import Path
 from typing import Any, Final
 
 import zenoh
 
 from swarm.errors import ConfigError
+from swarm.secure import Identity
+from swarm.secure.identity import AUTHORITY, CERTIFICATE, KEY
 
 # Measured: shared memory limits a router to about 350 sessions; with a lease of 1 s a frozen reader blocks nobody.
 COMMON: Final[dict[str, Any]] = {
@@ -24,30 +28,49 @@ CLIENT: Final = COMMON | {
 }
 ROUTER: Final = COMMON | {"mode": "router", "transport/unicast/max_sessions": 4000}
 
-PATTERN: Final = re.compile(r"^(tcp)/(\[[0-9a-fA-F:]+\]|[^:/\s]+):(\d{1,5})$")
+PATTERN: Final = re.compile(r"^(tcp|tls)/(\[[0-9a-fA-F:]+\]|[^:/\s]+):(\d{1,5})$")
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """The address on which the router listens, in Zenoh's form ``tcp/HOST:PORT``."""
+    """The address on which the router listens, ``tcp/HOST:PORT``, or ``tls/HOST:PORT`` for a member with keys."""
 
     host: str
     port: int
+    identity: Identity | None = None  # as whom this process opens or joins the fleet; None: the fleet is open to all
 
     def __str__(self) -> str:
-        return f"tcp/{self.host}:{self.port}"
+        return f"{'tcp' if self.identity is None else 'tls'}/{self.host}:{self.port}"
 
     @classmethod
-    def parse(cls, text: str) -> "Endpoint":
-        """Read ``tcp/HOST:PORT``.
+    def parse(cls, text: str, keys: Path | None = None, member: str = "") -> "Endpoint":
+        """Read ``tcp/HOST:PORT``; or, for a member of a fleet with keys in a folder, ``tls/HOST:PORT``.
 
         Raises:
             ConfigError: the text does not have that form.
         """
         match = PATTERN.match(text)
+        scheme = "tcp" if keys is None else "tls"
         if not match or not 0 < int(match[3]) < 65536:
-            raise ConfigError(f"endpoint: expected tcp/HOST:PORT, got {text!r}; for example tcp/127.0.0.1:7447")
-        return cls(match[2], int(match[3]))
+            raise ConfigError(
+                f"endpoint: expected {scheme}/HOST:PORT, got {text!r}; for example {scheme}/127.0.0.1:7447"
+            )
+        if match[1] != scheme:
+            what = "needs keys: add --secure DIR" if keys is None else "with --secure: begin it with tls/"
+            raise ConfigError(f"endpoint: expected {scheme}/HOST:PORT, got {text!r}, which {what}")
+        return cls(match[2], int(match[3]), None if keys is None else Identity(keys, member))
+
+    def seen_by(self, member: str) -> "Endpoint":
+        """Return the same endpoint for another member of the fleet."""
+        return self if self.identity is None else replace(self, identity=replace(self.identity, name=member))
+
+    @property
+    def local(self) -> bool:
+        """True if only this machine can reach it."""
+        try:
+            return ip_address(self.host.strip("[]")).is_loopback
+        except ValueError:
+            return self.host == "localhost"
 
     def claim(self) -> "Endpoint":
         """Check that the port is free and return the endpoint; port 0 becomes a free port.
@@ -65,17 +88,52 @@ class Endpoint:
                     f"port {self.port} on {self.host}: expected a free port, got {fault.strerror or fault}; "
                     "stop the process that listens there, or give another port with --port (0 picks a free one)"
                 ) from None
-            return Endpoint(self.host, probe.getsockname()[1])
+            return replace(self, port=probe.getsockname()[1])
 
 
 def client(endpoint: Endpoint) -> zenoh.Config:
-    """Return the settings of a session that connects to the router."""
-    return _config(CLIENT | {"connect/endpoints": [str(endpoint)]})
+    """Return the settings of a session that connects to the router.
+
+    Raises:
+        ConfigError: a file of the member's keys is missing or wrong.
+    """
+    return _config(CLIENT | {"connect/endpoints": [str(endpoint)]} | _tls(endpoint, "connect"))
 
 
 def router(endpoint: Endpoint) -> zenoh.Config:
-    """Return the settings of the session that is the router."""
-    return _config(ROUTER | {"listen/endpoints": [str(endpoint)]})
+    """Return the settings of the session that is the router.
+
+    Raises:
+        ConfigError: a file of the router's keys is missing or wrong.
+    """
+    listen: dict[str, Any] = {"listen/endpoints": [str(endpoint)]}
+    config = _config(ROUTER | listen | _tls(endpoint, "listen"))
+    if endpoint.identity is not None:
+        try:
+            config.insert_json5("access_control", endpoint.identity.access_list())
+        except zenoh.ZError as fault:
+            raise ConfigError(
+                f"{endpoint.identity.folder}: expected the access list that `swarm keys` wrote, Zenoh says: {fault}"
+            ) from None
+    return config
+
+
+def _tls(endpoint: Endpoint, side: str) -> dict[str, Any]:
+    """Return the settings of mutual TLS for a side, ``listen`` or ``connect``; none for an open fleet."""
+    identity = endpoint.identity
+    if identity is None:
+        return {}
+    identity.check()
+    return {
+        "transport/link/tls": {
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+            "close_link_on_expiration": True,
+            "root_ca_certificate": str(identity.folder / AUTHORITY),
+            f"{side}_certificate": str(identity.folder / CERTIFICATE),
+            f"{side}_private_key": str(identity.folder / KEY),
+        }
+    }
 
 
 def _config(settings: dict[str, Any]) -> zenoh.Config:

@@ -4,30 +4,36 @@ import os
 import sys
 from collections.abc import Sequence
 
-from swarm.cli import control, fleet, storm, tools
-from swarm.cli.parsing import Parser, Version, joined
-from swarm.errors import SwarmError
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return 0 for success, 1 if a mission is not complete, 2 if the command or a file is wrong."""
     try:
-        try:
-            return _run(arguments)
-        finally:
-            sys.stdout.flush()
-    except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
+        status = _run(arguments)
+    except KeyboardInterrupt:  # `swarm run` gets here only before it has started the fleet
+        print("swarm: interrupted; nothing is left running", file=sys.stderr)
+        status = 1
+    except BrokenPipeError:
+        status = 1
+    try:
+        sys.stdout.flush()
+    except OSError:  # the reader of the output, such as `head`, has closed it, or its terminal is gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        status = 1
+    return status
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    # imported here, so that a Ctrl-C meanwhile is one sentence too
+    from swarm.cli import control, drill, fleet, keys, storm, tools
+    from swarm.cli.parsing import Parser, Version, joined
+    from swarm.errors import SwarmError
+
     top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")
     top.add_argument(
         "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, control, storm, tools):
+    for room in (fleet, keys, control, drill, storm, tools):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))

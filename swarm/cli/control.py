@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from swarm.cli.parsing import Commands, Parser, point
+from swarm.cli.parsing import Commands, Parser, endpoint, point, secure
 from swarm.errors import ConfigError
+from swarm.secure.identity import OPERATOR, WATCHER
 
 if TYPE_CHECKING:
     from swarm.bus import Bus
@@ -25,7 +26,7 @@ def button(options: argparse.Namespace) -> int:
     """Press one of the paper's buttons."""
     from swarm.messages import ACTION, Action, Do
 
-    with fleet_bus(options) as bus:
+    with fleet_bus(options, OPERATOR) as bus:
         print(bus.ask(ACTION, Action(do=Do(options.button))).text)
     return 0
 
@@ -38,7 +39,7 @@ def edit(options: argparse.Namespace) -> int:
         raise ConfigError(
             f"swarm edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them"
         )
-    with fleet_bus(options) as bus:
+    with fleet_bus(options, OPERATOR) as bus:
         print(bus.ask(EDIT, Edit(kind=Kind(options.kind), low=options.low, high=options.high)).text)
     return 0
 
@@ -47,7 +48,7 @@ def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet as JSON."""
     from swarm.messages import CLOCK, STATE
 
-    with fleet_bus(options) as bus:
+    with fleet_bus(options, WATCHER) as bus:
         clocks = bus.fetch(CLOCK)
         if not clocks:
             raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
@@ -56,25 +57,26 @@ def status(options: argparse.Namespace) -> int:
     return 0
 
 
-def fleet_bus(options: argparse.Namespace) -> "Bus":
-    """Return the bus of the fleet given by --connect, or of the fleet that runs on this machine.
+def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
+    """Return a member's bus of the fleet given by --connect, or of the fleet that runs on this machine.
 
     Raises:
         ConfigError: the endpoint is wrong, or no fleet or several fleets run on this machine.
     """
-    from swarm.bus import Bus, Endpoint
+    from swarm.bus import Bus
     from swarm.launch.running import find
 
     if options.connect is not None:
-        return Bus(Endpoint.parse(options.connect), options.fleet or "fleet")
+        return Bus(endpoint(options.connect, options.secure, member), options.fleet or "fleet")
     card = find(options.fleet)
-    return Bus(Endpoint.parse(card.endpoint), card.fleet)
+    return Bus(endpoint(card.endpoint, options.secure, member), card.fleet)
 
 
 def of_a_client(parser: Parser) -> None:
     """Add the options that choose a fleet."""
     parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
     parser.add_argument("--fleet", metavar="NAME")
+    secure(parser)
 
 
 def add(commands: "Commands[Parser]") -> None:

@@ -1,14 +1,15 @@
 """Commands that run a whole fleet on this machine, or one process of a fleet."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarm.cli.parsing import DEFAULT_ENDPOINT, Commands, Parser, pace
+from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
+from swarm.secure.identity import ROUTER, WORLD
 
 if TYPE_CHECKING:
-    from swarm.bus import Endpoint
     from swarm.settings import Settings
 
 
@@ -24,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     source = Source(found(options.scenario), options.scen, options.robots)
     if source.file.is_file():
-        warm_up(source)
+        warm_up(source, secure=options.secure is not None)
     from swarm.launch import run as launch
 
     scenario = source.read()
@@ -46,18 +47,28 @@ def run(options: argparse.Namespace) -> int:
             report=options.report,
             port=options.port,
             fleet=options.fleet,
+            secure=options.secure,
         )
     )
 
 
 def router(options: argparse.Namespace) -> int:
     """Run the router."""
-    from swarm.bus import Endpoint
     from swarm.bus.router import serve
 
-    endpoint = Endpoint.parse(options.listen).claim()
-    print(f"router: listening on {endpoint}", flush=True)
-    return serve(endpoint)
+    place = endpoint(options.listen, options.secure, ROUTER)
+    if options.audit and options.secure is None:
+        raise ConfigError("--audit: expected --secure DIR with it, since an open router refuses nobody; add it")
+    if options.secure is None and not place.local:
+        if not options.insecure:
+            raise ConfigError(
+                f"--listen: expected an address of this machine only, such as 127.0.0.1, got {place.host}, where "
+                "others could steer the robots; make keys with `swarm keys` and give --secure DIR, or add --insecure"
+            )
+        print(f"router: {place} is open: anybody who reaches it can steer the robots", file=sys.stderr, flush=True)
+    place = place.claim()
+    print(f"router: listening on {place}", flush=True)
+    return serve(place, options.audit)
 
 
 def world(options: argparse.Namespace) -> int:
@@ -70,8 +81,12 @@ def world(options: argparse.Namespace) -> int:
     scenario = load(found(options.scenario))
     robots, seed, limit = _numbers(options, scenario.settings)
     scenario = check(scenario, robots, seed).scenario
+    if options.resume is not None and not options.resume.is_file():
+        raise ConfigError(
+            f"--resume {options.resume}: expected a snapshot, found none; begin a run with --snapshot FILE"
+        )
     return run_world(
-        _endpoint(options),
+        endpoint(options.connect, options.secure, WORLD),
         options.fleet,
         scenario,
         robots,
@@ -80,6 +95,7 @@ def world(options: argparse.Namespace) -> int:
         limit,
         wait=options.wait,
         report_to=options.report,
+        snapshot=options.resume or options.snapshot,
     )
 
 
@@ -90,7 +106,12 @@ def robot(options: argparse.Namespace) -> int:
     count = _at_least_one("--count", options.count)
     if options.id is not None and count > 1:
         raise ConfigError(f"--id: expected no name with --count {count}, got {options.id!r}; leave one of them out")
-    return be_robots(_endpoint(options), options.fleet, [options.id] * count)
+    if options.secure is not None and (options.id is None or count > 1):
+        raise ConfigError(
+            "--secure: expected one robot with --id, since a robot's keys are for its name only; "
+            "start a process for each robot, such as `swarm robot --id r1`"
+        )
+    return be_robots(endpoint(options.connect, options.secure, options.id), options.fleet, [options.id] * count)
 
 
 def _at_least_one(option: str, robots: int) -> int:
@@ -127,16 +148,25 @@ def add(commands: "Commands[Parser]") -> None:
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     launch.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
     launch.add_argument("--fleet", help="name of the fleet; by default the scenario's")
+    secure(launch)
     launch.set_defaults(command=run)
 
     one = commands.add_parser("router", help="run the router of fleets")
-    one.add_argument("--listen", default=DEFAULT_ENDPOINT, metavar="ENDPOINT")
+    one.add_argument("--listen", metavar="ENDPOINT", help="tcp/127.0.0.1:7447 by default; tls/... with --secure")
+    one.add_argument("--insecure", action="store_true", help="let others than this machine connect without keys")
+    secure(one)
+    text = "name the members that try what they may not; a router with it is slower"
+    one.add_argument("--audit", action="store_true", help=text)
     one.set_defaults(command=router)
 
     one = commands.add_parser("world", help="run the world of a fleet")
     one.add_argument("scenario", type=Path)
     _of_a_run(one)
     _of_a_process(one)
+    text = "save the run here each second; if the file exists, the run in it goes on"
+    saved = one.add_mutually_exclusive_group()
+    saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
+    saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")
     one.set_defaults(command=world)
 
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
@@ -156,11 +186,6 @@ def _of_a_run(parser: Parser) -> None:
 
 
 def _of_a_process(parser: Parser) -> None:
-    parser.add_argument("--connect", default=DEFAULT_ENDPOINT, metavar="ENDPOINT")
+    parser.add_argument("--connect", metavar="ENDPOINT", help="the router; tcp/127.0.0.1:7447 by default")
     parser.add_argument("--fleet", default="fleet", metavar="NAME")
-
-
-def _endpoint(options: argparse.Namespace) -> "Endpoint":
-    from swarm.bus import Endpoint
-
-    return Endpoint.parse(options.connect)
+    secure(parser)

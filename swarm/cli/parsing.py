@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from swarm.compiled import by_mypyc
@@ -10,9 +11,10 @@ from swarm.errors import ConfigError
 from swarm.settings import Pace
 
 if TYPE_CHECKING:
+    from swarm.bus import Endpoint
     from swarm.maps.occupancy import Point
 
-DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+DEFAULT_PLACE: Final = "127.0.0.1:7447"
 PACES: Final[dict[str, Pace]] = {"realtime": 1.0, "max": "max"}
 POINTS: Final = ("--from", "--to")
 
@@ -66,6 +68,23 @@ def point(text: str) -> "Point":
     except ValueError:
         raise ConfigError(f"expected a point X,Y in metres, got {text.strip()!r}; for example 1.5,2") from None
     return x, y
+
+
+def secure(parser: Parser) -> None:
+    """Add the option that names the folder with the keys."""
+    text = "folder with the keys of this fleet (`swarm keys`); without it the fleet is open to all on this machine"
+    parser.add_argument("--secure", type=Path, metavar="DIR", help=text)
+
+
+def endpoint(place: str | None, keys: Path | None, member: str) -> "Endpoint":
+    """Read the endpoint that is given, or return the usual one, for a member of a fleet.
+
+    Raises:
+        ConfigError: the endpoint is wrong, or it needs keys and none are given.
+    """
+    from swarm.bus import Endpoint
+
+    return Endpoint.parse(place or f"{'tcp' if keys is None else 'tls'}/{DEFAULT_PLACE}", keys, member)
 
 
 def pace(text: str) -> Pace:

@@ -54,12 +54,13 @@ def bench(options: argparse.Namespace) -> int:
 
 def _map(path: Path) -> OccupancyMap:
     """Load a map file, or the map of a scenario."""
+    from swarm.maps.files import read_file
     from swarm.maps.load import load_map
-    from swarm.scenario.load import load
+    from swarm.scenario.load import SIZE_LIMIT, load
     from swarm.scenario.shipped import found
 
     path = found(path)
-    if path.suffix in {".yaml", ".yml"} and path.is_file() and "targets:" in path.read_text(errors="replace"):
+    if path.suffix in {".yaml", ".yml"} and path.is_file() and b"targets:" in read_file(path, SIZE_LIMIT):
         return load(path).map
     return load_map(path)
 

@@ -1,34 +1,62 @@
 """The entry point of every process of a fleet: its output, its signals and its exit status."""
 
+import io
 import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import Any
 
 from swarm.errors import SwarmError
+from swarm.launch.table import CRASHED
+from swarm.stopping import leave_terminal_to_parent
+
+
+class Log(io.FileIO):
+    """The output of a process. What a full disk does not take is dropped: it must not end the process."""
+
+    def write(self, data: Any) -> int:  # noqa: ANN401, a buffer
+        """Write to the file if that is possible."""
+        try:
+            return super().write(data) or 0
+        except OSError:
+            return len(data)
 
 
 def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log: Path) -> None:
     """Call the function of this process and end with the exit status that it returns."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the launcher stops them in order
-    output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
-    os.dup2(output, 1)
-    os.dup2(output, 2)
-    sys.stdout = open(1, "w", buffering=1, closefd=False)  # noqa: SIM115
-    sys.stderr = open(2, "w", buffering=1, closefd=False)  # noqa: SIM115
+    leave_terminal_to_parent()
+    try:
+        output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
+    except OSError:  # the folder is gone or full: the process does its work without a log
+        output = os.open(os.devnull, os.O_WRONLY)
+    for number in (1, 2):
+        os.dup2(output, number)
+    sys.stdout, sys.stderr = (
+        io.TextIOWrapper(Log(number, "w", closefd=False), "utf-8", "replace", write_through=True) for number in (1, 2)
+    )
     _die_with_parent()
+    status = CRASHED
     try:
         status = load()(**arguments)
     except SwarmError as fault:
         print(fault, file=sys.stderr)
         status = 2
-    sys.stdout.flush()
-    sys.stderr.flush()
+    except Exception:  # a fault of ours: the launcher starts a process again that ended so
+        traceback.print_exc()
+    with suppress(OSError):
+        status_of(log).write_text(str(status or 0), encoding="utf-8")
     os._exit(status or 0)  # without the exit handlers of the fork server
+
+
+def status_of(log: Path) -> Path:
+    """Return the file with the exit status of a process that ended by itself, for a launcher without a fork server."""
+    return log.with_suffix(".status")
 
 
 def _die_with_parent() -> None:

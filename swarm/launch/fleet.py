@@ -3,8 +3,11 @@
 import json
 import multiprocessing
 import os
-from collections import Counter
+import resource
+import signal
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, forkserver
 from multiprocessing.process import BaseProcess
@@ -13,28 +16,52 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, Final
 
+from swarm.errors import ConfigError
 from swarm.launch import child
-from swarm.launch.table import RESTARTS, STOP_ORDER, EarlyEnd, Role
+from swarm.launch.table import CRASHED, RESTARTS, STOP_ORDER, WITHIN, EarlyEnd, Role
 from swarm.scenario.source import Source
 
 LAST_LINES: Final = 12
 GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
+REAP: Final = 1.0  # s that the fork server has to tell the exit status of a process that has ended
+FORK_SERVER_DIED: Final = 255  # the exit status that multiprocessing makes up then
 PRELOAD: Final = ("swarm.launch.preload",)
+SECURE: Final = ("swarm.secure.certificates",)  # 9 MB that processes with keys share
 SOURCE: Final = "SWARM_SOURCE"  # the fork server's environment variable with the scenario that it rehearses
 # Once a large block was freed, glibc keeps later ones up to that size. Blocks from 1 MB on shall go back to the system.
 MALLOC: Final = {"MALLOC_MMAP_THRESHOLD_": "1000000", "MALLOC_TRIM_THRESHOLD_": "1000000"}
+FILES: Final = (96, 4)  # open files that a launcher needs, and more of them for each process of the fleet
+MOST_FILES: Final = 65_536
 
 
-def warm_up(source: Source) -> None:
+def warm_up(source: Source, secure: bool = False) -> None:
     """Start the fork server; it imports and computes what the processes need while the caller checks the scenario."""
-    multiprocessing.set_forkserver_preload(list(PRELOAD))
-    before = dict(os.environ)
-    os.environ.update({SOURCE: json.dumps(source, default=str)} | MALLOC)
+    check_open_files(0)
+    multiprocessing.set_forkserver_preload([*PRELOAD, *(SECURE if secure else ())])
+    os.environ.update(MALLOC)  # also for a fork server that is started again
+    os.environ[SOURCE] = json.dumps(source, default=str)
     try:
         forkserver.ensure_running()
     finally:
-        os.environ.clear()
-        os.environ.update(before)
+        del os.environ[SOURCE]
+
+
+def check_open_files(processes: int) -> None:
+    """Raise this process's limit of open files as far as the system lets it, and check that it is enough.
+
+    Raises:
+        ConfigError: it is too low for a fleet of so many processes.
+    """
+    needed = FILES[0] + FILES[1] * processes
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, MOST_FILES)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    if most < needed:
+        raise ConfigError(
+            f"open files: expected a limit of at least {needed} for {processes or 'some'} processes, got {most}; "
+            f"raise it with `ulimit -n {needed}`, or run fewer robots"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +74,47 @@ class Ended:
     then: EarlyEnd
 
 
+class Running:
+    """A process of the fleet. It is watched by the kernel's descriptor of it, which outlives the fork server."""
+
+    def __init__(self, role: Role, process: BaseProcess, log: Path) -> None:
+        self.role, self.pid = role, process.pid
+        self._process = process
+        self._status = child.status_of(log)
+        try:
+            self.descriptor: int | None = os.pidfd_open(process.pid or 0)
+        except ProcessLookupError:  # it has ended already
+            self.descriptor = None
+
+    @property
+    def ends(self) -> int:
+        """What becomes readable when the process ends."""
+        return self._process.sentinel if self.descriptor is None else self.descriptor
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal if the process is alive."""
+        if self.descriptor is not None:
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self.descriptor, number)
+
+    def wait(self, timeout: float | None) -> bool:
+        """Return True as soon as the process has ended, False after ``timeout`` [s]."""
+        return bool(connection.wait([self.ends], timeout))
+
+    def close(self) -> int:
+        """Return the exit status of the process, which has ended."""
+        if self.descriptor is not None:
+            os.close(self.descriptor)
+            self.descriptor = None
+        self._process.join(REAP)
+        status = self._process.exitcode
+        if status in {None, FORK_SERVER_DIED}:
+            with suppress(OSError, ValueError):
+                return int(self._status.read_text(encoding="utf-8"))
+            return -signal.SIGKILL
+        return status or 0
+
+
 class Fleet:
     """A supervisor of processes, forked from a server that has imported all code. Leaving the ``with`` ends them."""
 
@@ -55,9 +123,11 @@ class Fleet:
         self._log = log
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload(list(PRELOAD))
-        self._running: dict[str, tuple[Role, BaseProcess]] = {}
-        self._arguments: dict[str, dict[str, Any]] = {}
-        self._restarts: Counter[str] = Counter()
+        self._running: dict[str, Running] = {}
+        self._arguments: dict[str, dict[str, Any]] = {}  # of each process's first start
+        self._ends: defaultdict[str, deque[float]] = defaultdict(deque)  # [s] of a process, within WITHIN
+        self.starts: defaultdict[str, int] = defaultdict(int)  # how often each process was started
+        self.lost: list[str] = []  # processes of robots that were not started again
 
     def __enter__(self) -> "Fleet":
         return self
@@ -68,13 +138,28 @@ class Fleet:
         self.stop()
 
     def start(self, role: Role, name: str, arguments: Mapping[str, Any]) -> None:
-        """Start a process; its ``name`` must be unique in the fleet."""
-        self._arguments[name] = dict(arguments)
+        """Start a process; its ``name`` must be unique in the fleet.
+
+        Raises:
+            ConfigError: this machine has no room for another process.
+        """
+        self._arguments.setdefault(name, dict(arguments))
+        child.status_of(self.log_of(name)).unlink(missing_ok=True)
         process = self._context.Process(
-            target=child.main, args=(role.load, self._arguments[name], self.log_of(name)), name=name, daemon=False
+            target=child.main, args=(role.load, dict(arguments), self.log_of(name)), name=name, daemon=False
         )
-        process.start()
-        self._running[name] = (role, process)
+        for left in (1, 0):  # a fork server that was killed just now is started again at the second attempt
+            try:
+                process.start()
+                break
+            except (OSError, EOFError) as fault:
+                if left == 0:
+                    reason = getattr(fault, "strerror", None) or "no answer from the fork server"
+                    raise ConfigError(
+                        f"{name}: expected to start a process, got: {reason}; free memory, or run fewer robots"
+                    ) from None
+        self._running[name] = Running(role, process, self.log_of(name))
+        self.starts[name] += 1
 
     def log_of(self, name: str) -> Path:
         """Return the file with the output of a process."""
@@ -82,26 +167,37 @@ class Fleet:
 
     def pid_of(self, name: str) -> int | None:
         """Return the id of a process, or None if it does not run."""
-        return self._running[name][1].pid if name in self._running else None
+        return self._running[name].pid if name in self._running else None
 
-    def watch(self, timeout: float) -> list[Ended]:
-        """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended."""
-        sentinels = {process.sentinel: name for name, (_, process) in self._running.items()}
+    def watch(self, timeout: float, again: bool = True) -> list[Ended]:
+        """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended.
+
+        Without ``again`` nothing is restarted: the run is over.
+        """
+        ends = {running.ends: name for name, running in self._running.items()}
         ended = []
-        for sentinel in connection.wait(list(sentinels), timeout):
-            name = sentinels[sentinel]  # type: ignore[index]
-            role, process = self._running.pop(name)
-            process.join()
-            status = process.exitcode or 0
-            then = role.on_failure if status else role.on_success
-            if then is EarlyEnd.RESTART:
-                self._restarts[name] += 1
-                if self._restarts[name] > RESTARTS:
-                    then = EarlyEnd.FINISH
+        for end in connection.wait(list(ends), timeout):
+            name = ends[end]  # type: ignore[index]
+            running = self._running.pop(name)
+            status, role = running.close(), running.role
+            killed = status < 0 or status == CRASHED
+            then = role.on_kill if killed else role.on_failure if status else role.on_success
+            if then is EarlyEnd.RESTART and self._too_often(name):
+                then = role.too_often
+            if then is EarlyEnd.LOSE:
+                self.lost.append(name)
             ended.append(Ended(name, status, self.last_lines(name), then))
-            if then is EarlyEnd.RESTART:
-                self.start(role, name, self._arguments[name])
+            if then is EarlyEnd.RESTART and again:
+                self.start(role, name, role.again(self._arguments[name], self.starts[name] + 1))
         return ended
+
+    def _too_often(self, name: str) -> bool:
+        """Note that a process has ended; return True if it has done so more than RESTARTS times within WITHIN."""
+        ends, now = self._ends[name], monotonic()
+        ends.append(now)
+        while now - ends[0] > WITHIN:
+            ends.popleft()
+        return len(ends) > RESTARTS
 
     def last_lines(self, name: str) -> str:
         """Return the last lines that a process has printed."""
@@ -114,13 +210,13 @@ class Fleet:
     def stop(self) -> None:
         """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""
         for role in STOP_ORDER:
-            processes = [process for other, process in self._running.values() if other is role]
-            for process in processes:
-                process.terminate()
+            processes = [running for running in self._running.values() if running.role is role]
+            for running in processes:
+                running.send(signal.SIGTERM)
             deadline = monotonic() + GRACE
-            for process in processes:
-                process.join(max(0.0, deadline - monotonic()))
-                if process.is_alive():
-                    process.kill()
-                    process.join()
+            for running in processes:
+                if not running.wait(max(0.0, deadline - monotonic())):
+                    running.send(signal.SIGKILL)
+                    running.wait(None)
+                running.close()
         self._running.clear()

@@ -1,27 +1,32 @@
 """`swarm run`: a whole fleet on this machine, from the command to the exit status."""
 
-import json
 import os
+import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
+from math import ceil
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
-from typing import Any, Final
+from typing import IO, Any, Final, TextIO, cast
 
 from rich.console import Console
 
 from dashboard.mode import choose, missing, page_address
 from dashboard.terminal import Terminal
 from swarm.bus import Bus, Endpoint
-from swarm.errors import ConfigError
-from swarm.launch.fleet import Ended, Fleet
-from swarm.launch.running import registered
-from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD, EarlyEnd
+from swarm.errors import ConfigError, SwarmError
+from swarm.launch.fleet import Ended, Fleet, check_open_files
+from swarm.launch.running import CARD, registered
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
+from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, STATE
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
+from swarm.secure import Identity, identity
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
@@ -46,6 +51,7 @@ class Options:
     report: Path | None
     port: int
     fleet: str | None
+    secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
 
 
 def run(options: Options) -> int:
@@ -54,6 +60,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
+    check_open_files(3 + ceil(options.robots / options.robots_per_process))
     options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
@@ -67,36 +74,85 @@ def run(options: Options) -> int:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
-    endpoint = Endpoint("127.0.0.1", options.port).claim()
-    console = Console()
+    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with told_to_stop() as stop, registered(options.fleet or options.scenario.settings.name, endpoint) as (name, home):
-        say = console.print if console.is_terminal else _say
+        output = cast("IO[str]", Output(sys.stdout, stop))
+        console = Console(file=output)
+        say = console.print if console.is_terminal else partial(print, file=output, flush=True)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
             say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
+        report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
-            summary_file = home / "report.json"
-            start(fleet, options, endpoint, name, shown if mode is not None else None, summary_file)
-            trouble = _watch(fleet, endpoint, name, stop, console, summary_file, options.scenario)
-            if stop.is_set() and not summary_file.exists():
-                fleet.stop()
-            elif mode is not None and not stop.is_set():
-                _let_finish(fleet, stop)
-        summary = _summary(summary_file, options, trouble)
-        if trouble and summary["reason"] == "interrupted":  # we interrupted the run because of this trouble
-            summary["reason"] = trouble
-    if options.report is not None:
-        options.report.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-    for line in closing_lines(summary, options.record if mode is not None else None):
-        say(line)
+            try:
+                start(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
+                trouble = _watch(fleet, endpoint, name, stop, console, report_of_world, options.scenario)
+                if stop.is_set() and not report_of_world.exists():
+                    fleet.stop()
+                elif mode is not None and not stop.is_set():
+                    _let_finish(fleet, stop)
+            except SwarmError as fault:
+                trouble = str(fault)
+        known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
+        summary = summary_of(report_of_world, known, trouble, fleet.lost)
+        record = options.record if mode is not None else None
+        for line in closing_lines(summary, told_of_recordings(record, fleet.starts["dashboard"], home / CARD)):
+            say(line)
+        if options.report is not None:
+            write_report(options.report, summary)
     return 0 if summary["complete"] else 1
 
 
-def _say(line: str) -> None:
-    print(line, flush=True)
+class Output:
+    """The standard output of a launcher. When its reader or its terminal is gone, the run is told to stop."""
+
+    def __init__(self, inner: TextIO, stop: Flag) -> None:
+        self._inner, self._stop = inner, stop
+
+    @property
+    def encoding(self) -> str:
+        """That of the standard output."""
+        return self._inner.encoding
+
+    def isatty(self) -> bool:
+        """Return True if people read it on a terminal."""
+        return self._inner.isatty()
+
+    def fileno(self) -> int:
+        """Return the descriptor of the standard output."""
+        return self._inner.fileno()
+
+    def write(self, text: str) -> int:
+        """Write a text if that is still possible."""
+        try:
+            return self._inner.write(text)
+        except OSError:
+            self._stop.set()
+            return len(text)
+
+    def flush(self) -> None:
+        """Pass on what was written if that is still possible."""
+        try:
+            self._inner.flush()
+        except OSError:
+            self._stop.set()
+
+
+def _router_of(options: Options) -> Identity | None:
+    """Check the keys of all processes that will run, and return the router's, or None for an open fleet."""
+    if options.secure is None:
+        return None
+    if options.robots_per_process > 1:
+        raise ConfigError(
+            f"--robots-per-process: expected 1 with --secure, got {options.robots_per_process}: a robot's keys are for "
+            "its name only, so it needs a process of its own; leave out one of the two"
+        )
+    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *names(options.robots)):
+        Identity(options.secure, member).check()
+    return Identity(options.secure, identity.ROUTER)
 
 
 def _free_port() -> int:
@@ -112,12 +168,15 @@ def start(
     summary_file: Path,
 ) -> None:
     """Start the processes of a fleet; the world writes its report to ``summary_file`` at the end."""
-    common = {"endpoint": endpoint, "fleet": name}
+
+    def common(member: str) -> dict[str, Any]:
+        return {"endpoint": endpoint.seen_by(member), "fleet": name}
+
     fleet.start(ROUTER, "router", {"endpoint": endpoint})
     fleet.start(
         WORLD,
         "world",
-        common
+        common(identity.WORLD)
         | {
             "scenario": options.scenario,
             "robots": options.robots,
@@ -127,14 +186,19 @@ def start(
             "wait": options.wait,
             "watchers": 1 if shown is not None else 0,
             "report_to": summary_file,
+            "snapshot": summary_file.with_name("world.snapshot"),
         },
     )
     if shown is not None:
-        fleet.start(DASHBOARD, "dashboard", common | shown)
+        fleet.start(DASHBOARD, "dashboard", common(identity.WATCHER) | shown)
     everybody, size = names(options.robots), options.robots_per_process
     for first in range(0, options.robots, size):
         robots = everybody[first : first + size]
-        fleet.start(ROBOT, robots[0] if len(robots) == 1 else f"{robots[0]}-{robots[-1]}", common | {"robots": robots})
+        fleet.start(
+            ROBOT,
+            robots[0] if len(robots) == 1 else f"{robots[0]}-{robots[-1]}",
+            common(robots[0]) | {"robots": robots},
+        )
 
 
 def _watch(
@@ -148,28 +212,48 @@ def _watch(
 ) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     terminal = Terminal(console, home=scenario.settings.return_home)
-    with Bus(endpoint, name) as bus, terminal:
-        bus.watch_presence()
-        for topic in (CLOCK, STATE, EVENT):
-            bus.listen(topic)
-        trouble = ""
+    bus: Bus | None = None
+    trouble = ""
+    with ExitStack() as opened, terminal:
         while not stop.is_set():
-            while (arrived := bus.receive(0.0)) is not None:
-                terminal.fold(arrived)
-            terminal.refresh()
+            if bus is None and _listens(endpoint):  # until then nobody would watch the processes
+                bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), name))
+                bus.watch_presence()
+                for topic in (CLOCK, STATE, EVENT):
+                    bus.listen(topic)
+            _show(bus, terminal)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
                 if ended.then is EarlyEnd.FINISH:
-                    while (arrived := bus.receive(0.0)) is not None:
-                        terminal.fold(arrived)
+                    _show(bus, terminal)
                     return trouble
     return "interrupted"
 
 
+def _listens(endpoint: Endpoint) -> bool:
+    """Return True if the router listens already."""
+    try:
+        endpoint.claim()
+    except ConfigError:
+        return True
+    return False
+
+
+def _show(bus: Bus | None, terminal: Terminal) -> None:
+    while bus is not None and (arrived := bus.receive(0.0)) is not None:
+        terminal.fold(arrived)
+    terminal.refresh()
+
+
 def _tell(ended: Ended, say: Callable[[str], None], reported: bool) -> str:
     how = f"was ended by signal {-ended.status}" if ended.status < 0 else f"ended with status {ended.status}"
-    next_ = {EarlyEnd.FINISH: "the run ends", EarlyEnd.RESTART: "started again", EarlyEnd.REPORT: "the run goes on"}
+    next_ = {
+        EarlyEnd.FINISH: "the run ends",
+        EarlyEnd.RESTART: "started again",
+        EarlyEnd.REPORT: "the run goes on",
+        EarlyEnd.LOSE: f"it is lost, after {RESTARTS} restarts within {WITHIN:g} s; the run goes on without it",
+    }
     trouble = f"{ended.name} {how}; {next_[ended.then]}"
     if ended.name == "world" and ended.status == 1 and reported:
         return ""  # not complete: the report says why
@@ -182,41 +266,4 @@ def _tell(ended: Ended, say: Callable[[str], None], reported: bool) -> str:
 def _let_finish(fleet: Fleet, stop: Flag) -> None:
     deadline = monotonic() + FAREWELL
     while fleet.pid_of("dashboard") is not None and monotonic() < deadline and not stop.is_set():
-        fleet.watch(LOOK)
-
-
-def _summary(path: Path, options: Options, trouble: str) -> dict[str, Any]:
-    """Return the world's report, or a short one with the reason if the world wrote none."""
-    if path.exists():
-        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return summary
-    return {
-        "scenario": options.scenario.settings.name,
-        "seed": options.seed,
-        "robots": options.robots,
-        "complete": False,
-        "reason": trouble or "the world ended without a report",
-    }
-
-
-def closing_lines(summary: dict[str, Any], record: Path | None) -> list[str]:
-    """Return the summary of a run as lines for people."""
-    if "contacts" not in summary:
-        return [f"not complete: {summary['reason']}"]
-    contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())
-    gap = summary["clearance_min"]
-    lines = [
-        "complete" if summary["complete"] else f"not complete: {summary['reason']}",
-        f"  simulated {summary['sim_time']:.1f} s in {summary['wall_time']:.1f} s "
-        f"({summary['real_time_factor']:.1f} x real time), {summary['late_commands']} late commands",
-        f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}; "
-        f"the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
-    ]
-    if summary["robots_per_process"] > 1:
-        lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
-    for robot, row in summary["per_robot"].items():
-        reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])
-        lines.append(f"  {robot}: stops at {reached}; drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s")
-    if record is not None and record.exists():
-        lines.append(f"  recorded: {record}  (open it with: rerun {record})")
-    return lines
+        fleet.watch(LOOK, again=False)

@@ -1,8 +1,12 @@
-"""The list of fleets that run on this machine, in which `swarm go` and others find the fleet's router."""
+"""The list of fleets that run on this machine, in which `swarm go` and others find the fleet's router.
+
+A fleet's launcher holds a lock on the fleet's card for as long as it lives: the card of a killed one is seen as that.
+"""
 
 import fcntl
 import os
 import re
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,39 +32,87 @@ class Card(msgspec.Struct, frozen=True):
 
 
 def folder() -> Path:
-    """Return the folder with the cards and logs of this user's fleets."""
+    """Return the folder with the cards and logs of this user's fleets; make it if there is none.
+
+    Raises:
+        ConfigError: it cannot be made, or somebody else could read or change it.
+    """
     base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
-    return Path(base) / f"zenoh-swarm-{os.getuid()}"
+    path = Path(base) / f"zenoh-swarm-{os.getuid()}"
+    hint = "set XDG_RUNTIME_DIR to a folder of your own"
+    try:
+        path.mkdir(mode=0o700, exist_ok=True)
+        found = path.lstat()
+    except OSError as fault:
+        raise ConfigError(f"{path}: expected a folder for running fleets, got {fault.strerror}; {hint}") from None
+    open_to = stat.S_IMODE(found.st_mode) & 0o077
+    for wrong, got in (
+        (not stat.S_ISDIR(found.st_mode), "a link or file"),
+        (found.st_uid != os.getuid(), f"a folder of user {found.st_uid}"),
+        (open_to, f"a folder that others may use (mode {stat.S_IMODE(found.st_mode):o})"),
+    ):
+        if wrong:
+            raise ConfigError(f"{path}: expected a folder of your own with mode 700, got {got}; remove it, or {hint}")
+    return path
 
 
 @contextmanager
 def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
     """Take a free fleet name (``paper``, else ``paper-2``, ...) and a folder for it until the block ends.
 
+    The folders of fleets whose launcher was killed are removed.
+
     Raises:
-        ConfigError: the name has a character that is not allowed, or no name like it is free.
+        ConfigError: the name has a character that is not allowed, no name like it is free, or no folder can be made.
     """
     if not re.match(NAME, wanted) or wanted in {".", ".."}:  # the name becomes a folder, which is emptied
         raise ConfigError(f"--fleet: expected letters, digits and _ . : - (at most 60), got {wanted!r}")
-    folder().mkdir(mode=0o700, exist_ok=True)
-    with (folder() / "lock").open("w") as lock:  # keeps two launchers from taking the same name
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        name = _free(wanted)
-        home = folder() / name
-        rmtree(home, ignore_errors=True)
-        home.mkdir(mode=0o700)
-        (home / CARD).write_bytes(msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+    all_fleets, home = folder(), None
+    try:
+        lock = _opened(all_fleets / "lock", os.O_RDWR | os.O_CREAT)  # keeps two launchers from taking the same name
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            _remove_dead(all_fleets)
+            name = _free(all_fleets, wanted)
+            home = all_fleets / name
+            home.mkdir(mode=0o700)
+            card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+            fcntl.flock(card, fcntl.LOCK_EX)
+            os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+        finally:
+            os.close(lock)
+    except OSError as fault:
+        if home is not None:
+            rmtree(home, ignore_errors=True)
+        raise ConfigError(
+            f"{all_fleets}: expected a folder for running fleets that can be written, got {fault.strerror}; make room "
+            "in it, or set XDG_RUNTIME_DIR to another folder of your own"
+        ) from None
     try:
         yield name, home
     finally:
         rmtree(home, ignore_errors=True)
+        os.close(card)
 
 
-def _free(wanted: str) -> str:
+def _opened(path: Path, flags: int) -> int:
+    """Return the descriptor of a file that is opened only if it is no link."""
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+
+
+def _remove_dead(all_fleets: Path) -> None:
+    """Remove everything here that belongs to no living launcher; the caller holds the lock."""
+    for home in all_fleets.iterdir():
+        if home.is_symlink():
+            home.unlink()
+        elif home.is_dir() and _read(home) is None:
+            rmtree(home)
+
+
+def _free(all_fleets: Path, wanted: str) -> str:
     for number in range(1, 1000):
         name = wanted if number == 1 else f"{wanted}-{number}"
-        card = _read(folder() / name)
-        if card is None or not _alive(card.pid):
+        if not (all_fleets / name).exists():
             return name
     raise ConfigError(f"fleet: expected a free name like {wanted!r}, found none; give another one with --fleet")
 
@@ -71,7 +123,7 @@ def find(fleet: str | None) -> Card:
     Raises:
         ConfigError: no such fleet runs, or several fleets run and none is named.
     """
-    cards = [card for home in sorted(folder().glob("*/")) if (card := _read(home)) and _alive(card.pid)]
+    cards = [card for home in sorted(folder().glob("*/")) if (card := _read(home))]
     names = [card.fleet for card in cards]
     if fleet is not None:
         if fleet not in names:
@@ -88,17 +140,19 @@ def find(fleet: str | None) -> Card:
 
 
 def _read(home: Path) -> Card | None:
+    """Return the card of a fleet whose launcher lives, which holds a lock on it; else None."""
     try:
-        return msgspec.json.decode((home / CARD).read_bytes(), type=Card)
-    except (OSError, msgspec.DecodeError):
+        card = _opened(home / CARD, os.O_RDONLY)
+    except OSError:
         return None
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+    with open(card, "rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            pass
+        else:
+            return None  # nobody holds it: its launcher is dead
+        try:
+            return msgspec.json.decode(file.read(1000), type=Card)
+        except msgspec.DecodeError:
+            return None

@@ -5,7 +5,8 @@ The code of a process is imported only in that process.
 
 from collections.abc import Callable
 from enum import StrEnum
-from typing import Final, NamedTuple
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
 
 class EarlyEnd(StrEnum):
@@ -14,6 +15,7 @@ class EarlyEnd(StrEnum):
     FINISH = "finish"  # the run is over
     RESTART = "restart"  # report it and start the process again
     REPORT = "report"  # report it and go on without the process
+    LOSE = "lose"  # report it and go on without its robots, which the summary names
     LEAVE = "leave"  # the process has done its work
 
 
@@ -23,7 +25,12 @@ class Role(NamedTuple):
     name: str
     load: Callable[[], Callable[..., int]]  # imports and returns the function to run, which returns the exit status
     on_success: EarlyEnd  # it ended with exit status 0
-    on_failure: EarlyEnd
+    on_failure: EarlyEnd  # it ended with another one
+    on_kill: EarlyEnd  # a signal or a crash ended it
+    too_often: EarlyEnd  # it has ended more than RESTARTS times within WITHIN
+    again: Callable[[dict[str, Any], int], dict[str, Any]] = lambda arguments, number: (
+        arguments
+    )  # those of start `number`
 
 
 def router() -> Callable[..., int]:
@@ -54,13 +61,32 @@ def dashboard() -> Callable[..., int]:
     return run
 
 
+def to_another_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
+    """Return the arguments of a dashboard that is started again: it keeps what the one before has recorded."""
+    record: Path | None = arguments["record"]
+    return arguments if record is None else arguments | {"record": numbered(record, number)}
+
+
+def numbered(record: Path, number: int) -> Path:
+    """Return the file in which the dashboard's start ``number`` records, if the first one records in ``record``.
+
+    >>> numbered(Path("run.rrd"), 2).name
+    'run.2.rrd'
+    """
+    return record if number == 1 else record.with_stem(f"{record.stem}.{number}")
+
+
+FINISH, RESTART, REPORT, LOSE, LEAVE = EarlyEnd
+
 # fmt: off
-#                          name       load         on success         on failure
-ROUTER: Final    = Role("router",    router,      EarlyEnd.RESTART,  EarlyEnd.RESTART)
-WORLD: Final     = Role("world",     world,       EarlyEnd.FINISH,   EarlyEnd.FINISH)
-ROBOT: Final     = Role("robot",     robot,       EarlyEnd.RESTART,  EarlyEnd.RESTART)
-DASHBOARD: Final = Role("dashboard", dashboard,   EarlyEnd.LEAVE,    EarlyEnd.REPORT)
+#                          name         load       on success  on failure  killed    too often
+ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,  FINISH)
+WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH)
+ROBOT: Final     = Role("robot",     robot,     RESTART,    RESTART,    RESTART,  LOSE)
+DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
 # fmt: on
 
+CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)
 STOP_ORDER: Final = (WORLD, DASHBOARD, ROBOT, ROUTER)  # the world first: it writes the report
-RESTARTS: Final = 3  # most restarts of one process
+RESTARTS: Final = 3  # most restarts of one process within WITHIN
+WITHIN: Final = 60.0  # s

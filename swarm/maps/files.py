@@ -52,3 +52,23 @@ def decoded(content: bytes, where: str) -> str:
 def shown(value: str, most: int = 40) -> str:
     """Return a quoted value of a file, cut to ``most`` characters, for an error text."""
     return repr(value if len(value) <= most else value[:most] + "...")
+
+
+def within(base: Path, name: str, where: str) -> Path:
+    """Return the path of a file that another file names: it is in the folder ``base`` or below it, links followed.
+
+    So a foreign file can make a program read only what came with it.
+
+    Raises:
+        ConfigError: the path is absolute, leads out of the folder, or is no path.
+    """
+    try:
+        path = (base / name).resolve()
+        inside = not Path(name).is_absolute() and path.is_relative_to(base.resolve())
+    except (OSError, ValueError, RuntimeError):  # a NUL in the name; links in a circle
+        inside = False
+    if not inside:
+        raise ConfigError(
+            f"{where}: expected the name of a file in the folder {base} or below it, got {shown(name)}; put it there"
+        )
+    return path

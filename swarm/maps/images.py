@@ -18,6 +18,8 @@ from swarm.maps.limits import check_size
 PNG: Final = b"\x89PNG\r\n\x1a\n"
 HEADER: Final = re.compile(rb"(P[25])" + rb"(?:\s|#[^\r\n]*[\r\n])+?([0-9]{1,9})" * 3)
 COMMENT: Final = re.compile(rb"#[^\r\n]*")
+PLAIN_MAX: Final = 4_000_000  # bytes of the pixels of a P2
+NO_NUMBER: Final = re.compile(rb"\S*[^\s0-9]\S*|[0-9]{10,}")
 BRIGHTEST: Final = 65_535
 
 
@@ -75,14 +77,19 @@ def _pgm(content: bytes, where: str) -> Pixels:
             )
         values = np.frombuffer(body, kind, count).astype(np.float64)
     else:
-        words = COMMENT.sub(b" ", body).split()
-        bad = next((word for word in words if not (word.isdigit() and len(word) <= 9)), None)
-        if bad is not None or len(words) != count:
-            got = f"{len(words)}" if bad is None else f"{bad[:20]!r}"
+        if len(body) > PLAIN_MAX:
+            raise ConfigError(
+                f"{where}: expected at most {PLAIN_MAX} bytes of pixels written as numbers (P2), got {len(body)}; "
+                "save it as P5 or PNG"
+            )
+        plain = COMMENT.sub(b" ", body)
+        bad = NO_NUMBER.search(plain)
+        values = np.empty(0) if bad else np.fromstring(plain, np.float64, sep=" ")
+        if bad or len(values) != count:
+            got = f"{bad[0][:20]!r}" if bad else f"{len(values)}"
             raise ConfigError(
                 f"{where}: expected {count} numbers for {columns} x {rows} pixels, got {got}; is it whole?"
             )
-        values = np.array([int(word) for word in words], np.float64)
     if values.max() > brightest:
         raise ConfigError(f"{where}: expected no pixel above {brightest}, got {values.max():.0f}; export it again")
     return Pixels(values.reshape(rows, columns) / brightest, None)
@@ -103,8 +110,8 @@ def _png(content: bytes, where: str) -> Pixels:
             has_alpha = "A" in image.getbands() or "transparency" in image.info
             if image.mode.startswith("I"):  # 16 bits of grey
                 return Pixels(np.asarray(image, np.float64) / BRIGHTEST, None)
-            bands = np.asarray(image.convert("RGBA" if has_alpha else "RGB"), np.float64) / 255
+            bands = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, OverflowError, StructError, zlib.error) as error:
         reason = " ".join(str(error).split())[:80]
         raise ConfigError(f"{where}: expected a whole PNG, got a broken one ({reason}); export it again") from error
-    return Pixels(bands[:, :, :3].mean(axis=2), bands[:, :, 3] if has_alpha else None)
+    return Pixels(bands[:, :, :3].sum(axis=2, dtype=np.uint16) / 765, bands[:, :, 3] / 255 if has_alpha else None)

@@ -6,7 +6,8 @@ from typing import Final
 from swarm.errors import ConfigError
 
 SIDE_MAX: Final = 16_384  # cells
-CELLS_MAX: Final = 1 << 24  # cells: a search packs a cell's number into 24 bits or more
+CELLS_MAX: Final = 1 << 23  # cells: the grid of so many takes 1.3 s and 300 MB; a search packs a number into 24 bits
+DRAWING_MAX: Final = CELLS_MAX + (1 << 16)  # bytes of a map drawn with characters; line ends take some
 FILE_MAX: Final = 1 << 27  # bytes, a map file or image
 RESOLUTION_MIN: Final = 1e-4  # m
 RESOLUTION_MAX: Final = 1e4  # m

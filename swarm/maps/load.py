@@ -4,28 +4,28 @@ from pathlib import Path
 
 from swarm.errors import ConfigError
 from swarm.maps.files import read_text
+from swarm.maps.limits import DRAWING_MAX
 from swarm.maps.movingai import load_movingai
 from swarm.maps.occupancy import OccupancyMap
 from swarm.maps.ros import load_ros
 from swarm.maps.text import from_text
 
 
-def load_map(path: Path, base: Path | None = None, cell: float = 1.0) -> OccupancyMap:
-    """Load a ROS ``.yaml``, a MovingAI ``.map`` or a drawing in a ``.txt``; a relative path begins at ``base``.
+def load_map(path: Path, cell: float = 1.0) -> OccupancyMap:
+    """Load a ROS ``.yaml``, a MovingAI ``.map`` or a drawing in a ``.txt``.
 
     ``cell`` is the side of a character [m]; a ROS map states its own.
 
     Raises:
         ConfigError: the file cannot be read or is not a valid map.
     """
-    path = base / path if base is not None else path
     match path.suffix.lower():
         case ".yaml" | ".yml":
             return load_ros(path)
         case ".map":
             return load_movingai(path, cell)
         case ".txt":
-            return from_text(read_text(path), cell, str(path))
+            return from_text(read_text(path, DRAWING_MAX), cell, str(path))
         case suffix:
             raise ConfigError(
                 f"{path}: expected a map: .yaml (ROS), .map (MovingAI) or .txt (a drawing), got {suffix!r}; an "

@@ -4,15 +4,15 @@ from math import isfinite
 from pathlib import Path
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from swarm.errors import ConfigError
 from swarm.maps.files import read_text, shown
-from swarm.maps.limits import SIDE_MAX, check_cell, check_size
+from swarm.maps.limits import DRAWING_MAX, SIDE_MAX, check_cell, check_size
 from swarm.maps.occupancy import FREE, WALL, Cell, OccupancyMap
+from swarm.maps.text import drawn, wrong_character
 
 SYMBOLS: Final = {".": FREE, "G": FREE, "S": FREE, "@": WALL, "O": WALL, "T": WALL, "W": WALL}
 COLUMNS: Final = 9  # of a scenario's row
+SCEN_MAX: Final = 2_000_000  # bytes of a .scen file, about 30,000 rows
 
 
 class Row(NamedTuple):
@@ -29,7 +29,7 @@ def load_movingai(path: Path, cell: float = 1.0) -> OccupancyMap:
     Raises:
         ConfigError: the file or ``cell`` is not valid.
     """
-    return from_movingai(read_text(path), cell, str(path))
+    return from_movingai(read_text(path, DRAWING_MAX), cell, str(path))
 
 
 def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> OccupancyMap:
@@ -62,8 +62,7 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
     check_size(height, width, where)
     rows = lines[first : first + height]
     for number, line in enumerate(rows, start=first + 1):
-        wrong = next((column for column, symbol in enumerate(line, start=1) if symbol not in SYMBOLS), None)
-        if wrong is not None:
+        if wrong := wrong_character(line, SYMBOLS):
             raise ConfigError(
                 f"{where}: line {number}, column {wrong}: expected one of {''.join(SYMBOLS)}, "
                 f"got {line[wrong - 1]!r}; replace that character"
@@ -77,8 +76,7 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
     if len(rows) != height or rest:
         got = f"{len(rows)}" if len(rows) < height else f"more: {shown(rest)}"
         raise ConfigError(f"{where}: expected {height} rows as 'height' says, got {got}; is the file whole?")
-    cells = np.array([[SYMBOLS[symbol] for symbol in line] for line in reversed(rows)], dtype=np.uint8)
-    return OccupancyMap(cells, float(cell))
+    return OccupancyMap(drawn(rows, SYMBOLS), float(cell))
 
 
 def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
@@ -87,7 +85,7 @@ def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
     Raises:
         ConfigError: the file is not valid, or belongs to another map.
     """
-    return from_scen(read_text(path), map, str(path))
+    return from_scen(read_text(path, SCEN_MAX), map, str(path))
 
 
 def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[Row]:  # noqa: A002

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm.errors import ConfigError, nearest
 from swarm.geometry import Pose, wrap
-from swarm.maps.files import decoded, read_file, shown
+from swarm.maps.files import decoded, read_file, shown, within
 from swarm.maps.images import Pixels, load_image
 from swarm.maps.limits import COORDINATE_MAX, check_cell
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
@@ -44,18 +44,7 @@ def load_ros(path: Path) -> OccupancyMap:
         ConfigError: one of the two files is not valid.
     """
     description = from_yaml(read_file(path, YAML_MAX), str(path))
-    folder = path.parent.resolve()
-    try:
-        image = (folder / description.image).resolve()
-    except (OSError, ValueError) as error:
-        raise ConfigError(
-            f"{path}: image: expected a file's name, got {shown(description.image)}; correct it"
-        ) from error
-    if not image.is_relative_to(folder):
-        raise ConfigError(
-            f"{path}: image: expected a file in the folder of the .yaml, got {shown(description.image)}; "
-            "move the image beside it"
-        )
+    image = within(path.parent, description.image, f"{path}: image")
     return from_pixels(load_image(image), description)
 
 

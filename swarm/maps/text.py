@@ -1,8 +1,10 @@
 """Maps drawn with characters, as in a scenario file."""
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm.errors import ConfigError
 from swarm.maps.limits import check_cell, check_size
@@ -27,16 +29,30 @@ def from_text(text: str, cell: float, where: str = "map") -> OccupancyMap:
     width = len(lines[0])
     check_size(len(lines), width, where)
     for number, line in enumerate(lines, start=1):
-        for column, symbol in enumerate(line, start=1):
-            if symbol not in SYMBOLS:
-                raise ConfigError(
-                    f"{where}: line {number}, column {column}: expected '#' (wall), 'o' (obstacle), '.' or ' ' (free), "
-                    f"got {symbol!r}; replace that character"
-                )
+        if odd := wrong_character(line, SYMBOLS):
+            raise ConfigError(
+                f"{where}: line {number}, column {odd}: expected '#' (wall), 'o' (obstacle), '.' or ' ' (free), "
+                f"got {line[odd - 1]!r}; replace that character"
+            )
         if len(line) != width:
             raise ConfigError(
                 f"{where}: line {number}: expected {width} characters as in line 1, got {len(line)}; "
                 "make all lines equally long"
             )
-    cells = np.array([[SYMBOLS[symbol] for symbol in line] for line in reversed(lines)], dtype=np.uint8)
-    return OccupancyMap(cells, float(cell))
+    return OccupancyMap(drawn(lines, SYMBOLS), float(cell))
+
+
+def wrong_character(line: str, symbols: Mapping[str, int]) -> int:
+    """Return the column, from 1, of the first character that is no symbol; 0 if there is none."""
+    if symbols.keys() >= set(line):
+        return 0
+    return next(column for column, character in enumerate(line, start=1) if character not in symbols)
+
+
+def drawn(lines: Sequence[str], symbols: Mapping[str, int]) -> NDArray[np.uint8]:
+    """Return the cells of lines of equal length, whose first one is the top; the symbols are ASCII characters."""
+    values = np.zeros(128, np.uint8)
+    for symbol, value in symbols.items():
+        values[ord(symbol)] = value
+    characters = np.frombuffer("".join(lines).encode("ascii"), np.uint8)
+    return values[characters].reshape(len(lines), -1)[::-1].copy()

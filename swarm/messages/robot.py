@@ -18,6 +18,7 @@ class Edit(Message, frozen=True, kw_only=True):
 class Sense(Message, frozen=True, kw_only=True):
     """Everything that the world tells one robot at one tick."""
 
+    world: Annotated[Id, says("identity of the world; a robot obeys only the world that welcomed it")]
     run: Annotated[Count, says("increases with each restart; messages of an older run are void")]
     tick: Annotated[Count, says("ticks since the run began")]
     time: Annotated[Seconds, says("s; since the run began")]
@@ -91,6 +92,7 @@ class State(Message, frozen=True, kw_only=True):
     unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
     distance: Annotated[Length, says("m; to the stop, along its path")]
     replans: Annotated[Count, says("paths planned so far")]
+    laps: Annotated[Count, says("rounds of a patrol that are complete")] = 0
 
 
 class Plan(Message, frozen=True, kw_only=True):

@@ -8,6 +8,11 @@ from swarm.messages.fields import Message
 M = TypeVar("M", bound=Message)
 
 
+def below(fleet: str) -> str:
+    """Return the beginning of every key of a fleet."""
+    return f"swarm/v1/{fleet}/"
+
+
 @dataclass(frozen=True, slots=True)
 class Topic(Generic[M]):
     """One row of the table."""

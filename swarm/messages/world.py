@@ -88,17 +88,23 @@ class Join(Message, frozen=True, kw_only=True):
     """A robot process's request for a place in the fleet."""
 
     robot: Annotated[Id | None, says("the place; null: any free one")]
+    session: Annotated[Id, says("Zenoh session of the process: its token `alive/robot/<id>/<session>` takes the place")]
+    world: Annotated[Id | None, says("identity of the world whose run this robot is in; null: it remembers nothing")]
 
 
 class Welcome(Message, frozen=True, kw_only=True):
     """The answer to a join: the robot's name, the scenario, the map, and the progress of that robot's mission."""
 
     robot: Annotated[Id, says("name of the robot")]
+    world: Annotated[Id, says("identity of the world; a robot that is in a run of the same one goes on with it")]
+    session: Annotated[Id, says("Zenoh session of the world: it has the token `alive/world/world/<session>`")]
     scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, and `profile`")]
     packed: Annotated[dict[str, Any], says("the map, as in Map")]
     edits: Annotated[Count, says("number of edits that the map includes")]
     start: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its pose when the run began: home")]
-    state: Annotated[State | None, says("progress of its mission; null: this robot is new")]
+    state: Annotated[
+        State | None, says("progress of its mission, by the world's own record; null: the run has not begun")
+    ]
 
 
 class Accepted(Message, frozen=True, kw_only=True):

@@ -60,7 +60,7 @@ class Grid:
                 raise ConfigError(f"planning: {name}: expected a length of 0 m or more, got {length!r}; correct it")
         if resolution is not None and not (isfinite(resolution) and resolution > 0.0):
             raise ConfigError(f"planning: resolution: expected more than 0 m, got {resolution!r}; 0.1 is usual")
-        factor = 1 if resolution is None else max(1, ceil(map.resolution / resolution - 1e-9))
+        factor = 1 if resolution is None else refinement(map, resolution)
         rows, columns = map.shape
         check_size(rows * factor, columns * factor, f"planning grid of cells of {map.resolution / factor:g} m")
         solid = _solid(map.cells, factor, unknown_free)
@@ -237,6 +237,11 @@ class Grid:
         free = self.free.view(np.uint8)
         args = (self.solid, self.clearance, self.resolution, self.discs, radius)
         find_moves(free, *args, *low, *high, self.moves)
+
+
+def refinement(map: OccupancyMap, resolution: float) -> int:  # noqa: A002
+    """Return into how many cells along each axis a cell of the map is divided: each has at most ``resolution`` [m]."""
+    return max(1, ceil(map.resolution / resolution - 1e-9))
 
 
 def _solid(cells: NDArray[np.uint8], factor: int, unknown_free: bool) -> NDArray[np.uint8]:

@@ -61,7 +61,8 @@ class Robot:
         if run and not settings.map.known:
             self._ground = Ground(self._scenario)
         self.run = run
-        self.mission = Mission(self._scenario.stops(self._number, self._start[:2]), settings.return_home)
+        stops = self._scenario.stops(self._number, self._start[:2])
+        self.mission = Mission(stops, returns=settings.return_home, patrols=settings.patrol)
         self._navigator = Navigator(self._ground.grid, settings.robot.radius, settings.reach)
         self._pilot = self._new_pilot()
         self._others: dict[str, Broadcast] = {}
@@ -82,7 +83,7 @@ class Robot:
         """Continue the mission where an earlier process of this robot left it."""
         self._begin(state.run)
         if state.activity is not Activity.READY:
-            self.mission.resume(state.reached, state.unreachable)
+            self.mission.resume(state.reached, state.unreachable, state.laps)
 
     def fault_of(self, sense: Sense) -> str | None:
         """Return a sentence that says what in a sense does not fit the scenario; None: everything fits."""
@@ -154,8 +155,11 @@ class Robot:
     # --- where it goes ---
 
     def _tick_off_stops(self, pose: Pose) -> None:
-        while (goal := self.mission.goal) is not None and distance(pose, goal) <= self._settings.reach:
-            self.mission.finish_stop(reached=True)
+        mission, laps = self.mission, self.mission.laps
+        while (goal := mission.goal) is not None and distance(pose, goal) <= self._settings.reach:
+            if mission.laps > laps:
+                break  # one lap a tick: stops that are left may be so near each other that both are reached at once
+            mission.finish_stop(reached=True)
             self._navigator.clear()
 
     def _find_path(self, sense: Sense, pose: Pose) -> None:
@@ -226,13 +230,13 @@ class Robot:
                 reached=list(mission.reached), traffic=move.traffic,
                 walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
-        news = (self.run, self._activity, mission.target, tuple(mission.reached), replans)
+        news = (self.run, self._activity, mission.laps, mission.target, tuple(mission.reached), replans)
         if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:
             self._told, self._told_at = news, sense.time
             state = State(
                 robot=self.name, run=self.run, tick=sense.tick, activity=self._activity, target=mission.target,
                 reached=list(mission.reached), unreachable=list(mission.unreachable), distance=navigator.remaining,
-                replans=replans,
+                replans=replans, laps=mission.laps,
             )  # fmt: skip
         if navigator.path is not None and navigator.path is not self._plan_told:
             self._plan_told = navigator.path

@@ -1,10 +1,15 @@
-"""The paper's mission (section 4, figure 5): the targets in order, then home. The table below is all of it."""
+"""The paper's mission (section 4, figure 5): the targets in order, then home. The table below is all of it.
+
+A patrol visits the targets again and again: after the last one that it can reach, it begins the next lap.
+"""
 
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final
 
 from swarm.maps.occupancy import Point
+
+LEAST: Final = 2  # stops of a patrol that were not given up; with fewer it ends
 
 
 class Stage(StrEnum):
@@ -40,13 +45,15 @@ TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
 class Mission:
     """One robot's stage, and which stops it has reached or given up."""
 
-    def __init__(self, stops: Sequence[Point], returns: bool) -> None:
+    def __init__(self, stops: Sequence[Point], *, returns: bool, patrols: bool = False) -> None:
         self.stops = tuple(stops)
         self._returns = returns
+        self._patrols = patrols
         self.stage = Stage.READY
         self.reached = [False] * len(self.stops)
         self.unreachable: list[int] = []
         self.target = 0  # index of the stop under way; the number of stops when none is left
+        self.laps = 0  # of a patrol, complete
 
     @property
     def goal(self) -> Point | None:
@@ -73,11 +80,14 @@ class Mission:
         else:
             self.unreachable.append(self.target)
         self.target += 1
+        if self._patrols:
+            self._turn()
         self._move_on()
 
-    def resume(self, reached: Sequence[bool], unreachable: Sequence[int]) -> None:
+    def resume(self, reached: Sequence[bool], unreachable: Sequence[int], laps: int = 0) -> None:
         """Continue the mission where an earlier process left it."""
         self.take(Occasion.GO)
+        self.laps = laps
         for stop in range(len(self.stops)):
             if stop < len(reached) and reached[stop]:
                 self.finish_stop(reached=True)
@@ -85,6 +95,15 @@ class Mission:
                 self.finish_stop(reached=False)
             else:
                 return
+
+    def _turn(self) -> None:
+        """Go past stops that were given up; begin the next lap if none is left in this one, and it has enough."""
+        stops = range(len(self.stops))
+        left = [stop for stop in stops[self.target :] if stop not in self.unreachable]
+        if not left and len(self.stops) - len(self.unreachable) >= LEAST:
+            self.laps, self.reached = self.laps + 1, [False] * len(self.stops)
+            left = [stop for stop in stops if stop not in self.unreachable]
+        self.target = left[0] if left else len(self.stops)
 
     def _move_on(self) -> None:
         left = len(self.stops) - self.target

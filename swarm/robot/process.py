@@ -1,4 +1,4 @@
-"""The process of one robot or more: each joins a world and answers every sense; when it is gone, all join the next."""
+"""The process of one robot or more: each joins a world and answers every sense, also of that world started again."""
 
 from collections.abc import Callable, Sequence
 from threading import Event as Flag
@@ -6,6 +6,7 @@ from time import monotonic
 from typing import Final, NamedTuple
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
+from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Welcome
@@ -19,7 +20,9 @@ from swarm.stopping import told_to_stop
 LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
 WELCOME: Final = 10.0  # s to wait for the answer to a join
+FIRST, LONGEST = 0.1, 5.0  # s between two attempts to join; each pause is twice the one before
 KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
+ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
 
 def run(
@@ -29,27 +32,11 @@ def run(
 
     Raises:
         ConfigError: no router answers.
-        PeerError: the world has no such place.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         bus.watch_presence("world")
-        while (world := _find_world(bus, stop)) is not None:
-            inbox = _join(bus, robots, log)
-            robots = list(inbox.seats)
-            if not _serve(bus, inbox, world, stop):
-                break
-            for seat in inbox.seats.values():
-                seat.leave()
-                bus.withdraw("robot", seat.name)  # the next world assigns the place again
+        Crew(bus, robots, log).serve(stop)
     return 0
-
-
-def _find_world(bus: Bus, stop: Flag) -> str | None:
-    while not stop.is_set():
-        arrived = bus.receive(LOOK)
-        if isinstance(arrived, Presence) and arrived.alive:
-            return arrived.session
-    return None
 
 
 class Inbox:
@@ -60,16 +47,21 @@ class Inbox:
         self.seats: dict[str, Seat] = {}
         self.waiting: dict[str, Seat] = {}  # seats with a sense, the one that waits longest first
 
-    def sort(self, arrived: Arrival | Presence | Link | Request) -> None:
-        """Store a broadcast for later, or a sense to answer."""
+    def sort(self, arrived: Arrival | Presence | Link | Request) -> tuple[str, Given] | None:
+        """Store a broadcast for later, or a sense to answer; return a robot's answer to one that it had answered."""
         match arrived:
             case Arrival(topic=topic, message=message) if topic is RADIO:
                 self.radio.take(message)
             case Arrival(topic=topic, ids=ids, message=message) if topic is SENSE:
-                seat = self.seats[ids["robot"]]
+                seat = self.seats.get(ids["robot"])
+                if seat is None:
+                    return None  # its place is to be joined again
+                if (given := seat.repeat(message)) is not None:
+                    return seat.name, given
                 seat.take(message)
                 if seat.sense is not None:
                     self.waiting[seat.name] = seat
+        return None
 
     def ready(self, now: float) -> Seat | None:
         """Return and no longer keep the seat that waits longest among those that can answer at a time [s], if any."""
@@ -98,51 +90,143 @@ class Shared(NamedTuple):
         return (own.edits, own.packed, own.scenario) == (welcome.edits, welcome.packed, welcome.scenario)
 
 
-def _join(bus: Bus, robots: Sequence[str | None], log: Callable[[str], None]) -> Inbox:
-    """Join the world with each robot in turn, and announce it as soon as it can answer."""
-    inbox = Inbox(Radio(bus))
-    shared: Shared | None = None
-    for asked in robots:
-        welcome = bus.ask(JOIN, Join(robot=asked), timeout=WELCOME)
-        if shared is None or not shared.fits(welcome):
-            shared = Shared.of(welcome)
+class Place:
+    """One robot of the process, and when it asks to join."""
+
+    def __init__(self, asked: str | None) -> None:
+        self.name = asked
+        self.session: str | None = None  # of the world that welcomed it
+        self._next = 0.0  # s
+        self._pause = FIRST
+        self._named: set[str] = set()
+
+    def due(self, now: float) -> bool:
+        """Return True if it is time to ask."""
+        return now >= self._next
+
+    def refused(self, reason: str, now: float) -> bool:
+        """Wait, longer each time; return True if the reason is new."""
+        self._next, self._pause = now + self._pause, min(LONGEST, 2 * self._pause)
+        new = reason not in self._named
+        self._named.add(reason)
+        return new
+
+    def hurry(self) -> None:
+        """Ask at once: a world has come."""
+        self._next, self._pause = 0.0, FIRST
+
+
+class Crew:
+    """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
+
+    def __init__(self, bus: Bus, robots: Sequence[str | None], log: Callable[[str], None]) -> None:
+        self._bus, self._log = bus, log
+        self._places = [Place(asked) for asked in robots]
+        self._worlds: set[str] = set()  # sessions
+        self._world: str | None = None  # identity
+        self._inbox = Inbox(Radio(bus))
+        self._shared: Shared | None = None
+        self._echoes: list[float] = []  # s; when to say the last answers again
+
+    def serve(self, stop: Flag) -> None:
+        """Answer every sense, and join a world with each robot that is in none, until told to stop."""
+        wait = LOOK
+        while not stop.is_set():
+            arrived = self._bus.receive(wait)
+            now = monotonic()
+            wait = 0.0
+            if arrived is not None:
+                self._take(arrived, now)
+            elif (seat := self._inbox.ready(now)) is not None:
+                self._say(seat.name, seat.answer(lambda: self._bus.fetch(MAP)))
+            elif (place := self._to_join(now)) is not None:
+                self._join(place)
+            elif self._echoes and now >= self._echoes[0]:
+                self._echoes.pop(0)
+                for seat in self._inbox.seats.values():
+                    for given in seat.said():
+                        self._say(seat.name, given)
+            else:
+                wait = PEEK if self._inbox.waiting else FIRST if self._echoes or self._lacks_places else LOOK
+
+    def _take(self, arrived: Arrival | Presence | Link | Request, now: float) -> None:
+        match arrived:
+            case Presence(role="world", session=session, alive=alive):
+                (self._worlds.add if alive else self._worlds.discard)(session)
+                for place in self._places:
+                    place.hurry()
+            case Link(up=up):
+                for seat in self._inbox.seats.values():
+                    seat.wait_again()
+                self._echoes = [now + pause for pause in ECHOES] if up else []
+            case _:
+                if (again := self._inbox.sort(arrived)) is not None:
+                    self._say(*again)
+
+    # --- joining ---
+
+    @property
+    def _lacks_places(self) -> bool:
+        return any(place.session not in self._worlds for place in self._places)
+
+    def _to_join(self, now: float) -> Place | None:
+        """Return a robot that is in no world that lives, if it is time to ask."""
+        if not self._worlds:
+            return None
+        return next((one for one in self._places if one.session not in self._worlds and one.due(now)), None)
+
+    def _join(self, place: Place) -> None:
+        """Ask the world for a robot's place; go on with its run, or begin a new one."""
+        bus, known = self._bus, place.name in self._inbox.seats
+        asks = Join(robot=place.name, session=bus.id, world=self._world if known else None)
+        try:
+            welcome: Welcome = bus.ask(JOIN, asks, WELCOME, fits=lambda reply: reply.session in self._worlds)
+            if welcome.world != self._world or not known:
+                self._sit_down(place, welcome)
+        except SwarmError as fault:
+            if place.refused(str(fault), monotonic()):
+                self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
+        else:
+            place.session = welcome.session
+            bus.announce("robot", welcome.robot)
+
+    def _sit_down(self, place: Place, welcome: Welcome) -> None:
+        """Begin in a world that does not know this process yet."""
+        if self._shared is None or not self._shared.fits(welcome):
+            self._shared = Shared.of(welcome)
+        shared = self._shared
+        if welcome.world != self._world:
+            self._leave()
+            self._world = welcome.world
         settings, name, start = shared.scenario.settings, welcome.robot, Pose(*welcome.start)
         robot = Robot(name, number_of(name), shared.scenario, start, None, shared.controller, edits=welcome.edits)
         if welcome.state is not None:
             robot.resume(welcome.state)
-        ear = Ear(inbox.radio, settings.radio.range)
+        ear = Ear(self._inbox.radio, settings.radio.range)
         ear.tune(start.x, start.y)
-        inbox.seats[name] = Seat(robot, ear, round(KEPT * settings.rate), log)
-        bus.listen(SENSE, robot=name)
-        bus.announce("robot", name)
-    return inbox
+        self._inbox.seats[name] = Seat(robot, ear, round(KEPT * settings.rate), self._log, welcome.world)
+        self._bus.listen(SENSE, robot=name)
+        place.name = name
 
+    def _leave(self) -> None:
+        """Forget the world before: all robots begin in the next one."""
+        for seat in self._inbox.seats.values():
+            seat.leave()
+            self._bus.withdraw("robot", seat.name)  # the next world assigns the place again
+        self._inbox = Inbox(Radio(self._bus))
+        for place in self._places:
+            place.session = None
 
-def _serve(bus: Bus, inbox: Inbox, world: str, stop: Flag) -> bool:
-    """Answer every sense while the world is alive; return False if told to stop."""
-    wait = LOOK
-    while not stop.is_set():
-        arrived = bus.receive(wait)
-        if arrived is not None:
-            if isinstance(arrived, Presence) and arrived.session == world and not arrived.alive:
-                return True
-            inbox.sort(arrived)
-        elif (seat := inbox.ready(monotonic())) is not None:
-            _say(bus, seat.name, seat.answer(lambda: bus.fetch(MAP)))
-        else:
-            wait = PEEK if inbox.waiting else LOOK
-            continue
-        wait = 0.0
-    return False
+    # --- speaking ---
 
-
-def _say(bus: Bus, name: str, answer: Given) -> None:
-    """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
-    outputs, (zx, zy), sure = answer
-    if outputs.broadcast is not None:
-        bus.send(RADIO, outputs.broadcast, sure=sure, zx=zx, zy=zy, robot=name)
-    bus.send(COMMAND, outputs.command, robot=name)
-    if outputs.state is not None:
-        bus.send(STATE, outputs.state, robot=name)
-    if outputs.plan is not None:
-        bus.send(PLAN, outputs.plan, robot=name)
+    def _say(self, name: str, answer: Given) -> None:
+        """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
+        outputs, (zx, zy), sure = answer
+        bus = self._bus
+        if outputs.broadcast is not None:
+            bus.send(RADIO, outputs.broadcast, sure=sure, zx=zx, zy=zy, robot=name)
+        bus.send(COMMAND, outputs.command, robot=name)
+        if outputs.state is not None:
+            bus.send(STATE, outputs.state, robot=name)
+        if outputs.plan is not None:
+            bus.send(PLAN, outputs.plan, robot=name)

@@ -3,12 +3,15 @@
 from collections.abc import Callable, Iterable
 from typing import Final, NamedTuple
 
+import msgspec
+
 from swarm.messages import Map, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.robot.radio import Ear, Zone
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
+SAID_AGAIN: Final = 3  # last answers, said again after the router was away: others are a tick behind at most
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
 
 
@@ -31,6 +34,10 @@ class Repeats:
         """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
 
+    def last(self) -> list[Given]:
+        """Return the last few answers, oldest first."""
+        return list(self._given.values())[-SAID_AGAIN:]
+
     def keep(self, sense: Sense, answer: Given) -> None:
         """Store an answer; drop the oldest one if there are too many."""
         self._given[sense.run, sense.tick] = answer
@@ -41,34 +48,58 @@ class Repeats:
 class Seat:
     """One robot of a process. The caller passes the time ``now`` [s], always of one clock."""
 
-    def __init__(self, robot: Robot, ear: Ear, kept: int, log: Callable[[str], None]) -> None:
+    def __init__(self, robot: Robot, ear: Ear, kept: int, log: Callable[[str], None], world: str = "local") -> None:
         self.name = robot.name
+        self._world = world  # the identity of the one that is obeyed
         self.sense: Sense | None = None  # not answered yet
         self._robot = robot
         self._ear = ear
         self._repeats = Repeats(kept)
         self._log = log
+        self._born: tuple[int, int] | None = None  # run and tick of the first sense
         self._until: float | None = None  # s; lockstep waits for missing broadcasts until then
         self._named: set[str] = set()
 
     def take(self, sense: Sense) -> None:
         """Take a sense to answer, unless a newer one waits; drop one that does not fit and log each reason once."""
-        fault = self._robot.fault_of(sense)
+        fault = self._robot.fault_of(sense) if sense.world == self._world else "it is of another world"
         if fault is not None:
             if fault not in self._named and len(self._named) < MOST_NAMED:
                 self._named.add(fault)
                 self._log(f"{self.name}: tick {sense.tick}: the sense was dropped: {fault}")
         elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
             self.sense, self._until = sense, None
+            self._born = self._born or (sense.run, sense.tick)
             if sense.run != self._robot.run:
                 self._ear.begin(sense.run)
+
+    def repeat(self, sense: Sense) -> Given | None:
+        """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it."""
+        return self._repeats.to(sense) if sense.world == self._world else None
+
+    def said(self) -> list[Given]:
+        """Return what was said last in lockstep, oldest first: the router may have lost it."""
+        return [given for given in self._repeats.last() if given.sure]
+
+    def wait_again(self) -> None:
+        """Wait for missing broadcasts from now on: the router was away."""
+        self._until = None
+
+    def _lacks(self, sense: Sense) -> bool:
+        """Return True if a broadcast is missing that the robot can have received.
+
+        Those from before its first sense, in the middle of a run, may have been sent before it listened.
+        """
+        run, tick = self._born or (0, 0)
+        before = tick if tick and sense.run == run else -1
+        return self._ear.lacks(pair for pair in sense.hears if pair[1] > before)
 
     def ready(self, now: float) -> bool:
         """Return True if there is a sense and, in lockstep, the broadcasts that it lists are here or overdue."""
         sense = self.sense
         if sense is None:
             return False
-        if not sense.lockstep or self._repeats.to(sense) is not None or not self._ear.lacks(sense.hears):
+        if not sense.lockstep or self._repeats.to(sense) is not None or not self._lacks(sense):
             return True
         if self._until is None:
             self._until = now + OVERDUE
@@ -80,14 +111,19 @@ class Seat:
         assert sense is not None
         if (again := self._repeats.to(sense)) is not None:
             return again
-        if sense.lockstep and self._ear.lacks(sense.hears):
-            self._log(f"{self.name}: tick {sense.tick}: a broadcast that was heard did not arrive in {OVERDUE} s")
+        overdue = sense.lockstep and self._lacks(sense)
         heard = (self._ear.exactly if sense.lockstep else self._ear.what_came)(sense.hears, sense.tick)
         if self._robot.missed(sense):
             for floor in fetch():
                 self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
         zone = self._ear.tune(sense.x, sense.y)
-        given = Given(self._robot.step(Inputs(sense, heard)), zone, sure=sense.lockstep)
+        outputs = self._robot.step(Inputs(sense, heard))
+        if overdue:
+            text = f"went on without a broadcast that did not arrive in {OVERDUE:g} s"
+            self._log(f"{self.name}: tick {sense.tick}: {text}")
+            notes = [*outputs.command.notes, ("overdue", text)]
+            outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, notes=notes))
+        given = Given(outputs, zone, sure=sense.lockstep)
         self._repeats.keep(sense, given)
         return given
 

@@ -1,6 +1,8 @@
 """The check that a mission can be driven, made before any process is started."""
 
+from collections.abc import Iterator
 from itertools import combinations
+from typing import Final
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
@@ -8,10 +10,17 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import Mission, planning_grid, settled
+from swarm.scenario.prepare import Mission, check_grid_size, planning_grid, settled
 from swarm.scenario.starts import names, starts
-from swarm.traffic.cells_of import cells_of, comes_near, short_of
+from swarm.traffic.cells import CellMap
+from swarm.traffic.cells_of import cells_of, comes_near, lattices_tried, short_of
 from swarm.traffic.settings import least_range
+
+MOST_STOPS: Final = 20_000  # of all robots
+# share of 2 s that each cell of a lattice that is tried costs, alone and for each target and start; measured
+CELL_COST: Final = 9e-7
+STOP_COST: Final = 5e-10
+NOWHERE: Final = -1
 
 
 def check(scenario: Scenario, robots: int, seed: int) -> Mission:
@@ -20,6 +29,7 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
     Raises:
         ConfigError: the mission cannot be driven; the text names the first reason.
     """
+    _affordable(scenario, robots)
     scenario = settled(scenario)
     settings, grid = scenario.settings, planning_grid(scenario)
     if settings.own_targets and robots > len(settings.own_targets):
@@ -42,18 +52,56 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    for number, (name, pose) in enumerate(zip(names(robots), poses, strict=True)):
-        here = pose[:2]
-        for stop, there in enumerate(scenario.stops(number, here), start=1):
-            if not is_reachable(grid, here, there):
-                raise ConfigError(
-                    f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way from "
-                    f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "
-                    "found none; open the map or move the target"
-                )
-            here = there
+    for where, here, there in _legs(scenario, poses):
+        if not is_reachable(grid, here, there):
+            raise ConfigError(
+                f"{where}: expected a way from "
+                f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "
+                "found none; open the map or move the target"
+            )
     _within_cells(scenario, poses)
     return Mission(scenario, grid, poses)
+
+
+def _affordable(scenario: Scenario, robots: int) -> None:
+    """Check the size of a mission before anything is computed from it: all checks together take a few seconds.
+
+    Raises:
+        ConfigError: the floor is too large for its lattice to be placed, or there are too many stops.
+    """
+    settings, floor = scenario.settings, scenario.map
+    check_grid_size(floor)
+    targets = settings.own_targets[:robots] or [settings.targets] * robots
+    stops = sum(map(len, targets)) + robots * settings.return_home
+    if stops > MOST_STOPS:
+        raise ConfigError(
+            f"{settings.name}: expected at most {MOST_STOPS} stops of all robots together, got {stops} of {robots}; "
+            "run fewer robots or give them fewer targets"
+        )
+    width, height = (side * floor.resolution for side in floor.shape)
+    listed = sum(map(len, settings.own_targets)) + len(settings.targets) + len(settings.start.poses or ())
+    cost = sum(
+        count * (width / side + 1) * (height / side + 1) * (CELL_COST + STOP_COST * listed)
+        for side, count in lattices_tried(settings, floor)
+    )
+    if cost > 1.0:
+        raise ConfigError(
+            f"{settings.name}: expected a floor and stops for which the lattice of cells can be placed, got "
+            f"{width:g} x {height:g} m with {listed} targets and starts, {cost:.1f} times too many; set `traffic.cell` "
+            "and `traffic.offset`, cut the map, or list fewer targets"
+        )
+
+
+def _legs(scenario: Scenario, poses: list[Pose]) -> Iterator[tuple[str, Point, Point]]:
+    """Yield the ways from stop to stop [m] with their names; a way of several robots is named after the first."""
+    seen = set()
+    for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
+        here = pose[:2]
+        for stop, there in enumerate(scenario.stops(number, here), start=1):
+            if (here, there) not in seen:
+                seen.add((here, there))
+                yield f"{scenario.settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g})", here, there
+            here = there
 
 
 def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
@@ -70,22 +118,38 @@ def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
             f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
             "`traffic.cell`"
         )
-    for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
-        here = pose[:2]
-        for stop, there in enumerate(scenario.stops(number, here), start=1):
-            if (short := short_of(cells, there, settings)) > settings.reach:
-                raise ConfigError(
-                    f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a place that "
-                    f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, the nearest is "
-                    f"{short:.2f} m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"
-                )
-            if not comes_near(cells, here, there, settings):
-                raise ConfigError(
-                    f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g}): expected a way over "
-                    f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
-                    "`traffic.cell` or `traffic.offset`"
-                )
-            here = there
+    pieces = _pieces(cells)
+    for where, here, there in _legs(scenario, poses):
+        if (short := short_of(cells, there, settings)) > settings.reach:
+            raise ConfigError(
+                f"{where}: expected a place that "
+                f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, the nearest is "
+                f"{short:.2f} m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"
+            )
+        joined = pieces[cells.cell_of(*here)] == pieces[cells.cell_of(*there)] != NOWHERE
+        if not joined and not comes_near(cells, here, there, settings):
+            raise ConfigError(
+                f"{where}: expected a way over "
+                f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
+                "`traffic.cell` or `traffic.offset`"
+            )
+
+
+def _pieces(cells: CellMap) -> list[int]:
+    """Number the cells so that those joined by a way have the same number; those not to stand in have none.
+
+    The list ends with the number of the place outside of all cells, whose index is -1.
+    """
+    pieces = [NOWHERE] * len(cells)
+    for first, stands in enumerate(cells.stands):
+        if stands and pieces[first] == NOWHERE:
+            pieces[first], ready = first, [first]
+            for cell in ready:
+                for other in cells.neighbours[cell]:
+                    if pieces[other] == NOWHERE:
+                        pieces[other] = first
+                        ready.append(other)
+    return [*pieces, NOWHERE]
 
 
 def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:

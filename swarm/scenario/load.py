@@ -13,6 +13,8 @@ import yaml
 
 from swarm.errors import ConfigError, nearest
 from swarm.fuzzy import Profile, load_profile
+from swarm.geometry import distance
+from swarm.maps.files import read_text, within
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
@@ -22,6 +24,9 @@ from swarm.settings import Section, Settings
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
 SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
 SIZE_LIMIT: Final = 4_000_000  # bytes
+EVENTS_LIMIT: Final = 60_000  # values, lists and ends of lists in YAML; a target is four; read in about a second
+DEPTH_LIMIT: Final = 50  # lists in lists
+LISTED_LIMIT: Final = 5000  # own targets of all robots
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +81,7 @@ def load(path: Path) -> Scenario:
         except ConfigError as fault:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
-        floor = load_map(Path(str(where.file)), base=base, cell=where.cell)
+        floor = load_map(within(base, str(where.file), f"{path}: map.file"), cell=where.cell)
     return Scenario(settings, floor, load_profile(settings.controller, base=base))
 
 
@@ -100,6 +105,11 @@ def checked(raw: object, where: str) -> Settings:
         raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
     if start.circle is None and bool(settings.targets) == bool(settings.own_targets):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
+    if (listed := sum(map(len, settings.own_targets))) > LISTED_LIMIT:
+        raise ConfigError(
+            f"{where}: own_targets: expected at most {LISTED_LIMIT} targets of all robots together, got {listed}; "
+            "list fewer"
+        )
     for number, mover in enumerate(settings.movers):
         if (mover.radius is None) == (mover.size is None) or (mover.size is not None and min(mover.size) <= 0):
             raise ConfigError(f"{where}: movers[{number}]: expected either `radius` or `size`, above 0 m; give one")
@@ -112,10 +122,22 @@ def checked(raw: object, where: str) -> Settings:
         )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
+    if settings.patrol:
+        _check_patrol(settings, where)
+        settings = msgspec.structs.replace(settings, return_home=False)
     return settings
 
 
-class _Loader(yaml.SafeLoader):
+def _check_patrol(settings: Settings, where: str) -> None:
+    for targets in settings.own_targets or [settings.targets]:
+        if not any(distance(one, other) > 2 * settings.reach for one, other in pairwise(targets)):
+            raise ConfigError(
+                f"{where}: patrol: expected at least two targets a robot, more than {2 * settings.reach:g} m apart "
+                f"(twice `reach`), got {targets}; add one, or leave out `patrol`"
+            )
+
+
+class _Loader(yaml.CSafeLoader):
     """A YAML loader that refuses a key given twice; the plain loader silently keeps the last."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
@@ -130,16 +152,21 @@ class _Loader(yaml.SafeLoader):
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        if path.stat().st_size > SIZE_LIMIT:
-            raise ConfigError(f"{path}: expected at most {SIZE_LIMIT} bytes; put a large map into a file of its own")
-        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except FileNotFoundError:
+    if not path.exists():
         near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
         hint = nearest(path.name, near) if near else "check the path"
-        raise ConfigError(f"{path}: expected a scenario file, found none; {hint}") from None
-    except (OSError, UnicodeDecodeError) as fault:
-        raise ConfigError(f"{path}: expected a readable text file, got {fault}") from None
+        raise ConfigError(f"{path}: expected a scenario file, found none; {hint}")
+    text = read_text(path, SIZE_LIMIT)
+    try:
+        depth = 0
+        for number, event in enumerate(yaml.parse(text, Loader=_Loader)):
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if number > EVENTS_LIMIT or depth > DEPTH_LIMIT:
+                raise ConfigError(
+                    f"{path}: expected at most {EVENTS_LIMIT} values, {DEPTH_LIMIT} deep, got more; put a large map "
+                    "into a file of its own, list fewer targets"
+                )
+        raw = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, RecursionError, ValueError) as fault:
         mark = getattr(fault, "problem_mark", None)
         at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""

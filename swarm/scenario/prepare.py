@@ -5,8 +5,9 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
+from swarm.maps.limits import check_size
 from swarm.maps.occupancy import OccupancyMap
-from swarm.planning.grid import Grid
+from swarm.planning.grid import Grid, refinement
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
 from swarm.traffic.cells_of import with_lattice
@@ -36,6 +37,17 @@ def prepare(scenario: Scenario, robots: int, seed: int) -> Mission:
 def settled(scenario: Scenario) -> Scenario:
     """Return the scenario with the position of its lattice in its settings; a position that is set already stays."""
     return replace(scenario, settings=with_lattice(scenario.settings, scenario.map))
+
+
+def check_grid_size(floor: OccupancyMap) -> None:
+    """Check the size of a map's planning grid before it is made.
+
+    Raises:
+        ConfigError: it would have too many cells.
+    """
+    factor = refinement(floor, RESOLUTION)
+    rows, columns = floor.shape
+    check_size(rows * factor, columns * factor, f"planning grid of cells of {floor.resolution / factor:g} m")
 
 
 def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Grid:

@@ -93,7 +93,7 @@ class Part:
     leads_from: int = NEVER  # tick
     gather: int = field(init=False)  # ticks for which its next call waits for the members
     passed_over: dict[str, int] = field(default_factory=dict)  # silent leaders, and until when they are out [tick]
-    spent: set[Epoch] = field(default_factory=set)  # calls that the robot has left
+    spent: dict[str, int] = field(default_factory=dict)  # tick of the last call of each leader that the robot has left
     published: Published | None = None  # the newest plan it made, until it adopts another robot's
     unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it
     refused: Refused | None = None  # the newest plan it refused

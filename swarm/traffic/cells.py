@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
-from swarm.traffic.breadth_first import breadth_first
-from swarm.traffic.fitting import OPEN, STANDS, measure
+from swarm.traffic.distances import Distances
+from swarm.traffic.fitting import OPEN, STANDS, measure, nearest
 from swarm.traffic.footprint import cells_under, line_is_clear
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
-KEPT: Final = 256  # distance tables that are cached, at most
-LARGEST: Final = 1 << 18  # steps in all cached tables, 2 MB; at least one table is cached
 SIGHT: Final = 0.1  # m; a line of sight that passes a wall nearer than this does not count
 ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
@@ -67,11 +65,11 @@ class CellMap:
                 near for _, near in self._joined(range(self.rows), range(self.columns))
             )
             self._centres: dict[int, Point] = {}
-            self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
+            self._distances = Distances(self.neighbours)
         else:
             self._solid, self._flags, self._open = like._solid, like._flags, like._open
             self.stands, self.neighbours = like.stands, like.neighbours
-            self._centres, self._tables = like._centres, like._tables
+            self._centres, self._distances = like._centres, like._distances
 
     def __len__(self) -> int:
         return self.rows * self.columns
@@ -162,15 +160,16 @@ class CellMap:
         if here != OUTSIDE and self.stands[here]:
             return here
         standable = [cell for cell in sorted(among) if self.stands[cell]]
-        standable = standable or [cell for cell, stands in enumerate(self.stands) if stands]
         if not standable:
-            return OUTSIDE
+            along, up = to_frame(self.occupancy.origin, x, y)
+            row, column = (up - self.offset[1]) / self.side, (along - self.offset[0]) / self.side
+            standable = nearest(self._flags[STANDS], row, column)
 
         def away(cell: int) -> float:
             centre = self.centre(cell)
             return hypot(centre[0] - x, centre[1] - y)
 
-        return min(standable, key=away)
+        return min(standable, key=away, default=OUTSIDE)
 
     def leaning(self, cell: int, towards: int, radius: float) -> Point:
         """Return the point of a cell nearest to a joined cell where a disc stays inside its own cell [m, map frame]."""
@@ -195,14 +194,7 @@ class CellMap:
 
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
         """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``. Do not change the list."""
-        key = (goal, frozenset(without))
-        table = self._tables.get(key)
-        if table is None:
-            table = breadth_first(self.neighbours, (goal,), key[1])
-            if len(self._tables) >= max(1, min(KEPT, LARGEST // len(table))):
-                del self._tables[next(iter(self._tables))]
-            self._tables[key] = table
-        return table
+        return self._distances.to(goal, without)
 
     # ---- other floors, on the same lattice
 
@@ -232,7 +224,8 @@ class CellMap:
         for cell, near in other._joined(rows, columns):
             joined[cell] = near
         if tuple(joined) != self.neighbours:
-            other.neighbours, other._tables = tuple(joined), {}
+            other.neighbours = tuple(joined)
+            other._distances = Distances(other.neighbours)
         return other
 
     def without(self, shut: Iterable[tuple[int, int]]) -> "CellMap":
@@ -245,7 +238,7 @@ class CellMap:
             tuple(near for near in row if (cell, near) not in pairs and (near, cell) not in pairs)
             for cell, row in enumerate(self.neighbours)
         )
-        other._tables = {}
+        other._distances = Distances(other.neighbours)
         return other
 
     def _like(self, occupancy: OccupancyMap) -> "CellMap":

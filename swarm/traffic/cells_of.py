@@ -12,7 +12,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
-from swarm.traffic.breadth_first import FAR, breadth_first
+from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
 from swarm.traffic.sight import without_unheard
@@ -75,7 +75,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     largest = traffic.cell or RADII[0] * settings.robot.radius
     if traffic.offset is not None:
         return _settled(settings, largest, traffic.offset)
-    sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
+    sides = [side for side, _ in lattices_tried(settings, floor)]
     fits = settings.robot.radius + OFF_LINE
     first: Point | None = None
     for side in sides:
@@ -88,6 +88,15 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
         if _serves(_lattice(floor, side, fits, offset, _lean(settings)), settings):
             return _settled(settings, side, offset)
     return _settled(settings, largest, first)
+
+
+def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:
+    """Return the sides of cells [m] that ``with_lattice`` tries, each with the number of its lattices."""
+    traffic = settings.traffic
+    sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
+    if traffic.offset is not None:
+        return [(sides[0], 1)]
+    return [(side, 1 if side == floor.resolution else PHASES * PHASES) for side in sides]
 
 
 def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
@@ -174,7 +183,7 @@ def best_offset(
         seen: set[int] = set()
         for cell, stands in enumerate(cells.stands):
             if stands and cell not in seen:
-                piece = [other for other, steps in enumerate(breadth_first(cells.neighbours, (cell,))) if steps < FAR]
+                piece = [other for other, steps in enumerate(cells.distances(cell)) if steps < FAR]
                 seen.update(piece)
                 pieces.append(len(piece))
         together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2

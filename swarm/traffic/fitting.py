@@ -67,3 +67,11 @@ def measure(
             flags[RIGHT, row, column] = _is_clear(solid, x, y, side, 0.0, radius, resolution)
             flags[UP, row, column] = _is_clear(solid, x, y, 0.0, side, radius, resolution)
             flags[OPEN, row, column] = _is_open(solid, along + column * side, up + row * side, side, resolution)
+
+
+def nearest(flags: NDArray[np.bool_], row: float, column: float) -> list[int]:
+    """List the set ones of ``flags`` whose middles are nearest to a place (row, column), and those hardly farther."""
+    rows, columns = np.nonzero(flags)
+    away = np.hypot(rows + 0.5 - row, columns + 0.5 - column)
+    near = np.flatnonzero(away <= away.min(initial=np.inf) + 1e-6)
+    return (rows[near] * flags.shape[1] + columns[near]).tolist()  # type: ignore[no-any-return]

@@ -10,7 +10,7 @@ from itertools import pairwise
 from random import Random
 from typing import Final
 
-from swarm.traffic.dependencies import pace
+from swarm.traffic.duration import pace
 from swarm.traffic.lacam import Steps
 from swarm.traffic.pibt import Joined, Tables
 
@@ -23,35 +23,68 @@ State = tuple[int, int, int]  # time step, cell, and the cell from which it was 
 
 
 class Improving:
-    """One change of a plan; ``pops`` counts its expansions."""
+    """Changes of plans without rings of movers; ``pops`` counts the expansions."""
 
     def __init__(self, neighbours: Joined, tables: Tables, random: Random) -> None:
         self.pops = 0
         self._neighbours = neighbours
         self._tables = tables
         self._random = random
+        self._steps: Steps = []  # the plan asked for last
+        self._ways: list[Sequence[int]] = []  # [robot][time] -> cell, with LONGER more time steps at the end
+        self._at: list[dict[int, int]] = []  # [time] -> who is in each cell
 
     def changed(self, steps: Steps) -> Steps | None:
         """Return the plan with new ways for some robots, or None if one of them finds no way."""
-        ways = [[*way, *(way[-1],) * LONGER] for way in zip(*steps, strict=True)]
-        out = self._random.sample(range(len(ways)), self._random.randint(1, min(MOST_OUT, len(ways))))
-        others = [way for robot, way in enumerate(ways) if robot not in out]
+        if steps is not self._steps:
+            self._steps = steps
+            self._ways = [(*way, *(way[-1],) * LONGER) for way in zip(*steps, strict=True)]
+            self._at = [dict(zip(spots, range(len(spots)), strict=True)) for spots in zip(*self._ways, strict=True)]
+        out = self._random.sample(range(len(self._ways)), self._random.randint(1, min(MOST_OUT, len(self._ways))))
+        ways = list(self._ways)
+        self._take_out(out, ways)
+        again: list[int] = []  # robots with new ways
         for robot in out:
-            way = self._way(self._tables[robot], ways[robot], others)
+            way = self._way(self._tables[robot], ways[robot])
             if way is None:
-                return None
+                break
             ways[robot] = way
-            others.append(way)
+            self._put_in([robot], ways)
+            again.append(robot)
+        good = len(again) == len(out) and not any(self._closes_a_ring(robot, ways) for robot in out)
+        self._take_out(again, ways)
+        self._put_in(out, self._ways)
+        if not good:
+            return None
         plan = list(zip(*ways, strict=True))
         while len(plan) > 1 and plan[-1] == plan[-2]:
             plan.pop()
-        return plan if not any(_turns_a_ring(a, b) for a, b in pairwise(plan)) else None
+        return plan
 
-    def _way(self, table: Sequence[int], old: Sequence[int], others: Sequence[Sequence[int]]) -> list[int] | None:
+    def _put_in(self, robots: Iterable[int], ways: Sequence[Sequence[int]]) -> None:
+        for robot in robots:
+            for taken, cell in zip(self._at, ways[robot], strict=True):
+                taken[cell] = robot
+
+    def _take_out(self, robots: Iterable[int], ways: Sequence[Sequence[int]]) -> None:
+        for robot in robots:
+            for taken, cell in zip(self._at, ways[robot], strict=True):
+                del taken[cell]
+
+    def _closes_a_ring(self, robot: int, ways: Sequence[Sequence[int]]) -> bool:
+        """Return True if robots, this one among them, move into each other's cells: each would wait for the next."""
+        for time, (cell, other) in enumerate(pairwise(ways[robot])):
+            at, here = self._at[time], cell
+            while other != here and other in at:  # somebody is there, and moves on in the same step
+                here, other = other, ways[at[other]][time + 1]
+                if other == cell:
+                    return True
+        return False
+
+    def _way(self, table: Sequence[int], old: Sequence[int]) -> list[int] | None:
         """Return a quickest way past the others, a cell per time step, from the old start to the old end, or None."""
+        at = self._at
         start, goal, end = old[0], old[-1], len(old) - 1
-        at = [dict(zip(spots, range(len(spots)), strict=True)) for spots in zip(*others, strict=True)]
-        at = at or [{} for _ in old]
         free_from = 1 + max((time for time, taken in enumerate(at) if goal in taken), default=-1)
         offset, random = table[goal], self._random.random
         first = (0, start, start)
@@ -89,16 +122,3 @@ def _back(came: dict[State, State], state: State) -> list[int]:
         state = came[state]
         way.append(state[1])
     return way[::-1]
-
-
-def _turns_a_ring(old: Iterable[int], new: Iterable[int]) -> bool:
-    """Return True if robots move into each other's cells in a ring: each would wait for the next forever."""
-    moves = {a: b for a, b in zip(old, new, strict=True) if a != b}
-    for start in moves:
-        cell, seen = start, set[int]()
-        while cell in moves and cell not in seen:
-            seen.add(cell)
-            cell = moves[cell]
-        if cell in seen:
-            return True
-    return False

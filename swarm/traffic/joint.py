@@ -149,7 +149,7 @@ class JointPlanning:
     def _go(self, to: Call) -> None:
         """Enter a state; the robot never takes part again in a call that it has left."""
         if not isinstance(self.call, Free) and (isinstance(to, Free) or to.epoch != self.call.epoch):
-            self.part.spent.add(self.call.epoch)
+            self.part.spent[self.call.epoch.leader] = self.call.epoch.tick
         self.call = to
 
     def _stand_for_nobody(self) -> Free:

@@ -17,7 +17,8 @@ from random import Random
 from typing import Final
 
 from swarm.traffic.best_first import BestFirst
-from swarm.traffic.dependencies import Order, duration, order_of
+from swarm.traffic.dependencies import Order, order_of
+from swarm.traffic.duration import duration
 from swarm.traffic.improving import Improving
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Configuration, Joined, Tables, Ties
@@ -32,7 +33,7 @@ FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after w
 BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
 
 
-Plan = tuple[tuple[float, float], Steps, Order]  # last arrival and sum of arrivals; steps; order
+Plan = tuple[tuple[float, float], Steps]  # last arrival and sum of arrivals; steps
 
 
 class Outcome(Enum):
@@ -96,6 +97,7 @@ class JointSearch:
         self._search: Search | None = None
         self._pairs = list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
+        self._improver: Improving | None = None
         self._improving = 0  # expansions that changes of the plan have cost
         self._fruitless = 0  # changes since the plan last became quicker
         self._least = 0  # expansions of the cheapest plan so far
@@ -209,11 +211,10 @@ class JointSearch:
     def _take(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
         steps = without_detours(found)
-        order = order_of(steps)
-        judged = duration(order)
+        judged = duration(steps)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
-            self._best = (judged, steps, order)
+            self._best = (judged, steps)
         self._search = None
 
     def _improve(self, best: Plan) -> int:
@@ -223,19 +224,19 @@ class JointSearch:
             self._finish(Outcome.SOLVED)
             return 0
         self._fruitless += 1
-        improving = Improving(neighbours, tables, self._random)
+        improving = self._improver = self._improver or Improving(neighbours, tables, self._random)
+        before = improving.pops
         steps = improving.changed(best[1])
         if steps is not None:
-            order = order_of(steps)
-            judged = duration(order)
+            judged = duration(steps)
             if judged < best[0]:
                 self._fruitless = 0
             if judged <= best[0]:
-                self._best = (judged, steps, order)
-        spent = 1 + POP * improving.pops // len(starts)
+                self._best = (judged, steps)
+        spent = 1 + POP * (improving.pops - before) // len(starts)
         self._improving += spent
         return spent
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
-        steps, order = (self._best[1], self._best[2]) if self._best else ([], None)
-        self.result = Result(outcome, steps, order, who, self._spent)
+        steps = self._best[1] if self._best else []
+        self.result = Result(outcome, steps, order_of(steps) if steps else None, who, self._spent)

@@ -49,7 +49,7 @@ class PeerRecords:
         self.me = me
         self.others: dict[str, Record] = {}  # in the order of their ids
         self._live = NOBODY
-        self._news = False  # a record was taken since ``others`` was made
+        self._news: list[Record] = []  # taken since ``others`` was made
         self._known: dict[str, Known] = {}
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each robot itself
         self._told: dict[tuple[str, str], int] = {}
@@ -64,14 +64,15 @@ class PeerRecords:
         refused: list[Event] = []
         for broadcast in broadcasts:
             self._hear_one(tick, broadcast, refused)
-        if len(self.others) != len(self._known):
+        surmises, new = self._surmises, len(self.others) != len(self._known)
+        if new:
             self._known = dict(sorted(self._known.items()))
-        if self._news or self._surmises:
-            self._news = False
-            self.others = {robot: known.record for robot, known in self._known.items()}
-            if self._surmises:
-                self.others = {robot: self._as_known(record, tick) for robot, record in self.others.items()}
-            self._live = NOBODY
+        if new or surmises:
+            self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+        else:
+            self.others.update([(record.robot, record) for record in self._news])
+        if self._news or surmises:
+            self._news, self._live = [], NOBODY
         self._live = self._live_at(tick)
         return refused
 
@@ -149,13 +150,15 @@ class PeerRecords:
                 self._relaying.met(tick)
             self._direct[own.robot] = own.stamp
         self._merge(tick, own, 1, refused)
-        for hops, record in broadcast.others:
-            if record.robot == self.me or hops > self._settings.hops:
+        most, latest, everybody = self._settings.hops, tick + SKEW, self._known
+        for hops, record in broadcast.others:  # hundreds in a tick, if many robots are close together: mostly old news
+            robot, stamp = record.robot, record.stamp
+            if robot == self.me or hops > most:
                 continue
-            if record.stamp <= tick + SKEW:
+            if stamp <= latest:
                 self._relaying.hear(own.robot, record)
-            known = self._known.get(record.robot)
-            if known is None or hops + 1 < known.hops or known.record is not record:
+            known = everybody.get(robot)
+            if known is None or (stamp >= known.record.stamp and (known.record is not record or hops + 1 < known.hops)):
                 self._merge(tick, record, hops + 1, refused)
 
     def _merge(self, tick: int, record: Record, hops: int, refused: list[Event]) -> None:
@@ -172,7 +175,7 @@ class PeerRecords:
         fault = self._fault(tick, record, known.record if known else None)
         if fault is None:
             self._known[record.robot] = Known(record, hops)
-            self._news = True
+            self._news.append(record)
         else:
             self._name(tick, record.robot, fault, refused)
 

@@ -149,8 +149,8 @@ def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str
 def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
     """Return the cells in which bodies of silent robots are likely to be."""
     if round_ is not Round.MIDDLES:
-        return situation.bodies
-    return situation.bodies & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
+        return situation.bodies()
+    return situation.bodies() & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
 
 
 def _strangers(

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from swarm.messages.traffic import Record, Relayed
+from swarm.traffic.hearing import missed
 from swarm.traffic.settings import TrafficSettings
 
 ENOUGH: Final = 2  # others that have relayed a record, after which I need not
@@ -53,7 +54,10 @@ class Relaying:
 
     def hear(self, relayer: str, record: Record) -> None:
         """Record that another robot has relayed a record."""
-        self._echoes.setdefault(record.robot, {})[relayer] = record.stamp
+        echoes = self._echoes.get(record.robot)
+        if echoes is None:
+            echoes = self._echoes[record.robot] = {}
+        echoes[relayer] = record.stamp
 
     def choose(
         self, tick: int, x: float, y: float, known: Mapping[str, Known], *, listens: bool
@@ -81,11 +85,9 @@ class Relaying:
         if len(records) < 2:
             return set()
         places = np.array([(record.x, record.y) for record in records])
-        near = places[np.hypot(places[:, 0] - x, places[:, 1] - y) <= settings.radio_range]
-        if settings.in_sight:
-            return {record.robot for record in records} if len(near) else set()
-        apart = np.hypot(places[:, None, 0] - near[None, :, 0], places[:, None, 1] - near[None, :, 1])
-        return {records[index].robot for index in np.flatnonzero((apart > settings.radio_range - 1.0).any(axis=1))}
+        heard = -1.0 if settings.in_sight else settings.radio_range - 1.0  # m; if walls stop the radio: perhaps nobody
+        found = missed(places, x, y, settings.radio_range, heard).tolist()
+        return {record.robot for record, hidden in zip(records, found, strict=True) if hidden}
 
     def _is_due(self, tick: int, record: Record, *, silent: bool, welcome: bool) -> bool:
         """Return True if a record is to be relayed now, and others have not just done it."""
@@ -104,7 +106,7 @@ class Relaying:
         """Return True if enough others have relayed a record of the tick ``oldest`` or later; not twice running."""
         last = self._turns.get(record.robot, NO_TURN)
         echoes = self._echoes.get(record.robot, {})
-        if last.held_back or sum(stamp >= oldest for stamp in echoes.values()) < ENOUGH:
+        if last.held_back or [stamp >= oldest for stamp in echoes.values()].count(True) < ENOUGH:
             return False
         self._turns[record.robot] = Turn(tick, record, held_back=True)
         return True

@@ -24,15 +24,18 @@ def room_beside(
 
     Without a threat, a robot in its head cell asks for none: it has no cell ahead to drive to.
     """
-    held = {cell for one in fresh.values() for cell in one.held}
     if threats:
+        held = {cell for one in fresh.values() for cell in one.held}
         return tuple([cell for cell in _away(threats, inputs.pose, cells) if cell not in held])
     if not inputs.sweeps or progress.place(cells.cell_of(*inputs.pose[:2])) >= len(progress.reservations.held) - 1:
         return ()
-    needed = held | {k for one in fresh.values() for k in (*one.ahead, *[claim.cell for claim in one.claims])}
     way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
-    across = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}
-    return tuple([cell for cell in inputs.sweeps if cell in across and cell not in needed])
+    wanted = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}.intersection(inputs.sweeps)
+    for one in fresh.values():
+        wanted.difference_update(one.held, one.ahead)
+        if one.claims:
+            wanted.difference_update([claim.cell for claim in one.claims])
+    return tuple([cell for cell in inputs.sweeps if cell in wanted])
 
 
 def _away(threats: tuple[Threat, ...], pose: Pose, cells: CellMap) -> list[int]:

@@ -1,6 +1,6 @@
 """What one robot knows of traffic in one step."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from swarm.messages.traffic import Record
@@ -21,4 +21,4 @@ class Situation(NamedTuple):
     fresh: Mapping[str, Record]
     done: bool = False  # it has no stop left
     wants: int = 0  # tick since which it has had this goal
-    bodies: frozenset[int] = frozenset()  # cells in which silent robots were last heard, and may still stand
+    bodies: Callable[[], frozenset[int]] = frozenset  # cells in which silent robots were last heard, and may stand

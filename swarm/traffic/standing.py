@@ -14,7 +14,7 @@ def called(part: Part, call: Call, situation: Situation) -> Move | None:
         for robot, record in situation.fresh.items()
         if record.collect is not None and part.me in record.collect.members and record.collect.epoch.leader == robot
     ]
-    calls = [epoch for epoch in calls if epoch not in part.spent]
+    calls = [epoch for epoch in calls if epoch.tick > part.spent.get(epoch.leader, -1)]
     if not calls:
         return None
     lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))

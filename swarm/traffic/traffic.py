@@ -7,6 +7,7 @@ is pure: no clock, no I/O, no randomness of its own.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from msgspec.structs import replace
 
@@ -227,7 +228,7 @@ class Traffic:
             fresh=fresh,
             done=inputs.done,
             wants=self._goal.since,
-            bodies=self._lookout.remembered(self._peers.fallen_silent(inputs.tick)),
+            bodies=partial(self._lookout.remembered, self._peers.fallen_silent(inputs.tick)),
         )
 
     def _find_way(

@@ -72,18 +72,16 @@ class Watch:
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
     def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
-        named = [seen.held for seen in robots.values()]
-        if sum(map(len, named)) == len(frozenset().union(*named)):
-            return []
-        held = {robot: frozenset(seen.held) for robot, seen in robots.items()}
-        owners: dict[int, list[str]] = {}
-        for robot, cells in held.items():
-            for cell in cells:
-                owners.setdefault(cell, []).append(robot)
+        owner: dict[int, str] = {}
+        owners: dict[int, set[str]] = {}  # of cells that several robots hold
+        for robot, seen in robots.items():
+            for cell in seen.held:
+                first = owner.setdefault(cell, robot)
+                if first != robot:
+                    owners.setdefault(cell, {first}).add(robot)
         shared: dict[tuple[str, ...], list[int]] = {}
         for cell, names in sorted(owners.items()):
-            if len(names) > 1:
-                shared.setdefault(tuple(sorted(names)), []).append(cell)
+            shared.setdefault(tuple(sorted(names)), []).append(cell)
         return [("overlap", names, tuple(where)) for names, where in shared.items()]
 
     def _outside(self, robots: Mapping[str, Seen]) -> list[Found]:

@@ -1,12 +1,14 @@
 """Real Zenoh sessions through a router in this process: what one bus sends, the other receives, checked."""
 
+import ctypes
+
 import pytest
 import zenoh
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.bus import session as module
 from swarm.bus.codec import encode
-from swarm.bus.settings import client
+from swarm.bus.settings import COMMON, client
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import (
     ACTION,
@@ -195,7 +197,7 @@ def test_a_question_is_accepted_or_refused_with_the_reason(make_bus: MakeBus) ->
 
 def test_a_question_that_nobody_answers_says_so(make_bus: MakeBus) -> None:
     with pytest.raises(PeerError, match="world/join: expected an answer, got none; is that process running"):
-        make_bus().ask(JOIN, Join(robot=None), timeout=2.0)
+        make_bus().ask(JOIN, Join(robot=None, session="s", world=None), timeout=2.0)
 
 
 def test_a_malformed_question_is_refused_and_never_seen(make_bus: MakeBus, endpoint: Endpoint) -> None:
@@ -359,3 +361,24 @@ def test_the_link_is_told_when_the_router_goes(monkeypatch: pytest.MonkeyPatch) 
         over.set()
         thread.join()
         assert next_of(bus, Link) == Link(up=False)
+
+
+def held(seconds: float) -> None:
+    """Keep Python's lock for a time, as compiled code does that computes for long."""
+    ctypes.PyDLL(None).usleep(round(1e6 * seconds))
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_computation_longer_than_the_lease_ends_no_session(make_bus: MakeBus, quiet: bool) -> None:
+    """The thread of Zenoh's that reads from the network must not wait for Python: the others would call us gone."""
+    here, there = make_bus(), make_bus()
+    there.listen(RADIO, quiet=quiet)
+    settle(here, there)
+    here.watch_presence("robot")
+    there.announce("robot", "r1")
+    assert next_of(here, Presence) == Presence("robot", "r1", there.id, alive=True)
+    for tick in range(1000):
+        here.send(RADIO, broadcast("r1", tick), sure=True, zx=0, zy=0, robot="r1")
+    held(1.8 * COMMON["transport/link/tx/lease"] / 1000)
+    assert here.receive(QUIET) is None
+    assert not isinstance(there.receive(QUIET), Link)

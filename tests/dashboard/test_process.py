@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
 import pytest
 
 from dashboard import process
@@ -81,10 +82,16 @@ def test_told_to_stop_it_finishes_the_file(endpoint: Endpoint, tmp_path: Path) -
             address = running.stdout.readline().split()[-1]
             with urllib.request.urlopen(address, timeout=10) as page:
                 assert b"rerun" in page.read().lower()
+            family = [psutil.Process(running.pid), *psutil.Process(running.pid).children(recursive=True)]
+            listening = {
+                one.laddr.ip for process in family for one in process.net_connections() if one.status == "LISTEN"
+            }
+            assert listening == {"127.0.0.1"}
             for tick in range(201):
                 world.send(rehearsal, tick)
             running.send_signal(signal.SIGTERM)
             assert ended(running)[0] == 0
+            assert not [process for process in family if process.is_running()], "the page's server is left"
             arrived = bus.receive(timeout=10)
             while not (isinstance(arrived, Presence) and arrived.role == "dashboard" and not arrived.alive):
                 assert arrived is not None, "the dashboard's token stayed"
@@ -136,5 +143,18 @@ def test_what_cannot_be_done_is_said(endpoint: Endpoint, arguments: list[str], e
 
 def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process, "viewer_program", lambda: None)
-    with pytest.raises(ConfigError, match="use --dashboard web"):
+    with pytest.raises(ConfigError, match="install rerun-sdk, or run without"):
         process.run(endpoint, "test", "viewer")
+
+
+def test_a_killed_dashboard_leaves_no_page_behind(endpoint: Endpoint) -> None:
+    with Bus(endpoint, "test") as bus:
+        World(bus, Rehearsal(2)).serve()
+        with dashboard(endpoint, "--web") as running:
+            wait_for_dashboard(bus)
+            page = psutil.Process(running.pid).children()
+            assert page
+            running.kill()
+            gone, alive = psutil.wait_procs(page, timeout=30)
+        assert gone
+        assert not alive

@@ -173,6 +173,11 @@ def test_few_events_are_kept() -> None:
     assert [each.tick for each in progress.events] == list(range(5, EVENTS_KEPT + 5))
 
 
+def test_what_a_world_tells_again_that_goes_on_from_its_snapshot_counts_once() -> None:
+    progress = folded(clock(), *(event(tick) for tick in (3, 4, 3, 4, 5)))
+    assert [each.tick for each in progress.events] == [3, 4, 5]
+
+
 @pytest.mark.parametrize(
     ("changed", "expected"),
     [

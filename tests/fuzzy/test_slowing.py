@@ -92,6 +92,7 @@ def test_the_seconds_ahead_are_worked_out_with_the_same_speeds() -> None:
     lengths = []
     for right in (1.6, 0.6):
         sense = Sense(
+        world="local",
             run=0, tick=0, time=0.0, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
             left=1.6, front=1.6, right=right, bearings=[], hears=[], rays=[],
         )  # fmt: skip

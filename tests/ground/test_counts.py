@@ -26,6 +26,7 @@ def ground(rays: int = 1, noise: float = 0.0) -> Ground:
 
 def sense(read: list[float], pose: Pose = HERE) -> Sense:
     return Sense(
+        world="local",
         run=0, tick=0, time=0.0, lockstep=True, x=pose.x, y=pose.y, yaw=pose.yaw, linear=0.0, angular=0.0,
         left=1.6, front=1.6, right=1.6, bearings=[], hears=[], rays=read,
     )  # fmt: skip

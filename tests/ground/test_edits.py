@@ -172,8 +172,18 @@ def test_an_edit_is_refused_whole_or_done(name: str) -> None:
 
 def test_walls_under_a_robot_can_only_be_taken_away() -> None:
     world = Simulation.of(two_doors(), 1, 1).world
-    world.edit(edit(Kind.FREE, ((2.0, 6.0), (3.0, 7.0))))
+    assert not world.edit(edit(Kind.FREE, ((2.0, 6.0), (3.0, 7.0)))), "the floor is free there"
+    assert world.edits == 0
+
+
+def test_an_edit_that_changes_nothing_is_none() -> None:
+    """No robot makes a new plan for it."""
+    world = Simulation.of(two_doors(), 1, 1).world
+    wall = edit(Kind.WALL, ((8.0, 1.0), (9.0, 2.0)))
+    assert [world.edit(wall) for _ in range(3)] == [True, False, False]
     assert world.edits == 1
+    (sense,) = world.senses(lockstep=True).values()
+    assert sense.edits == [wall]
 
 
 @given(st.tuples(*[st.floats(-2.0, 14.0)] * 4))

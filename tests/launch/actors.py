@@ -6,9 +6,10 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from queue import Empty, Queue
+from threading import Event as Flag
 from threading import Thread
 from types import TracebackType
 from typing import Any, Final, Self
@@ -16,7 +17,9 @@ from typing import Any, Final, Self
 import psutil
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
-from swarm.messages import CLOCK, EVENT, Clock, Event, Phase
+from swarm.messages import CLOCK, EVENT, SENSE, Clock, Event, Phase, Sense
+from swarm.scenario.load import Scenario
+from world.simulate import Simulation
 
 PATIENCE: Final = 40.0  # s; the longest that anything here is waited for before the test fails
 FAREWELL: Final = 20.0  # s; the same for processes that were told to end
@@ -41,16 +44,41 @@ limit: 300
 """
 
 
+HOW_IT_RAN: Final = {"wall_time", "real_time_factor", "robots_per_process"}
+
+
+def in_process(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
+    """Return the report of the same run without processes."""
+    return Simulation.of(scenario, robots, seed).run()
+
+
+def assert_the_same_run(report: dict[str, Any], expected: dict[str, Any]) -> None:
+    """Check that two reports are of one run."""
+    for name in expected.keys() - HOW_IT_RAN:
+        assert report[name] == expected[name], name
+    assert report.keys() == expected.keys()
+
+
+def as_started() -> None:
+    """Heed the signals that a shell lets a job in the background ignore: so does whoever runs these tests there."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class Command:
     """One running `swarm` command; its lines are read as they come."""
 
-    def __init__(self, *arguments: str, runtime: Path) -> None:
+    def __init__(
+        self, *arguments: str, runtime: Path, files: int = 0, file_size: int = 0, warnings: str = "error"
+    ) -> None:
+        limits = [f"ulimit -n {files};"] * bool(files) + [f"ulimit -f {file_size // 512};"] * bool(file_size)
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "swarm.cli", *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-            env=os.environ | {"XDG_RUNTIME_DIR": str(runtime), "PYTHONWARNINGS": "error", "COLUMNS": "400"},
+            ["sh", "-c", " ".join([*limits, 'exec "$0" "$@"']), sys.executable, "-m", "swarm.cli", *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=as_started,
+            env=os.environ | {"XDG_RUNTIME_DIR": str(runtime), "PYTHONWARNINGS": warnings, "COLUMNS": "400"},
         )  # fmt: skip
         self.lines: list[str] = []
+        self._deaf = Flag()
         self._queue: Queue[str | None] = Queue()
         self._reader = Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -60,7 +88,15 @@ class Command:
         assert self.process.stdout is not None
         for line in self.process.stdout:
             self._queue.put(line.rstrip("\n"))
+            if self._deaf.is_set():
+                self.process.stdout.close()
+                break
         self._queue.put(None)
+
+    def read_no_more(self) -> None:
+        """Close this end of its output after its next line."""
+        self._deaf.set()
+        self._reader.join(PATIENCE)
 
     @property
     def text(self) -> str:
@@ -79,7 +115,10 @@ class Command:
             if part in line:
                 return line
         while True:
-            got = self._queue.get(timeout=PATIENCE)
+            try:
+                got = self._queue.get(timeout=PATIENCE)
+            except Empty:
+                raise AssertionError(f"it does not say {part!r}:\n" + "\n".join(self.lines)) from None
             assert got is not None, f"it ended without saying {part!r}:\n" + "\n".join(self.lines)
             self.lines.append(got)
             if part in got:
@@ -92,9 +131,29 @@ class Command:
     def member(self, name: str) -> psutil.Process:
         """Find the process of the fleet that writes the log ``name``.log."""
         for process in psutil.Process(self.process.pid).children(recursive=True):
-            if any(file.path.endswith(f"/{name}.log") for file in process.open_files()):
+            if self.is_log_of(process, name):
                 return process
         raise AssertionError(f"no process of {name}")
+
+    def await_member(self, name: str) -> psutil.Process:
+        """Wait until a process of the fleet has begun to write its log."""
+        for _ in range(round(PATIENCE / 0.05)):
+            with suppress(AssertionError, psutil.NoSuchProcess):
+                return self.member(name)
+            self.process.poll()
+            Flag().wait(0.05)
+        raise AssertionError(f"no process of {name}")
+
+    def is_log_of(self, process: psutil.Process, name: str) -> bool:
+        """Return True if a process writes the log ``name``.log."""
+        return any(file.path.endswith(f"/{name}.log") for file in process.open_files())
+
+    def fork_server(self) -> psutil.Process:
+        """Find the server that the fleet's processes are forked from."""
+        for process in psutil.Process(self.process.pid).children():
+            if any("forkserver" in word for word in process.cmdline()):
+                return process
+        raise AssertionError("no fork server")
 
     def end(self) -> int:
         """Wait for its end and give the exit status; a mission in real time takes longer than any step of it."""
@@ -132,15 +191,25 @@ class Command:
 class Fleet(Command):
     """`swarm run`, with a bus on its wire."""
 
-    def __init__(self, scenario: Path, *arguments: str, runtime: Path, robots: int = 2, report: str = "r.json") -> None:
+    def __init__(
+        self,
+        scenario: Path,
+        *arguments: str,
+        runtime: Path,
+        robots: int = 2,
+        report: str = "r.json",
+        file_size: int = 0,
+        keys: Path | None = None,
+    ) -> None:
         self.report_file = runtime / report
+        secure = () if keys is None else ("--secure", str(keys))
         super().__init__(
             "run", str(scenario), "--robots", str(robots), "--dashboard", "off", "--report", str(self.report_file),
-            *arguments, runtime=runtime,
+            *secure, *arguments, runtime=runtime, file_size=file_size,
         )  # fmt: skip
         self.robots = robots
         words = self.await_line("fleet ").split()
-        self.name, self.endpoint = words[1].rstrip(":"), Endpoint.parse(words[-1])
+        self.name, self.endpoint = words[1].rstrip(":"), Endpoint.parse(words[-1], keys, "watcher")
 
     @contextmanager
     def bus(self) -> Iterator[Bus]:
@@ -173,6 +242,16 @@ def await_clock(bus: Bus, fits: Callable[[Clock], bool]) -> Clock:
         assert arrived is not None, "the world tells no clock that fits"
         if isinstance(arrived, Arrival) and isinstance(arrived.message, Clock) and fits(arrived.message):
             return arrived.message
+
+
+def await_tick(bus: Bus, tick: int) -> int:
+    """Wait until the world tells r1 what it senses at a tick or a later one; return that tick."""
+    bus.listen(SENSE, robot="r1")
+    while True:
+        arrived = bus.receive(PATIENCE)
+        assert arrived is not None, "the clock stands"
+        if isinstance(arrived, Arrival) and isinstance(arrived.message, Sense) and arrived.message.tick >= tick:
+            return arrived.message.tick
 
 
 def await_phase(bus: Bus, phase: Phase) -> Clock:

@@ -1,9 +1,16 @@
 """The last lines of `swarm run`."""
 
+import json
+import os
+import resource
 from pathlib import Path
 from typing import Any
 
-from swarm.launch.run import closing_lines
+import pytest
+
+from dashboard.mode import FOOTER
+from swarm.errors import ConfigError
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
@@ -11,12 +18,13 @@ SUMMARY: dict[str, Any] = {
     "complete": True, "reason": "", "sim_time": 104.25, "wall_time": 2.0, "real_time_factor": 52.125,
     "late_commands": 3, "robots_per_process": 1, "contacts": {"robot": 0, "wall": 1, "obstacle": 0}, "clearance_min": 0.1234,
     "steering": {"angle": {"tables": 0.916, "turned": 0.084}},
-    "per_robot": {"r1": {"reached": [12.3, None], "path_length": 50.04, "waiting": 1.5}},
+    "per_robot": {"r1": {"reached": [12.3, None], "laps": 0, "path_length": 50.04, "waiting": 1.5}},
 }  # fmt: skip
+WHOLE = b"RRF2 chunks" + FOOTER + b"\1\0\0"
 
 
 def test_how_it_went_is_said_in_words() -> None:
-    assert closing_lines(SUMMARY, None) == [
+    assert closing_lines(SUMMARY, []) == [
         "complete",
         "  simulated 104.2 s in 2.0 s (52.1 x real time), 3 late commands",
         "  contacts: 0 robot, 1 wall, 0 obstacle; smallest gap 0.12 m; the fuzzy tables steered 92% of all turning",
@@ -24,26 +32,95 @@ def test_how_it_went_is_said_in_words() -> None:
     ]
 
 
-def test_what_went_wrong_comes_first_and_a_recording_last(tmp_path: Path) -> None:
-    record = tmp_path / "run.rrd"
-    record.touch()
-    lines = closing_lines(SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None}, record)
+def test_what_went_wrong_comes_first_and_recordings_last() -> None:
+    wrong = SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None, "lost": ["r2", "r3-r4"]}
+    lines = closing_lines(wrong, ["recorded: run.rrd"])
     assert lines[0] == "not complete: r1 stands"
     assert "smallest gap none;" in lines[2]
-    assert lines[-1] == f"  recorded: {record}  (open it with: rerun {record})"
+    assert lines[-2:] == [
+        "  lost: r2, r3-r4 stayed away, or crashed too often to be started again",
+        "  recorded: run.rrd",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("written", "starts", "said"),
+    [
+        ({}, 1, ["not recorded: {0}/run.rrd was not written"]),
+        ({"run.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd  (open it with: rerun {0}/run.rrd)"]),
+        ({"run.rrd": WHOLE[:-9]}, 1, ["recorded in part: {0}/run.rrd is cut"]),
+        ({"run.rrd": b"", "run.2.rrd": WHOLE}, 2, ["recorded in part: {0}/run.rrd is cut", "recorded: {0}/run.2.rrd"]),
+        ({"run.rrd": WHOLE, "run.2.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd"]),
+        ({"run.rrd": WHOLE, "run-run2.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd", "recorded: {0}/run-run2.rrd"]),
+    ],
+)
+def test_every_recording_of_the_run_is_said_and_what_a_cut_one_lacks(
+    tmp_path: Path, written: dict[str, bytes], starts: int, said: list[str]
+) -> None:
+    since = tmp_path / "card"
+    since.touch()
+    for name, content in written.items():
+        (tmp_path / name).write_bytes(content)
+    lines = told_of_recordings(tmp_path / "run.rrd", starts, since)
+    assert len(lines) == len(said)
+    assert all(line.startswith(expected.format(tmp_path)) for line, expected in zip(lines, said, strict=True))
+
+
+def test_a_recording_of_another_day_is_not_said(tmp_path: Path) -> None:
+    record, since = tmp_path / "run.rrd", tmp_path / "card"
+    record.write_bytes(WHOLE)
+    since.touch()
+    os.utime(record, (0, 0))
+    assert told_of_recordings(record, 1, since) == [f"not recorded: {record} was not written"]
+    assert told_of_recordings(None, 0, since) == []
+
+
+def test_a_report_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "r.json"
+    write_report(path, {"complete": True})
+    assert json.loads(path.read_text()) == {"complete": True}
+    with pytest.raises(ConfigError, match=r"--report /dev/full: expected to write the report, got: No space left"):
+        write_report(Path("/dev/full"), SUMMARY)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, limits[1]))
+    try:
+        with pytest.raises(ConfigError, match="expected to write the report, got: File too large"):
+            write_report(path, SUMMARY)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert json.loads(path.read_text()) == {"complete": True}, "the report of the last run is kept"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("report", "trouble", "reason"),
+    [
+        (None, "", "the world ended without a report"),
+        (None, "router ended", "router ended"),
+        ("{", "router ended", "router ended"),
+        ('{"complete": false, "reason": "interrupted"}', "router ended", "router ended"),
+        ('{"complete": false, "reason": "time limit"}', "r1 was started again", "time limit"),
+    ],
+)
+def test_the_summary_says_why_a_run_ended(tmp_path: Path, report: str | None, trouble: str, reason: str) -> None:
+    path = tmp_path / "report.json"
+    if report is not None:
+        path.write_text(report)
+    assert summary_of(path, {"robots": 2}, trouble, [])["reason"] == reason
+    assert summary_of(path, {"robots": 2}, trouble, ["r2"])["lost"] == ["r2"]
 
 
 def test_a_world_that_ended_without_a_report_leaves_its_reason() -> None:
-    assert closing_lines({"complete": False, "reason": "world ended with status 2"}, None) == [
+    assert closing_lines({"complete": False, "reason": "world ended with status 2"}, []) == [
         "not complete: world ended with status 2"
     ]
 
 
 def test_robots_that_shared_a_process_are_said() -> None:
-    lines = closing_lines(SUMMARY | {"robots_per_process": 8}, None)
+    lines = closing_lines(SUMMARY | {"robots_per_process": 8}, [])
     assert lines[3] == "  not a process for each robot: up to 8 robots shared one"
     assert lines[4].startswith("  r1: ")
 
 
 def test_a_report_has_all_that_is_said(paper: Scenario) -> None:
-    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), None)) == 6
+    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), [])) == 6

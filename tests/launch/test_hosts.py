@@ -18,17 +18,10 @@ from swarm.cli import main
 from swarm.messages import CLOCK, Broadcast, Phase
 from swarm.scenario.load import load
 from tests.conftest import MakeBus
-from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_phase, await_presence
+from tests.launch.actors import Command, Fleet, await_clock, await_phase, await_presence
 from world.simulate import Simulation
 
 pytestmark = pytest.mark.processes
-
-
-@pytest.fixture
-def small(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "small.yaml"
-    path.write_text(SMALL)
-    return path
 
 
 @pytest.fixture
@@ -48,17 +41,16 @@ def test_robots_join_late_one_by_one_and_a_third_finds_no_place(
     await_presence(bus, "world", alive=True)
     with Command("robot", *wire, runtime=tmp_runtime), Command("robot", *wire, runtime=tmp_runtime) as second:
         await_phase(bus, Phase.RUNNING)
-        with Command("robot", *wire, runtime=tmp_runtime) as third:
-            assert third.end() == 2
-            third.await_line("all 2 places are taken")
-        with Command("robot", "--id", "r1", *wire, runtime=tmp_runtime) as twin:
-            assert twin.end() == 2
-            assert twin.await_line("is here already") == (
-                "swarm: world/join: robot 'r1' is here already; stop that one first, or join without a name"
-            )
-        with Command("robot", "--id", "r9", *wire, runtime=tmp_runtime) as stranger:
-            assert stranger.end() == 2
-            stranger.await_line("expected one of r1, r2, got 'r9'")
+        for name, reason in (
+            ([], "a robot: world/join: all 2 places are taken; start the world with more robots"),
+            (["--id", "r1"], "robot 'r1' is here already; stop that one first, or join without a name"),
+            (["--id", "r9"], "expected one of r1, r2, got 'r9'"),
+        ):
+            with Command("robot", *name, *wire, runtime=tmp_runtime) as third:
+                assert third.await_line(reason).endswith("; it asks again and again")
+                third.process.send_signal(signal.SIGTERM)
+                assert third.end() == 0
+                assert third.text.count(reason) == 1, "each reason is told once"
 
         assert main(["status", *wire]) == 0
         status = json.loads(capsys.readouterr().out)

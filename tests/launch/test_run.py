@@ -2,7 +2,6 @@
 
 import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -10,31 +9,18 @@ from swarm.bus import Arrival
 from swarm.cli import main
 from swarm.messages import EVENT, Phase
 from swarm.scenario.load import Scenario, load
-from tests.launch.actors import SMALL, Fleet, await_clock, await_event, await_phase
+from tests.launch.actors import (
+    SMALL,
+    Fleet,
+    assert_the_same_run,
+    await_clock,
+    await_event,
+    await_phase,
+    in_process,
+)
 from tests.shared import PAPER
-from world.simulate import Simulation
 
 pytestmark = pytest.mark.processes
-
-
-@pytest.fixture
-def small(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "small.yaml"
-    path.write_text(SMALL)
-    return path
-
-
-def in_process(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
-    return Simulation.of(scenario, robots, seed).run()
-
-
-HOW_IT_RAN = {"wall_time", "real_time_factor", "robots_per_process"}
-
-
-def assert_the_same_run(report: dict[str, Any], expected: dict[str, Any]) -> None:
-    for name in expected.keys() - HOW_IT_RAN:
-        assert report[name] == expected[name], name
-    assert report.keys() == expected.keys()
 
 
 def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_drive(
@@ -157,7 +143,7 @@ def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path)
     assert "silent" not in kinds
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_everything_and_the_report_says_interrupted(
     small: Path, tmp_runtime: Path, number: signal.Signals
 ) -> None:
@@ -212,8 +198,8 @@ def test_a_killed_robot_is_named_and_started_again_and_the_mission_completes(sma
         fleet.assert_nobody_is_left()
 
 
-def test_a_robot_that_is_killed_again_and_again_ends_the_run_with_its_name(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+def test_a_robot_that_is_killed_again_and_again_is_lost_and_the_others_finish(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "4", "--limit", "90", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         for kill in range(4):
             fleet.member("r2").kill()
@@ -226,19 +212,45 @@ def test_a_robot_that_is_killed_again_and_again_ends_the_run_with_its_name(small
                     if getattr(arrived, "id", "") == "r2" and getattr(arrived, "alive", False):
                         break
         assert fleet.end() == 1, fleet.text
-        assert "r2 was ended by signal 9; the run ends" in fleet.text
-        assert "r2" in fleet.report()["reason"]
+        assert "r2 was ended by signal 9; it is lost, after 3 restarts within 60 s; the run goes on" in fleet.text
+        assert "lost: r2" in fleet.text
+        report = fleet.report()
+        assert report["lost"] == ["r2"]
+        assert None not in report["per_robot"]["r1"]["reached"]
+        assert "r2" in report["reason"]
         fleet.assert_nobody_is_left()
 
 
-def test_a_killed_world_ends_the_run(small: Path, tmp_runtime: Path) -> None:
+def test_a_router_that_is_killed_again_and_again_ends_the_run_with_a_sentence(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
-        fleet.member("world").kill()
+        for kill in range(4):
+            fleet.await_member("router").kill()
+            if kill < 3:
+                fleet.await_line("router was ended by signal 9; started again")
+                fleet.lines.clear()
         assert fleet.end() == 1, fleet.text
-        assert "world was ended by signal 9; the run ends" in fleet.text
-        assert fleet.report()["reason"] == "world was ended by signal 9; the run ends"
+        assert fleet.report()["reason"] == "router was ended by signal 9; the run ends"
+        assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
+
+
+@pytest.mark.parametrize("pace", ["5", "max"])
+def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Path, pace: str) -> None:
+    """Those that run are watched without it; a new one forks the robot that is killed afterwards."""
+    with Fleet(small, "--pace", pace, "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_clock(bus, lambda clock: len(clock.present) == 2)
+        fleet.fork_server().kill()
+        assert main(["go"]) == 0
+        await_event(bus, lambda event: event.kind == "reached")
+        next(process for process in fleet.family if process.is_running() and fleet.is_log_of(process, "r1")).kill()
+        assert fleet.end() == 0, fleet.text
+        assert "r1 was ended by signal 9; started again" in fleet.text
+        assert fleet.text.count(" was ended by ") == 1
+        assert fleet.report()["complete"]
         fleet.assert_nobody_is_left()
+    assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
 
 
 def test_a_killed_router_is_started_again_and_the_mission_completes(small: Path, tmp_runtime: Path) -> None:

@@ -89,7 +89,7 @@ def test_what_is_wrong_with_a_row_is_said(text: str, sentence: str) -> None:
 def test_files_are_found_by_their_suffix(tmp_path: Path) -> None:
     (tmp_path / "small.map").write_bytes(MOVINGAI.encode())
     (tmp_path / "drawn.txt").write_text("#.\n")
-    assert load_map(Path("small.map"), tmp_path, cell=0.5).resolution == 0.5
+    assert load_map(tmp_path / "small.map", cell=0.5).resolution == 0.5
     assert load_map(tmp_path / "drawn.txt", cell=0.25).cells.tolist() == [[WALL, FREE]]
     for name, sentence in (("none.map", "found none"), ("map.pgm", "give its .yaml"), ("map", "expected a map")):
         with pytest.raises(ConfigError, match=sentence):

@@ -138,7 +138,7 @@ def test_what_is_wrong_with_an_image_is_said(content: bytes, sentence: str) -> N
 def test_a_map_lies_right_side_up_at_its_origin(tmp_path: Path) -> None:
     (tmp_path / "map.pgm").write_bytes(P5)
     (tmp_path / "map.yaml").write_text(YAML.replace("0.3]", "0]"))
-    loaded = load_map(Path("map.yaml"), tmp_path)
+    loaded = load_map(tmp_path / "map.yaml")
     assert loaded.cells.tolist() == [[FREE, FREE, WALL], [WALL, UNKNOWN, FREE]]
     assert loaded.at(-10.0 + 0.01, 2.5 + 0.06) == WALL  # the upper left pixel
 
@@ -150,12 +150,12 @@ def test_an_image_outside_the_folder_is_refused(tmp_path: Path) -> None:
     (folder / "below" / "map.pgm").write_bytes(P5)
     (folder / "link.pgm").symlink_to(tmp_path / "map.pgm")
     for name, sentence in (
-        ("../map.pgm", "in the folder of the .yaml"),
-        (str(tmp_path / "map.pgm"), "in the folder of the .yaml"),
-        ("link.pgm", "in the folder of the .yaml"),
+        ("../map.pgm", "in the folder .* or below it"),
+        (str(tmp_path / "map.pgm"), "in the folder .* or below it"),
+        ("link.pgm", "in the folder .* or below it"),
         ("none.pgm", "found none"),
         ("below", "found none"),
-        ('"a\\0b"', "expected a file's name|readable|found none"),
+        ('"a\\0b"', "expected the name of a file"),
     ):
         (folder / "map.yaml").write_text(YAML.replace("map.pgm", name))
         with pytest.raises(ConfigError, match=sentence):

@@ -56,6 +56,7 @@ def sense_of(
     """Make what a body senses; where nothing is given its distance sensors see nothing."""
     twist = DRIVE.twist(body.left, body.right)
     return Sense(
+        world="local",
         run=0, tick=tick, time=tick * DT, lockstep=True, x=body.pose.x, y=body.pose.y, yaw=body.pose.yaw,
         linear=twist.linear, angular=twist.angular, left=left, front=front, right=right, bearings=[None, None],
         hears=[], rays=[],

@@ -24,6 +24,7 @@ def robot(name: str = "r2") -> Robot:
 
 
 FITS: Final = Sense(
+        world="local",
     run=0, tick=7, time=0.35, lockstep=True, x=AT.x, y=AT.y, yaw=AT.yaw, linear=0.0, angular=0.0,
     left=1.6, front=1.6, right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
 )  # fmt: skip

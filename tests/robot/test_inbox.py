@@ -7,7 +7,7 @@ import msgspec
 
 from swarm.bus import Arrival, Bus, Link
 from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic, Welcome
-from swarm.robot.process import Inbox, _join
+from swarm.robot.process import Crew, Inbox
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Seat
 from tests.robot.shared import AT, FITS, robot, scenario
@@ -28,7 +28,7 @@ def arrival(name: str, topic: Topic[Any] = SENSE, message: object = FITS) -> Arr
 
 
 def lacking(sense: Sense) -> Sense:
-    return msgspec.structs.replace(sense, hears=[("r9", 6)])
+    return msgspec.structs.replace(sense, hears=[("r9", 8)])
 
 
 def test_a_sense_goes_to_the_robot_of_its_key_and_a_broadcast_to_the_receiver() -> None:
@@ -74,13 +74,20 @@ def test_a_sense_that_does_not_fit_keeps_nobody_waiting() -> None:
 
 def welcome(name: str, edits: int) -> Welcome:
     settings, packed = scenario().to_wire()
-    return Welcome(robot=name, scenario=settings, packed=packed, edits=edits, start=(AT.x, AT.y, AT.yaw), state=None)
+    return Welcome(
+        robot=name, world="w", session="s", scenario=settings, packed=packed, edits=edits,
+        start=(AT.x, AT.y, AT.yaw), state=None,
+    )  # fmt: skip
 
 
 def test_all_robots_of_a_process_share_what_the_world_told_each_of_them_alike() -> None:
-    bus = Mock(spec=Bus)
+    bus = Mock(spec=Bus, id="me")
     bus.ask.side_effect = [welcome("r1", 0), welcome("r2", 0), welcome("r3", 1)]
-    seats = list(_join(bus, [None, None, "r3"], lambda line: None).seats.values())
+    crew = Crew(bus, [None, None, "r3"], lambda line: None)
+    crew._worlds.add("s")
+    while (place := crew._to_join(0.0)) is not None:
+        crew._join(place)
+    seats = list(crew._inbox.seats.values())
     assert [seat.name for seat in seats] == ["r1", "r2", "r3"]
     first, second, third = (seat._robot for seat in seats)
     assert first._ground.map is second._ground.map

@@ -77,7 +77,7 @@ def test_the_papers_mission_visits_all_targets_in_order_and_comes_home() -> None
 def test_any_mission_ends_with_each_stop_either_reached_or_given_up(
     stops: int, returns: bool, luck: list[bool]
 ) -> None:
-    mission = Mission([(float(n), 0.0) for n in range(stops)], returns)
+    mission = Mission([(float(n), 0.0) for n in range(stops)], returns=returns)
     mission.take(Occasion.GO)
     for stop in range(stops):
         assert mission.target == stop
@@ -91,7 +91,7 @@ def test_any_mission_ends_with_each_stop_either_reached_or_given_up(
 @given(st.integers(1, 6), st.booleans(), st.lists(st.booleans(), min_size=6, max_size=6), st.integers(0, 6))
 def test_a_mission_is_taken_up_where_it_was_left(stops: int, returns: bool, luck: list[bool], done: int) -> None:
     places = [(float(n), 0.0) for n in range(stops)]
-    left, taken_up = Mission(places, returns), Mission(places, returns)
+    left, taken_up = Mission(places, returns=returns), Mission(places, returns=returns)
     left.take(Occasion.GO)
     for stop in range(min(done, stops)):
         left.finish_stop(luck[stop])
@@ -106,3 +106,50 @@ def test_resuming_with_flags_of_another_length_is_no_crash() -> None:
     mission = Mission(STOPS[:1], returns=False)
     mission.resume([True, True, True], [7])
     assert mission.stage is Stage.DONE
+
+
+def lap(mission: Mission, *reached: bool) -> None:
+    for one in reached:
+        mission.finish_stop(reached=one)
+
+
+def test_a_patrol_begins_again_after_its_last_target() -> None:
+    mission = Mission(STOPS[:3], returns=False, patrols=True)
+    mission.take(Occasion.GO)
+    for laps in range(3):
+        assert (mission.laps, mission.target, mission.reached) == (laps, 0, [False] * 3)
+        lap(mission, True, True)
+        assert (mission.laps, mission.target, mission.reached) == (laps, 2, [True, True, False])
+        lap(mission, True)
+        assert mission.stage is Stage.OUTBOUND
+
+
+@pytest.mark.parametrize("given_up", [0, 1, 2])
+def test_a_patrol_passes_by_what_it_has_given_up_and_ends_when_one_stop_is_left(given_up: int) -> None:
+    mission = Mission(STOPS[:3], returns=False, patrols=True)
+    mission.take(Occasion.GO)
+    lap(mission, *(stop != given_up for stop in range(3)))
+    left = [stop for stop in range(3) if stop != given_up]
+    for laps in (1, 2):
+        assert (mission.laps, mission.target) == (laps, left[0])
+        lap(mission, True)
+        assert (mission.laps, mission.target) == (laps, left[1])
+        lap(mission, True)
+    lap(mission, False)
+    assert (mission.laps, mission.target, mission.stage) == (3, left[1], Stage.OUTBOUND)
+    lap(mission, True)
+    assert (mission.laps, mission.stage, mission.goal) == (3, Stage.DONE, None)
+
+
+@given(st.lists(st.booleans(), max_size=12))
+def test_a_patrol_that_is_taken_up_goes_on_at_the_same_stop_of_the_same_lap(done: list[bool]) -> None:
+    mission = Mission(STOPS, returns=False, patrols=True)
+    mission.take(Occasion.GO)
+    for reached in done:
+        if mission.stage is not Stage.DONE:
+            mission.finish_stop(reached=reached)
+    if mission.stage is Stage.DONE:
+        return
+    again = Mission(STOPS, returns=False, patrols=True)
+    again.resume(mission.reached, mission.unreachable, mission.laps)
+    assert (again.laps, again.target, again.reached) == (mission.laps, mission.target, mission.reached)

@@ -74,6 +74,7 @@ def test_edits_stay_over_a_new_run_and_missed_ones_are_noticed() -> None:
     step(one, 0, edits=[OPENING])
     assert step(one, 0, run=1, edits_before=1).command.unreachable == []
     sense = Sense(
+        world="local",
         run=1, tick=1, time=0.05, lockstep=True, x=AT.x, y=AT.y, yaw=0.0, linear=0.0, angular=0.0, left=1.6, front=1.6,
         right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
     )  # fmt: skip

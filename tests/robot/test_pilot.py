@@ -31,6 +31,7 @@ def test_the_tables_are_asked_in_their_own_units_and_answer_in_theirs(
     """Distances divided by both scales, degrees with right positive; rim speeds times theirs."""
     robot = scenario_of(robot={"speed_scale": speed, "distance_scale": distance}).settings.robot
     sense = Sense(
+        world="local",
         run=0, tick=0, time=0.0, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
         left=1.0, front=0.5, right=0.25, bearings=[], hears=[], rays=[],
     )  # fmt: skip

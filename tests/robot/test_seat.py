@@ -9,7 +9,7 @@ from swarm.bus import Bus
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
 from swarm.robot.brain import Inputs
 from swarm.robot.radio import Ear, Radio
-from swarm.robot.seat import MOST_NAMED, OVERDUE, Given, Repeats, Seat
+from swarm.robot.seat import MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)
@@ -37,6 +37,7 @@ class Chair:
         self.robot = robot()
         self.robot.step = Mock(side_effect=self.robot.step)  # type: ignore[method-assign]
         self.seat = Seat(self.robot, Ear(self.radio, 10.0), kept, self.said.append)
+        self.seat._born = (0, 0)  # it has been there since the run began
 
     def fetch(self) -> list[Map]:
         self.fetched += 1
@@ -96,13 +97,55 @@ def test_lockstep_waits_only_so_long_and_says_so_once() -> None:
     assert not one.seat.ready(NOW)
     assert not one.seat.ready(NOW + OVERDUE)
     assert one.seat.ready(NOW + OVERDUE + 0.001)
-    one.seat.answer(one.fetch)
+    given = one.seat.answer(one.fetch)
+    assert given.outputs.command.notes[-1] == ("overdue", "went on without a broadcast that did not arrive in 2 s")
     assert one.heard == []
-    assert one.said == ["r2: tick 7: a broadcast that was heard did not arrive in 2.0 s"]
+    assert one.said == ["r2: tick 7: went on without a broadcast that did not arrive in 2 s"]
     one.seat.take(later(FITS, hears=[("r1", 7)]))
     assert not one.seat.ready(NOW + 10), "each sense has its own time"
     one.seat.take(later(FITS, 2, hears=[("r1", 8)]))
     assert not one.seat.ready(NOW + 10 + OVERDUE + 0.001), "a newer one too"
+
+
+def test_who_begins_in_the_middle_of_a_run_waits_for_nothing_from_before_its_first_sense() -> None:
+    one = Chair()
+    one.seat._born = None
+    one.answer(msgspec.structs.replace(FITS, hears=[("r1", 6)]))
+    one.answer(later(FITS, hears=[("r1", 7)]))
+    assert one.said == [], "nothing was overdue"
+    one.seat.take(later(FITS, 2, hears=[("r1", 8)]))
+    assert not one.seat.ready(NOW), "this one was sent to it"
+    one.seat.take(later(FITS, run=1, hears=[("r1", 7)]))
+    assert not one.seat.ready(NOW), "and so is everything in the next run"
+
+
+def test_only_the_world_that_welcomed_a_robot_is_obeyed() -> None:
+    one = Chair()
+    one.answer(FITS)
+    for number in range(3):
+        one.seat.take(later(FITS, 1 + number, world="forged"))
+        one.seat.take(later(FITS, 1 + number, world="forged", run=9))
+    assert one.seat.sense is None
+    assert one.said == ["r2: tick 8: the sense was dropped: it is of another world"]
+    assert one.seat.repeat(FITS) is not None
+    assert one.seat.repeat(msgspec.structs.replace(FITS, world="forged")) is None
+
+
+def test_what_was_said_last_can_be_said_again() -> None:
+    one = Chair(kept=10)
+    given = [one.answer(later(FITS, tick)) for tick in range(5)]
+    assert one.seat.said() == given[-SAID_AGAIN:]
+    one.answer(later(LIVE, 5))
+    assert one.seat.said() == given[-SAID_AGAIN + 1 :], "in real time nothing is said twice"
+
+
+def test_after_the_router_was_away_the_wait_starts_over() -> None:
+    one = Chair()
+    one.seat.take(msgspec.structs.replace(FITS, hears=[("r1", 6)]))
+    assert not one.seat.ready(NOW)
+    one.seat.wait_again()
+    assert not one.seat.ready(NOW + 10 * OVERDUE)
+    assert one.seat.ready(NOW + 11.1 * OVERDUE)
 
 
 def test_real_time_takes_what_has_come() -> None:

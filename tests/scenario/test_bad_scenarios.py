@@ -122,7 +122,7 @@ FILES = {
     "a key that is a map":         ("? {a: 1}\n: 3\n", "expected YAML"),
     "a tag of Python":             ("name: !!python/object/apply:os.getcwd []\n", "expected YAML, got could not determine a constructor"),
     "a map that is a list":        ("name: !!map [1, 2]\n", "expected YAML"),
-    "an unknown anchor":           ("name: *nobody\n", "line 1, column 7: expected YAML, got found undefined alias 'nobody'"),
+    "an unknown anchor":           ("name: *nobody\n", "line 1, column 7: expected YAML, got found undefined alias"),
     "a list within itself":        ("name: &a [*a]\n", "name: expected str"),
     "no date":                     ("name: 2024-13-45\n", "expected YAML"),
     "a control character":         ("name: \x07\n", "expected YAML"),
@@ -206,13 +206,13 @@ def test_a_missing_folder_says_check_the_path(tmp_runtime: Path, capsys: pytest.
 
 
 def test_a_folder_is_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "expected a readable text file" in refused(["run", str(tmp_runtime)], capsys)
+    assert "expected a file, found none" in refused(["run", str(tmp_runtime)], capsys)
 
 
 def test_bytes_are_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_runtime / "bytes.yaml"
     path.write_bytes(b"\xff\xfe\x00")
-    assert "bytes.yaml: expected a readable text file" in refused(["run", str(path)], capsys)
+    assert "bytes.yaml: expected text (UTF-8)" in refused(["run", str(path)], capsys)
 
 
 def test_a_file_of_megabytes_is_not_read(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -126,10 +126,10 @@ REFUSED = [
     (["--over", "sea"],                     "argument --over: invalid choice: 'sea'"),
     (["--over", "processes", "--twice"],    "expected either --twice or --over processes, got both"),
     (["--shrink", "many"],                  "--shrink: expected a seed, 0 to 2**53, got 'many'"),
-    (["--shrink", "none.yaml"],             "none.yaml: expected a readable plan file, got"),
+    (["--shrink", "none.yaml"],             "none.yaml: expected a file, found none"),
     (["--show", "many"],                    "--show: expected a seed, 0 to 2**53, got 'many'"),
     (["--show", "1", "--profile", "all,calm"], "--profile: expected one name, got all, calm"),
-    (["none.yaml"],                         "none.yaml: expected a readable plan file, got"),
+    (["none.yaml"],                         "none.yaml: expected a file, found none"),
     (["none.yaml", "--seeds", "3"],         "expected either plan files or --seeds and --profile, got both"),
     (["--results", "/none/lines.jsonl"],    "--results /none/lines.jsonl: expected a file that can be written"),
 ]

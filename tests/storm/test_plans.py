@@ -99,8 +99,8 @@ GARBAGE: dict[str, tuple[str | bytes, str]] = {  # the file, part of the sentenc
     "a scenario":         (yaml.safe_dump(GOOD["scenario"]), "expected a storm plan"),
     "no YAML":            ("storm: [1", "expected YAML"),
     "nested":             ("[" * 5000, "expected YAML"),
-    "bytes":              (b"\xff\xfe\x00storm", "expected a readable plan file"),
-    "huge":               ("#" * 1_000_001, "expected a plan of at most"),
+    "bytes":              (b"\xff\xfe\x00storm", "expected text"),
+    "huge":               ("#" * 1_000_001, "expected at most 1000000 bytes"),
     "version":            (changed(storm=2), "storm"),
     "no scenario":        (yaml.safe_dump({"storm": 1, "profile": "all", "seed": 1}), "missing required field `scenario`"),
     "another field":      (changed(weather="fair"), "weather"),
@@ -134,7 +134,7 @@ def test_a_file_that_is_no_plan_gets_one_sentence(name: str, tmp_path: Path) -> 
 
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
     for path in (tmp_path / "none.yaml", tmp_path):
-        with pytest.raises(ConfigError, match="expected a readable plan file"):
+        with pytest.raises(ConfigError, match="expected a file, found none"):
             read(path)
 
 

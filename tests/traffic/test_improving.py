@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from swarm.traffic import joint_search
 from swarm.traffic.cells import CellMap
-from swarm.traffic.dependencies import CORNER, duration, order_of, pace
+from swarm.traffic.duration import CORNER, duration, pace
 from swarm.traffic.improving import CHANCE, LONGER, MOST_OUT, POPS, Improving
 from swarm.traffic.joint_search import Budget, JointSearch
 from swarm.traffic.lacam import Search, State, Steps
@@ -74,7 +74,7 @@ def searched(cells: CellMap, starts: Configuration, goals: Configuration, seed: 
         pass
     assert result.order is not None
     assert_plan(cells, result.steps, (starts, goals))
-    return duration(result.order)
+    return duration(result.steps)
 
 
 def assert_plan(cells: CellMap, steps: Steps, ends: tuple[Configuration, Configuration]) -> None:
@@ -127,7 +127,7 @@ def test_a_changed_plan_is_a_plan(data: st.DataObject, seed: int) -> None:
     if found is not None:
         assert len(found) <= len(steps) + LONGER
         assert_plan(cells, found, (starts, goals))
-        duration(order_of(found))  # raises where the order runs in a circle
+        duration(found)  # raises where the order runs in a circle
 
 
 @given(st.data(), st.integers(0, 99))
@@ -161,7 +161,7 @@ def test_two_come_within_a_step_of_the_best_plan_there_is(drawn: Drawn, starts: 
     cells, ends = drawn.cells, (drawn.at(starts), drawn.at(goals))
     mine, theirs = ([start] * longest + [goal] for start, goal in zip(*ends, strict=True))
     pairs = ((one, other) for one in every_way(cells, mine, []) for other in every_way(cells, theirs, [one]))
-    best = min(duration(order_of(list(zip(*pair, strict=True)))) for pair in pairs)
+    best = min(duration(list(zip(*pair, strict=True))) for pair in pairs)
     found = searched(cells, *ends, 1)
     assert best <= (found[0] + 1e-9, found[1])
     assert found[0] <= best[0] + 1.0

@@ -1,6 +1,7 @@
 """A leader's joint plan, with the robots that it hears and those that it does not."""
 
 from collections.abc import Mapping
+from functools import partial
 
 import pytest
 
@@ -138,7 +139,9 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
             centres = [(robot, *square.cells.centre(cell)) for robot, cell in (("r3", c), ("r4", d))]
             dead = {robot: Record(robot=robot, stamp=0, x=x, y=y, goal=-1) for robot, x, y in centres}
             found = situation(tick, a, b, other | dead, other)
-            found = found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=cells)
+            found = (
+                found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=partial(frozenset, cells))
+            )
             events += joint.step(found).events
             if joint.following is not None:
                 break
@@ -157,7 +160,7 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
     for tick in range(TICKS):
         x, y = square.cells.centre(e)
         other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.frozen)}
-        found = situation(tick, a, e, other | {"r3": dead}, other)._replace(bodies=frozenset({d, f}))
+        found = situation(tick, a, e, other | {"r3": dead}, other)._replace(bodies=lambda: frozenset({d, f}))
         events = joint.step(found).events
         if joint.following is not None:
             break

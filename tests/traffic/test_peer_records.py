@@ -265,3 +265,19 @@ def test_a_robot_listens_until_it_says_otherwise_or_falls_silent() -> None:
     assert [peers.somebody_listens(tick) for tick in (20, 59, 60)] == [True, True, False]
     peers.hear(21, [told(record(20, "r2", A + 1))])
     assert not peers.somebody_listens(21)
+
+
+@pytest.mark.parametrize(
+    ("heard_before", "met"), [(None, True), (SETTINGS.fresh, False), (SETTINGS.fresh + 1, True)], ids=str
+)
+def test_who_is_heard_for_the_first_time_or_after_long_is_told_of_the_silent_at_once(
+    heard_before: int | None, met: bool
+) -> None:
+    now = SETTINGS.fresh + 100
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers.hear(10, [told(record(9))])  # r1 then falls silent
+    if heard_before is not None:
+        peers.hear(now - heard_before, [told(record(now - heard_before, "r2"))])
+    peers.passed_on(now - 1, 0.0, 0.0)  # my turn to tell of r1: without a new robot, the next one comes much later
+    peers.hear(now, [told(record(now, "r2"))])
+    assert ("r1" in [one.record.robot for one in peers.passed_on(now, 0.0, 0.0)]) == met

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.dependencies import BACK, CORNER, duration, order_of
+from swarm.traffic.duration import BACK, CORNER, duration
 from swarm.traffic.pibt import Configuration, StepGenerator, Ties, lanes
 from tests.traffic.maps import Drawn
 
@@ -141,4 +141,4 @@ DURATIONS: dict[str, tuple[list[Configuration], tuple[float, float]]] = {  # ste
 @pytest.mark.parametrize("name", DURATIONS)
 def test_how_long_a_plan_takes_is_counted_in_steps_turns_and_waits(name: str) -> None:
     steps, expected = DURATIONS[name]
-    assert duration(order_of(steps)) == pytest.approx(expected)
+    assert duration(steps) == pytest.approx(expected)

@@ -85,9 +85,9 @@ AVOIDED: dict[str, tuple[int, Situation, set[int]]] = {  # number of the questio
     "of one farther off":                   (0, situation({"r9": replace(STRANGER, x=X + 4.1, y=Y)}),            set()),
     "unless they were seen to be empty":    (0, situation({"r9": replace(STRANGER, x=X, y=Y)}, cleared=frozenset({("r9", G), ("r8", F)})), {F}),
     "of a member":                          (0, situation({"r1": replace(STRANGER, robot="r1", x=X, y=Y)}),      set()),
-    "where bodies are":                     (2, situation({"r9": record("r9", C)}, bodies=frozenset({C, D})),    {C, D}),
+    "where bodies are":                     (2, situation({"r9": record("r9", C)}, bodies=lambda: frozenset({C, D})),    {C, D}),
     "but not what they hold":               (2, situation({"r9": record("r9", C)}),                              set()),
-    "where their middles are":              (6, situation({"r9": record("r9", C)}, bodies=frozenset({C, D})),    {C}),
+    "where their middles are":              (6, situation({"r9": record("r9", C)}, bodies=lambda: frozenset({C, D})),    {C}),
 }
 # fmt: on
 

@@ -16,7 +16,7 @@ MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
 
 
 def part(*spent: Epoch) -> Part:
-    return Part("r3", Drawn("ab").cells, SETTINGS, spent=set(spent))
+    return Part("r3", Drawn("ab").cells, SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
 
 
 def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:

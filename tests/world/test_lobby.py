@@ -1,14 +1,30 @@
-"""The lobby: who is present, and how many robots one process is."""
+"""The lobby: who is present, who has gone, and whose place is whose. Tokens are claims; a place is taken by joining."""
+
+import pytest
 
 from swarm.bus import Presence
-from world.lobby import Lobby
+from swarm.errors import PeerError
+from world.lobby import BACK, HOLD, PROMISED, STRANGERS, Lobby
+
+ROBOTS = [f"r{number}" for number in range(1, 6)]
+LATER = 2 * HOLD  # s
+
+
+def token(name: str, session: str, alive: bool = True, role: str = "robot") -> Presence:
+    return Presence(role, name, session, alive)
 
 
 def lobby(*present: tuple[str, str]) -> Lobby:
-    one = Lobby([f"r{number}" for number in range(1, 6)], watchers=0, now=0.0)
+    """Return a lobby at 0 s with robots that have joined, each from a session."""
+    one = Lobby(ROBOTS, watchers=0, now=0.0)
     for name, session in present:
-        one.take(Presence("robot", name, session, alive=True))
+        one.place(name, session, 0.0)
+        assert one.take(token(name, session), 0.0) is None
     return one
+
+
+def kinds(one: Lobby, now: float, running: bool = True) -> list[tuple[str, str]]:
+    return [(note.kind, note.robot) for note in one.look(now, running=running)]
 
 
 def test_the_most_robots_that_one_process_was_at_a_time() -> None:
@@ -17,13 +33,150 @@ def test_the_most_robots_that_one_process_was_at_a_time() -> None:
     one = lobby(("r1", "a"), ("r2", "b"), ("r3", "b"), ("r4", "a"), ("r5", "b"))
     assert one.most_in_one == 3
     for name in ("r2", "r3", "r5"):
-        one.take(Presence("robot", name, "b", alive=False))
+        one.take(token(name, "b", alive=False), 0.0)
+    one.look(LATER, running=True)
     for name in ("r2", "r3"):
-        one.take(Presence("robot", name, "c", alive=True))
+        one.place(name, "c", LATER)
+        one.take(token(name, "c"), LATER)
     assert one.most_in_one == 3, "what was is not forgotten"
 
 
 def test_a_process_that_is_told_twice_or_of_another_kind_counts_once_or_not() -> None:
-    one = lobby(("r1", "a"), ("r1", "a"), ("r9", "a"))
-    one.take(Presence("dashboard", "r2", "a", alive=True))
-    assert one.most_in_one == 1
+    one = lobby(("r1", "a"))
+    for presence in (token("r1", "a"), token("r9", "a"), token("r2", "a", role="dashboard")):
+        assert one.take(presence, 0.0) is None
+    assert (one.present, one.most_in_one) == (["r1"], 1)
+
+
+# --- tokens that nobody stands behind ---
+
+
+def test_a_token_without_a_join_takes_no_place() -> None:
+    one = lobby()
+    one.take(token("r1", "forged"), 0.0)
+    assert one.present == []
+    assert one.place("r1", "a", 0.0) == "r1"
+    one.take(token("r1", "a"), 0.0)
+    assert one.present == ["r1"]
+    one.take(token("r1", "forged", alive=False), 1.0)
+    assert kinds(one, 2.0) == []
+    assert one.present == ["r1"]
+
+
+def test_a_second_process_of_one_name_is_named_once_and_ignored() -> None:
+    one = lobby(("r1", "a"))
+    note = one.take(token("r1", "b"), 0.0)
+    assert note is not None
+    assert (note.kind, note.robot) == ("duplicate", "r1")
+    assert one.take(token("r1", "b"), 0.0) is None
+    assert one.present == ["r1"]
+    with pytest.raises(PeerError, match="'r1' is here already"):
+        one.place("r1", "b", 0.0)
+    one.take(token("r1", "a", alive=False), 1.0)
+    assert kinds(one, 1.0 + LATER) == [("gone", "r1")], "who only announces itself does not stand in for it"
+    assert one.present == []
+
+
+def test_a_flood_of_tokens_fills_neither_memory_nor_the_list_of_events() -> None:
+    one = lobby(("r1", "a"))
+    notes = [one.take(token("r1", f"forged-{number}"), 0.0) for number in range(10 * STRANGERS)]
+    assert sum(note is not None for note in notes) <= STRANGERS
+    assert len(one._tokens["r1"]) == STRANGERS
+    one.take(token("r1", "a", alive=False), 0.0)
+    one.take(token("r1", "a"), 0.1)
+    assert one.present == ["r1"], "who has joined always finds room"
+
+
+# --- who has gone ---
+
+
+def test_who_loses_its_token_has_gone_after_a_while_and_who_comes_back_before_has_not() -> None:
+    one = lobby(("r1", "a"), ("r2", "b"))
+    for name, session in (("r1", "a"), ("r2", "b")):
+        one.take(token(name, session, alive=False), 1.0)
+    assert kinds(one, 1.0 + HOLD / 2) == []
+    assert one.unsettled
+    one.take(token("r2", "b"), 1.0 + HOLD / 2)
+    assert kinds(one, 1.0 + LATER) == [("gone", "r1")]
+    assert kinds(one, 1.0 + 2 * LATER) == []
+    assert one.present == ["r2"]
+    assert not one.unsettled
+
+
+def test_a_new_process_takes_the_place_of_one_that_was_killed_at_once_and_the_end_is_told() -> None:
+    one = lobby(("r1", "a"))
+    one.take(token("r1", "a", alive=False), 1.0)
+    assert one.place("r1", "b", 1.0 + HOLD / 2) == "r1"
+    assert kinds(one, 1.0 + HOLD / 2) == [("gone", "r1")]
+    one.take(token("r1", "b"), 1.0 + HOLD)
+    assert one.present == ["r1"]
+    assert kinds(one, 1.0 + LATER) == []
+
+
+@pytest.mark.parametrize("tokens_first", [True, False])
+def test_when_the_router_goes_nobody_has_gone_and_all_are_expected(tokens_first: bool) -> None:
+    one = lobby(("r1", "a"), ("r2", "b"))
+    gone = [token("r1", "a", alive=False), token("r2", "b", alive=False)]
+    if tokens_first:
+        for presence in gone:
+            one.take(presence, 1.0)
+    one.link(up=False, now=1.0)
+    if not tokens_first:
+        for presence in gone:
+            one.take(presence, 1.0)
+    assert kinds(one, 1000.0) == [], "the router may stay away for long"
+    assert (one.present, one.members, one.expected) == ([], ["r1", "r2"], True)
+    one.link(up=True, now=1000.0)
+    one.take(token("r2", "b"), 1000.1)
+    assert one.expected
+    assert one.present == ["r2"], "nobody joins again"
+    assert kinds(one, 1000.0 + 0.9 * BACK) == []
+    assert kinds(one, 1000.1 + BACK) == [("gone", "r1")]
+    assert not one.expected
+
+
+def test_after_the_world_was_away_its_robots_are_expected_and_have_to_join() -> None:
+    one = lobby()
+    one.take(token("r1", "a"), 0.0)  # it lives, and has not noticed yet that this is another process
+    one.expect(["r1", "r2", "r9"], BACK)
+    assert one.expected
+    one.place("r1", "a", 0.1)
+    assert one.present == ["r1"], "its token was there"
+    one.place("r2", "b", 0.1)
+    one.take(token("r2", "b"), 0.2)
+    assert not one.expected
+    assert kinds(one, 2 * BACK) == []
+
+
+def test_a_place_that_is_expected_back_is_the_last_to_be_given_away() -> None:
+    one = Lobby(["r1", "r2"], watchers=0, now=0.0)
+    one.expect(["r1"], BACK)
+    assert one.place(None, "new", 0.0) == "r2"
+
+
+def test_absence_is_counted_while_the_clock_runs() -> None:
+    one = lobby(("r1", "a"))
+    for now in range(1, 11):
+        one.look(float(now), running=now > 4)
+    assert (one.away("r2"), one.away("r1")) == (6.0, 0.0)
+    one.place("r2", "b", 11.0)
+    one.take(token("r2", "b"), 11.0)
+    assert one.away("r2") == 0.0
+
+
+# --- places ---
+
+
+def test_places_are_given_in_order_and_promised_for_a_while() -> None:
+    one = Lobby(["r1", "r2"], watchers=0, now=0.0)
+    assert [one.place(None, session, 0.0) for session in "ab"] == ["r1", "r2"]
+    with pytest.raises(PeerError, match="all 2 places are taken"):
+        one.place(None, "c", 0.0)
+    assert one.place(None, "c", PROMISED + 0.1) == "r1"
+    with pytest.raises(PeerError, match="expected one of r1, r2, got 'r9'"):
+        one.place("r9", "c", 0.0)
+
+
+def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
+    one = lobby(("r1", "a"))
+    assert one.place("r1", "a", 0.0) == "r1"

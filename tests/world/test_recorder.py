@@ -194,9 +194,11 @@ def digest(history: Sequence[Sequence[Pose]]) -> str:
 
 
 def test_the_digest_is_of_every_pose_in_order() -> None:
-    numbers = [number for poses in HISTORY for pose in poses for number in pose]
-    plain = struct.pack(f"<{len(numbers)}d", *numbers)
-    assert digest(HISTORY) == hashlib.blake2b(plain, digest_size=16).hexdigest()
+    chain = bytes(16)
+    for poses in HISTORY:
+        plain = struct.pack("<6d", *(number for pose in poses for number in pose))
+        chain = hashlib.blake2b(chain + plain, digest_size=16).digest()
+    assert digest(HISTORY) == chain.hex()
 
 
 def test_one_bit_of_one_number_of_one_pose_changes_the_digest() -> None:

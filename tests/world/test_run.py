@@ -17,7 +17,9 @@ from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
 from world.movers import Patrol
 from world.progress import STALLED
 from world.simulate import Simulation
-from world.world import PROVEN, REST, World
+from world.truth import truth
+from world.verdict import PROVEN
+from world.world import REST, World
 
 DT = 0.05  # s
 AT, THERE = Pose(2.5, 2.5, 0.0), Pose(4.5, 4.5, 0.0)
@@ -37,10 +39,20 @@ def say(world: World, **fields: object) -> Command:
 
 def test_a_run_is_over_when_everybody_is_done() -> None:
     world = world_of(AT, THERE)
-    world.step({"r1": say(world, activity=Activity.DONE), "r2": say(world)})
+    done = {"activity": Activity.DONE, "unreachable": [0, 1]}
+    world.step({"r1": say(world, **done), "r2": say(world)})
     assert not world.finished
-    world.step({"r2": say(world, activity=Activity.DONE)})
+    assert world.unfinished == ["r2"]
+    world.step({"r2": say(world, **done)})
     assert world.finished
+
+
+def test_who_says_that_it_is_done_and_has_not_been_there_is_named_once_and_not_believed() -> None:
+    world = world_of(AT)
+    events = [world.step({"r1": say(world, activity=Activity.DONE, unreachable=[1])}) for _ in range(3)]
+    texts = [[event.text for event in some if event.kind == "false_claim"] for some in events]
+    assert texts == [["says it is done but has not reached target 1; not counted"], [], []]
+    assert not world.finished
 
 
 def test_a_run_reports_the_time_that_it_took(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,24 +75,64 @@ VERDICTS = {  # a note: whether it ends the run after a while, and what it leave
 def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -> None:
     ends, said = VERDICTS[kind]
     world = world_of(AT, THERE)
-    world.step({"r1": say(world, notes=[(kind, "in words")])})
+    waits = {"r2": say(world, activity=Activity.GIVE_WAY)}
+    world.step({"r1": say(world, notes=[(kind, "in words")])} | waits)
     for _ in range(round(PROVEN / DT) - 2):
         world.step({"r1": say(world, notes=[(kind, "again")])})  # saying it again starts no new count
         assert not world.finished
-    world.step({})
+    for _ in range(2):
+        world.step({})
     assert world.finished is ends
-    assert (world.verdict == "again") is said
+    assert (world.verdict.text == "again") is said
     assert world.time < 10.0, "nobody waits long for a run that is over"
 
 
 def test_who_reaches_a_stop_takes_the_proof_back() -> None:
-    world = world_of(Pose(7.4, 3.5, 0.0), THERE)
-    world.step({"r1": say(world, notes=[("unsolvable", "no way")])})
-    world.step({"r1": say(world, reached=[True, False])})
+    world = world_of(Pose(6.9, 3.5, 0.0), THERE)
+    waits = {"r2": say(world, activity=Activity.GIVE_WAY)}
+    world.step({"r1": say(world, notes=[("unsolvable", "no way")], left=0.6, right=0.6)} | waits)
+    while world.recorder.next_stop(0, ()) == 0:
+        world.step({"r1": say(world, left=0.6, right=0.6)})
     for _ in range(2 * round(PROVEN / DT)):
         world.step({})
     assert not world.finished
-    assert world.verdict == ""
+    assert world.verdict.text == ""
+
+
+# fmt: off
+VOICES = {  # who says that the jam has no solution, who waits, who drives about: whether the run ends
+    "one robot's word":                   ("r1", "",   "",   False),
+    "another one waits":                  ("r1", "r2", "",   True),
+    "two say it":                         ("r1r2", "", "",   True),
+    "only waiting":                       ("", "r1r2", "",   False),
+    "it says so, waits, and is one":      ("r1", "r1", "",   False),
+    "another one gets on":                ("r1", "r2", "r2", False),
+    "the one that says so gets on":       ("r1", "r2", "r1", False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", VOICES)
+def test_the_proof_of_a_jam_counts_if_nobody_gets_on_and_a_second_robot_says_so(name: str) -> None:
+    says, waits, drives, ends = VOICES[name]
+    world = world_of(Pose(2.5, 1.5, 0.0), Pose(2.5, 4.5, 0.0))
+    for _ in range(round(1.5 * PROVEN / DT)):
+        world.step({
+            robot: say(
+                world, left=0.6 * (robot in drives), right=0.6 * (robot in drives),
+                activity=Activity.GIVE_WAY if robot in waits else Activity.DRIVE,
+                notes=[("unsolvable", "no way")] * (robot in says),
+            )
+            for robot in world.robots
+        })  # fmt: skip
+    assert world.finished is ends
+
+
+def test_a_robot_alone_needs_no_second_voice() -> None:
+    world = world_of(AT)
+    for _ in range(round(PROVEN / DT) + 2):
+        world.step({"r1": say(world, notes=[("unsolvable", "no way")])})
+    assert world.finished
 
 
 # --- stops given up ---
@@ -210,17 +262,17 @@ def test_the_truth_is_what_can_be_seen_from_outside() -> None:
             )
         }
     )
-    truth = world.truth()
-    (body,) = truth.bodies
+    told = truth(world)
+    (body,) = told.bodies
     pose = world.poses()[0]
-    assert truth.tick == 1
-    assert truth.time == pytest.approx(DT)
+    assert told.tick == 1
+    assert told.time == pytest.approx(DT)
     assert (body.robot, body.x, body.y, body.yaw) == ("r1", pose.x, pose.y, pose.yaw)
     assert (body.left_v, body.right_v) == pytest.approx((0.05, 0.1))
     assert (body.heading, body.steering, body.activity, body.scale) == (0.3, Steering.BLENDED, Activity.DRIVE, 0.5)
     assert (body.held, body.waits, body.members) == ([3, 4], ["r9"], ["r1", "r9"])
-    assert [(mover.radius, mover.size) for mover in truth.movers] == [(0.3, (0.0, 0.0)), (0.0, (0.4, 0.2))]
-    assert [(mover.x, mover.y, mover.yaw) for mover in truth.movers] == [
+    assert [(mover.radius, mover.size) for mover in told.movers] == [(0.3, (0.0, 0.0)), (0.0, (0.4, 0.2))]
+    assert [(mover.x, mover.y, mover.yaw) for mover in told.movers] == [
         pytest.approx((6.5, 1.5 + 0.5 * DT, pi / 2)), pytest.approx((7.5, 1.5 + 1.0 * DT, pi / 2)),
     ]  # fmt: skip
 

@@ -14,6 +14,7 @@ from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
 from world.simulate import Simulation
 from world.steering import BY, CLOSE, IDLE, SteeringWatch, classify
+from world.truth import truth
 from world.world import REST, World
 
 TABLES, TIGHTENED, TURNED, BLENDED, BRAKED = (
@@ -82,6 +83,7 @@ def test_odd_tables(name: str) -> None:
 
 def sense_of(tick: int = 0, left: float = 1.6, front: float = 1.6, right: float = 1.6) -> Sense:
     return Sense(
+        world="local",
         run=0, tick=tick, time=tick * 0.05, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
         left=left, front=front, right=right, bearings=[], hears=[], rays=[],
     )  # fmt: skip
@@ -259,7 +261,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
         world.step({"r1": command_of(FAST, SLOW)} if tick == 0 else {})
         labels.append(world.steering.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
-    assert world.truth().bodies[0].steering is None
+    assert truth(world).bodies[0].steering is None
 
 
 def test_in_a_run_every_metre_is_some_labels(paper: Scenario) -> None:

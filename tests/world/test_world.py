@@ -7,7 +7,7 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import COMMAND, Activity, Command
+from swarm.messages import COMMAND, Activity, Command, Event
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from world.answers import merged
@@ -127,18 +127,20 @@ def test_a_false_claim_is_told_once_and_not_counted() -> None:
     assert world.recorder.reached_at == [[None, None]]
 
 
-def test_a_true_claim_counts_at_its_time_and_once() -> None:
-    world = world_of(Pose(7.4, 3.5, 0.0))
-    world.step({"r1": drive(world, 0.0, 0.0)})
-    events = [world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])}) for _ in range(2)]
-    assert [event.kind for event in events[0]] == ["reached"]
-    assert events[1] == []
-    assert world.recorder.reached_at[0][0] == pytest.approx(0.05)
+@pytest.mark.parametrize("claims", [True, False])
+def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claims: bool) -> None:
+    world = world_of(Pose(6.9, 3.5, 0.0), scenario=scenario_of(return_home=False))
+    events: list[Event] = []
+    while not events:
+        there = world.poses()[0].x >= 7.5 - world.settings.reach
+        events = world.step({"r1": drive(world, 0.6, 0.6, reached=[claims and there])})
+    assert [(event.kind, event.text) for event in events] == [("reached", "is at target 1")]
+    assert world.recorder.reached_at[0][0] == pytest.approx(world.time - world.dt), "at the tick that it is seen there"
+    assert world.step({"r1": drive(world, 0.0, 0.0, reached=[claims])}) == []
 
 
-@pytest.mark.parametrize(("away", "counts"), [(0.45, True), (0.47, False)])
-def test_a_claim_counts_within_the_reach_and_two_ticks_at_top_speed(away: float, counts: bool) -> None:
-    """0.3 m of reach, and twice 1.6 m/s for 0.05 s."""
+@pytest.mark.parametrize(("away", "counts"), [(0.299, True), (0.301, False)])
+def test_a_stop_counts_within_the_reach(away: float, counts: bool) -> None:
     world = world_of(Pose(7.5 - away, 3.5, 0.0), scenario=with_settings(scenario_of(), reach=0.3))
     world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])})
     assert world.recorder.is_reached(0, 0) is counts
@@ -177,7 +179,7 @@ def test_the_recorder_measures_the_way_and_the_waiting() -> None:
 def test_a_robot_that_is_done_may_stand_for_ever() -> None:
     world = world_of()
     for _ in range(400):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE)})
+        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE, unreachable=[0, 1])})
     assert world.finished
 
 
@@ -244,14 +246,14 @@ GAPS = {
 @pytest.mark.parametrize("name", GAPS)
 def test_the_judge_of_gaps_on_named_cases(name: str) -> None:
     ticks, expected = GAPS[name]
-    judge = ClearanceJudge(from_text(ROOM, 1.0), 0.2, len(ticks[0]))
+    judge = ClearanceJudge(from_text(ROOM, 1.0), 0.2)
     for positions in ticks:
         judge.observe(positions)
     assert judge.smallest == pytest.approx(expected)
 
 
 def test_without_anything_to_touch_the_gap_is_infinite() -> None:
-    judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2, 1)
+    judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2)
     judge.observe([(1.0, 1.0)])
     assert judge.smallest == float("inf")
 

@@ -9,6 +9,7 @@ from msgspec import Meta
 
 from swarm.errors import ConfigError
 from swarm.fuzzy import load_profile
+from swarm.maps.files import read_text
 from swarm.maps.text import from_text
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
@@ -155,11 +156,7 @@ def read(path: Path) -> StormPlan:
         ConfigError: the file cannot be read or is not a plan; the text says where and what to do.
     """
     try:
-        if path.stat().st_size > LARGEST:
-            raise ConfigError(f"{path}: expected a plan of at most {LARGEST} bytes; use a smaller map")
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as fault:
-        raise ConfigError(f"{path}: expected a readable plan file, got {fault}; check the path") from None
+        raw = yaml.load(read_text(path, LARGEST), yaml.CSafeLoader)
     except (yaml.YAMLError, RecursionError, ValueError) as fault:
         raise ConfigError(f"{path}: expected YAML, got {str(fault).splitlines()[0]}; correct that line") from None
     if not isinstance(raw, dict) or "storm" not in raw:

@@ -1,0 +1,97 @@
+"""Survival: what the world's snapshots cost, as a share of the ticks between two: ``python -m benchmarks.survival``.
+
+A snapshot is due every simulated second and at each stop reached. Its time is that of collecting, packing and writing
+it in a process that also steps the robots. It is compared with the wall time of the same number of ticks of a fleet of
+processes in lockstep, which is faster than real time or as fast as it gets.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Final
+
+from benchmarks.measure import machine, printed
+from swarm.messages import Phase
+from swarm.scenario.load import load
+from world.pace import Times
+from world.saving import Saver
+from world.simulate import Simulation
+from world.snapshot import HostState
+
+SIDE: Final = 44  # m, of the hall
+ROBOTS: Final = (8, 64)
+HEAD: Final = ("robots", "snapshot [ms]", "bytes", "20 ticks of a fleet [ms]", "share")
+TICKS: Final = 20  # between two snapshots
+
+
+def hall() -> str:
+    """Return an open hall with robots on a circle, each of which drives to the opposite point."""
+    wall, row = "#" * SIDE, f"#{'.' * (SIDE - 2)}#"
+    text = "".join(f"    {line}\n" for line in (wall, *[row] * (SIDE - 2), wall))
+    middle = SIDE / 2
+    circle = f"start:\n  circle: [{middle}, {middle}, {middle - 2}]\n"
+    return f"name: hall\nmap:\n  cell: 1.0\n  text: |\n{text}{circle}limit: 600\n"
+
+
+def snapshots(scenario: Path, robots: int, seconds: int) -> tuple[float, int]:
+    """Return the time [s] of a snapshot, the median of a run of ``seconds`` simulated seconds, and its bytes."""
+    simulation = Simulation.of(load(scenario), robots, 1)
+    world = simulation.world
+    bins, longest = Times().state
+
+    def host() -> HostState:
+        return HostState(
+            phase=Phase.RUNNING, held=False, reason="", lost=[], wall_time=0.0, present=list(world.robots),
+            most_in_one=1, late=0, states=dict(simulation._states), plans={}, tick_bins=bins, tick_longest=longest,
+            not_reproducible=[],
+        )  # fmt: skip
+
+    file = scenario.with_suffix(".snapshot")
+    saver = Saver(file, simulation.scenario, 1, print)
+    times = []
+    for _ in range(seconds):
+        for _ in range(TICKS):
+            simulation.step()
+        began = perf_counter()
+        saver.save(world, host)
+        times.append(perf_counter() - began)
+    return median(times), file.stat().st_size
+
+
+def tick_of_a_fleet(scenario: Path, robots: int, seconds: int) -> float:
+    """Return the mean wall time [s] of a tick of a fleet of processes in lockstep."""
+    report = scenario.with_suffix(".json")
+    command = ("run", str(scenario), "--robots", str(robots), "--pace", "max", "--dashboard", "off")
+    arguments = (*command, "--limit", str(seconds), "--report", str(report))
+    subprocess.run([sys.executable, "-m", "swarm.cli", *arguments], stdout=subprocess.DEVNULL, check=False)
+    summary = json.loads(report.read_text(encoding="utf-8"))
+    return float(summary["wall_time"] / summary["ticks"])
+
+
+def measure(scenario: Path, robots: int, seconds: int) -> list[str]:
+    """Return the cells of a row."""
+    save, size = snapshots(scenario, robots, seconds)
+    between = TICKS * tick_of_a_fleet(scenario, robots, seconds)
+    return [f"{1000 * save:.2f}", f"{size}", f"{1000 * between:.0f}", f"{save / between:.1%}"]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=int, default=20, help="simulated seconds of each run")
+    given = parser.parse_args()
+    print(machine())
+    with TemporaryDirectory() as folder:
+        scenario = Path(folder) / "hall.yaml"
+        scenario.write_text(hall(), encoding="utf-8")
+        rows = [(str(robots), lambda robots=robots: measure(scenario, robots, given.seconds)) for robots in ROBOTS]  # type: ignore[misc]
+        printed(HEAD, rows)
+
+
+if __name__ == "__main__":
+    main()

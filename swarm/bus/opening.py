@@ -1,0 +1,75 @@
+"""From the inbox to a checked arrival: the parts of its key, and its payload as a message."""
+
+import re
+from typing import Any, Final
+
+import zenoh
+
+from swarm.bus.arrivals import Arrival, Link, Presence, Request
+from swarm.bus.codec import decode
+from swarm.errors import PeerError, SwarmError
+from swarm.messages import Topic
+
+ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
+
+Item = tuple[Any, ...]  # "sample", "query", "token" or "link", and what Zenoh gave
+
+
+def sampled(topic: Topic[Any], sample: zenoh.Sample) -> Item:
+    """Return a sample for the inbox; of a payload that is too large, only its size."""
+    payload = sample.payload
+    size = len(payload)
+    return "sample", topic, str(sample.key_expr), payload.to_bytes() if size <= topic.limit else size
+
+
+def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
+    """Return what an item of the inbox says. ``prefix`` is the fleet's part of a key.
+
+    Raises:
+        PeerError: the key or the payload is not what the topic says; a request has been refused with the reason.
+    """
+    match item:
+        case ("sample", topic, key, payload):
+            ids = _ids(prefix, topic, key)
+            if isinstance(payload, int):
+                raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
+            message = decode(payload, topic.message, topic.limit)
+            claimed = getattr(message, "robot", None)
+            if "robot" in ids and claimed is not None and claimed != ids["robot"]:
+                raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")
+            return Arrival(topic, ids, message)
+        case ("query", topic, query):
+            key = str(query.key_expr)
+            try:
+                if query.payload is None:
+                    raise PeerError(f"{key}: expected a payload, got none")
+                message = decode(query.payload.to_bytes(), topic.message, topic.limit)
+            except PeerError as fault:
+                query.reply_err(str(fault).encode())
+                query.drop()
+                raise
+            return Request(topic, message, query, prefix + topic.key)
+        case ("token", key, alive):
+            parts = key.removeprefix(prefix).split("/")
+            if len(parts) != 4 or not all(ID.match(part) for part in parts):
+                raise PeerError(f"{key}: expected alive/<role>/<id>/<session>")
+            return Presence(parts[1], parts[2], parts[3], alive)
+        case ("link", up):
+            return Link(up)
+    raise SwarmError(f"inbox: unknown item {item!r}")
+
+
+def _ids(prefix: str, topic: Topic[Any], key: str) -> dict[str, str]:
+    names, chunks = topic.key.split("/"), key.removeprefix(prefix).split("/")
+    if len(names) != len(chunks):
+        raise PeerError(f"{key}: expected the key {prefix}{topic.key}")
+    ids = {}
+    for name, chunk in zip(names, chunks, strict=True):
+        if not name.startswith("{"):
+            if name != chunk:
+                raise PeerError(f"{key}: expected the key {prefix}{topic.key}")
+        elif not ID.match(chunk):
+            raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
+        else:
+            ids[name[1:-1]] = chunk
+    return ids

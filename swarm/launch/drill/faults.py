@@ -1,0 +1,147 @@
+"""The faults of processes, of the disk and of the clock: what a row of the table does to a live fleet."""
+
+import os
+import signal
+from collections.abc import Callable, Iterable
+from importlib.util import find_spec
+from math import dist
+from pathlib import Path
+from typing import Final
+
+from swarm.launch.drill.floor import AT_DOOR, DOOR, ROBOTS
+from swarm.launch.drill.live import Live
+
+Fault = Callable[[Live], None]
+FROZEN: Final = 5.0  # s
+LATE: Final = 0.05  # s, 0.2 s of the mission at pace 4
+GAP: Final = 0.2  # s between two robots that are held up
+HOUR: Final = 3600  # s
+FAKETIME: Final = tuple(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
+
+
+def kill(*names: str) -> Fault:
+    """Return the fault that kills processes at once, one after the other."""
+
+    def inject(live: Live) -> None:
+        for name in names:
+            os.kill(live.member(name), signal.SIGKILL)
+
+    return inject
+
+
+def kill_until(name: str, said: str) -> Fault:
+    """Return the fault that kills a process as often as it is started, until the launcher has said something."""
+
+    def inject(live: Live) -> None:
+        before: int | None = 0
+
+        def another() -> bool:
+            return said in live.text or live.find(name) not in {None, before}
+
+        while True:
+            live.await_that(another, f"a process of {name}, or {said!r}")
+            if said in live.text:
+                return
+            before = live.find(name)
+            if before is not None:
+                os.kill(before, signal.SIGKILL)
+            live.take()
+
+    return inject
+
+
+def kill_in_door(live: Live) -> None:
+    """Kill a robot that holds the door."""
+
+    def there(bodies: Iterable[tuple[str, float, float]]) -> list[str]:
+        return [name for name, x, y in bodies if dist((x, y), DOOR) < AT_DOOR]
+
+    truth = live.until(
+        lambda truth: bool(there((body.robot, body.x, body.y) for body in truth.bodies)), "a robot in the door"
+    )
+    kill(there((body.robot, body.x, body.y) for body in truth.bodies)[0])(live)
+
+
+def freeze(name: str) -> Fault:
+    """Return the fault that stops a process for ``FROZEN``."""
+
+    def inject(live: Live) -> None:
+        pid = live.member(name)
+        os.kill(pid, signal.SIGSTOP)
+        live.over.wait(FROZEN)
+        os.kill(pid, signal.SIGCONT)
+
+    return inject
+
+
+def hold_up(live: Live) -> None:
+    """Hold up all robots in turn, again and again, so that their answers are late."""
+
+    def work() -> None:
+        pids = [live.find(f"r{number}") for number in range(1, ROBOTS + 1)]
+        while True:
+            for pid in pids:
+                if live.over.wait(GAP):
+                    return
+                if pid is not None:
+                    try:
+                        os.kill(pid, signal.SIGSTOP)
+                        live.over.wait(LATE)
+                        os.kill(pid, signal.SIGCONT)
+                    except ProcessLookupError:
+                        return
+
+    live.meanwhile(work)
+
+
+def hang_up(live: Live) -> None:
+    """Send SIGHUP to the launcher, as a terminal does that goes away."""
+    os.kill(live.launcher, signal.SIGHUP)
+
+
+def nothing(live: Live) -> None:
+    """Do nothing: the fault is in how the fleet was started."""
+
+
+def second_of_a_name(live: Live) -> None:
+    """Start another robot of the name r1."""
+    live.beside("robot", "--id", "r1")
+
+
+def second_world(live: Live) -> None:
+    """Start another world in the same fleet."""
+    live.beside("world", str(live.scenario), "--robots", str(ROBOTS), "--pace", "4")
+
+
+def _offset(folder: Path) -> Path:
+    return folder / "faketime"
+
+
+def clock_of(folder: Path) -> dict[str, str]:
+    """Return the environment in which a file says how wrong the machine's clock is."""
+    _offset(folder).write_text("+0\n", encoding="utf-8")
+    return {
+        "LD_PRELOAD": str(FAKETIME[0]),
+        "FAKETIME_TIMESTAMP_FILE": str(_offset(folder)),
+        "FAKETIME_NO_CACHE": "1",
+        "FAKETIME_DONT_FAKE_MONOTONIC": "1",
+        "DONT_FAKE_MONOTONIC": "1",
+    }
+
+
+def shift_clock(live: Live) -> None:
+    """Set the machine's clock an hour forth, then an hour back."""
+    for shift in (f"+{HOUR}", f"-{HOUR}"):
+        _offset(live.folder).write_text(f"{shift}\n", encoding="utf-8")
+        tick = live.truth.tick if live.truth is not None else 0
+        live.until(lambda truth, tick=tick: truth.tick > tick + 40, "40 ticks after the clock was set")  # type: ignore[misc]
+
+
+def lacks_faketime() -> str:
+    """Return what is missing to shift the clock, "" for nothing."""
+    return "" if FAKETIME else "libfaketime is not installed (apt install libfaketime)"
+
+
+def lacks_rerun() -> str:
+    """Return what is missing for a dashboard, "" for nothing."""
+    return "" if find_spec("rerun") else "the dashboard needs rerun-sdk, which is not installed"

@@ -1,0 +1,176 @@
+"""The forged and hostile messages: what a stranger on an open router can send."""
+
+import os
+import signal
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import Final
+
+from swarm.bus import Arrival, Bus
+from swarm.bus.codec import encode
+from swarm.errors import SwarmError
+from swarm.launch.drill.faults import Fault
+from swarm.launch.drill.floor import ROBOTS
+from swarm.launch.drill.live import Live
+from swarm.messages import EDIT, RADIO, Activity, Clock, Command, Edit, Kind, Message, Phase, Sense, State, Truth
+from swarm.scenario.starts import names
+
+STOPS: Final = 2  # of each robot
+TICKS: Final = 40  # for which a forged message is sent
+EDITS: Final = 190  # Hz
+FLOOD: Final = 5.0  # s
+GARBAGE: Final = 1000  # Hz
+CORNER: Final = (11.4, 1.4), (11.6, 1.6)  # m, within a cell of the map that nobody needs any more
+RUBBISH: Final = (
+    b"",
+    b"\xff\x00\xc1rubbish",
+    b"\x93\x01\x02\x03",
+    b"\x81\xa1v\x01",
+    b"\x91" * 2000 + b"\x90",
+    bytes(100_000),
+)
+KEYS: Final = (
+    *(f"robot/r{robot}/{part}" for robot in (1, 2, 7) for part in ("sense", "cmd", "state", "plan")),
+    "radio/0/0/r1", "radio/0/0/stranger", "radio/-1/0/r2", "world/clock", "world/event", "world/truth", "world/map",
+    "world/action", "world/join", "world/edit", "alive/robot/r1/odd", "**", "robot/*/cmd", "nobody/knows/this",
+)  # fmt: skip
+
+
+def again(make: Callable[[Truth], Iterable[tuple[str, Message]]], then: Fault | None = None) -> Fault:
+    """Return the fault that sends messages made from the newest truth for TICKS ticks, and does something ``then``."""
+
+    def inject(live: Live) -> None:
+        first = live.until(lambda truth: True, "the truth").tick
+        newest = first
+        while newest < first + TICKS:
+            truth = live.until(lambda truth, newest=newest: truth.tick > newest, "the next tick")  # type: ignore[misc]
+            newest = truth.tick
+            for key, message in make(truth):
+                live.stranger.put(key, encode(message))
+        if then is not None:
+            then(live)
+
+    return inject
+
+
+def command(truth: Truth, **fields: object) -> Command:
+    """Return the command of a robot that stands."""
+    plain = {
+        "left": 0.0, "right": 0.0, "heading": 0.0, "activity": Activity.DRIVE, "reached": [False] * STOPS,
+        "unreachable": [], "sent": False, "replans": 0,
+    }  # fmt: skip
+    return Command(run=truth.run, tick=truth.tick, **(plain | fields))  # type: ignore[arg-type]
+
+
+def unsolvable(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """r1 says that the mission has no solution."""
+    yield "robot/r1/cmd", command(truth, notes=[("unsolvable", "no way out")])
+
+
+def all_done(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """Everybody says to be done."""
+    for name in names(ROBOTS):
+        yield f"robot/{name}/cmd", command(truth, activity=Activity.DONE, reached=[True] * STOPS)
+
+
+def another_run(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """r1 is told that a new run has begun."""
+    yield (
+        "robot/r1/sense",
+        Sense(
+            world="stranger", run=truth.run + 1, tick=0, time=0.0, lockstep=False, x=1.8, y=1.8, yaw=0.0, linear=0.0,
+            angular=0.0,
+            left=1.0, front=1.0, right=1.0, bearings=[None] * STOPS, hears=[], rays=[1.0] * 15,
+        ),
+    )  # fmt: skip
+
+
+def all_reached(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """r3 says that it has reached all its stops."""
+    yield (
+        "robot/r3/state",
+        State(
+            robot="r3", run=truth.run, tick=truth.tick, activity=Activity.DONE, target=STOPS, reached=[True] * STOPS,
+            unreachable=[], distance=0.0, replans=0,
+        ),
+    )  # fmt: skip
+
+
+def over(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """The world says that the run is over."""
+    robots = list(names(ROBOTS))
+    yield (
+        "world/clock",
+        Clock(run=truth.run, tick=truth.tick, time=100_000.0, phase=Phase.OVER, robots=robots, present=robots),
+    )
+
+
+def pretend(token: str, victim: str) -> Fault:
+    """Return the fault that announces somebody who is not there, and then kills a robot."""
+
+    def inject(live: Live) -> None:
+        live.stranger.pretend(token)
+        os.kill(live.member(victim), signal.SIGKILL)
+
+    return inject
+
+
+def false_host(live: Live) -> None:
+    """Answer for the world when robots join, and kill one."""
+    live.stranger.answer("world/join", lambda request: b"\xff")
+    os.kill(live.member("r1"), signal.SIGKILL)
+
+
+def everywhere(live: Live) -> None:
+    """Send one message on all keys at once."""
+    for payload in RUBBISH:
+        live.stranger.put("**", payload)
+
+
+def old_and_false_words(live: Live) -> None:
+    """Send the broadcasts of a while again, and false ones in the name of r2."""
+    with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
+        bus.listen(RADIO)
+        heard = [one for _ in range(100) if isinstance(one := bus.receive(0.05), Arrival)]
+    for _ in range(20):
+        for one in heard:
+            key = RADIO.key.format(**one.ids)
+            live.stranger.put(key, encode(one.message))
+            if one.ids["robot"] == "r2":
+                message = one.message
+                live.stranger.put(key, encode(type(message)(
+                    robot="r2", run=message.run, tick=message.tick, x=6.5, y=3.5, yaw=0.0, activity=Activity.DONE,
+                    target=STOPS, distance=0.0, reached=[True] * STOPS,
+                )))  # fmt: skip
+        live.take()
+
+
+def garbage(live: Live) -> None:
+    """Send garbage on all keys until the run is over."""
+
+    def work() -> None:
+        number = 0
+        while not live.over.wait(0.01):
+            for _ in range(GARBAGE // 100):
+                live.stranger.put(KEYS[number % len(KEYS)], RUBBISH[number % len(RUBBISH)])
+                number += 1
+
+    live.meanwhile(work)
+
+
+def edits(kinds: tuple[Kind, ...], count: int) -> Fault:
+    """Return the fault that asks for many edits of one place, of the kinds in turn, at EDITS a second."""
+
+    def inject(live: Live) -> None:
+        def work() -> None:
+            with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
+                for number in range(count):
+                    if live.over.wait(1.0 / EDITS):
+                        return
+                    low, high = CORNER
+                    with suppress(SwarmError):  # a refusal is an answer
+                        bus.ask(EDIT, Edit(kind=kinds[number % len(kinds)], low=low, high=high))
+
+        live.meanwhile(work)
+
+    return inject

@@ -1,0 +1,77 @@
+"""Runs rows of the table and returns what came of each."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from swarm.errors import ConfigError, SwarmError, nearest
+from swarm.launch.drill.floor import undisturbed
+from swarm.launch.drill.judge import Seen, broken, same_run
+from swarm.launch.drill.live import Live
+from swarm.launch.drill.table import LOCKSTEP, TABLE, Row
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one row at one pace."""
+
+    row: str
+    pace: str
+    outcome: str  # pass, fail or skip
+    seconds: float
+    seen: str  # what is wrong, or why it was skipped
+
+    def line(self) -> str:
+        """Return it as a line for people."""
+        pace = "lockstep" if self.pace == LOCKSTEP else f"pace {self.pace}"
+        return f"{self.outcome:4}  {self.row:17}{pace:9}{self.seconds:6.1f} s{'  ' * bool(self.seen)}{self.seen}"
+
+
+def chosen(names: Iterable[str]) -> list[Row]:
+    """Return the rows with these names, or all rows for no names.
+
+    Raises:
+        ConfigError: there is no such row.
+    """
+    rows = {row.name: row for row in TABLE}
+    for name in (names := list(names)):
+        if name not in rows:
+            raise ConfigError(f"--row: expected a row of the drill, got {name!r}; {nearest(name, rows)}")
+    return [rows[name] for name in names] or list(TABLE)
+
+
+def drilled(rows: Iterable[Row], repeat: int) -> Iterator[Outcome]:
+    """Run each row at each of its paces, ``repeat`` times."""
+    for row in rows:
+        for pace in row.paces:
+            for _ in range(repeat):
+                yield one(row, pace)
+
+
+def one(row: Row, pace: str) -> Outcome:
+    """Run a row at a pace and judge it."""
+    if lacks := row.lacks():
+        return Outcome(row.name, pace, "skip", 0.0, lacks)
+    begun = monotonic()
+    with TemporaryDirectory(prefix="swarm-drill-") as folder:
+        try:
+            wrong = broken(row.laws_at(pace), _performed(row, pace, Path(folder)))
+        except SwarmError as fault:
+            wrong = [f"the fault could not be injected: {' '.join(str(fault).split())}"]
+    return Outcome(row.name, pace, "fail" if wrong else "pass", monotonic() - begun, "; ".join(wrong))
+
+
+def _performed(row: Row, pace: str, folder: Path) -> Seen:
+    digest = undisturbed() if same_run in row.laws_at(pace) else ""
+    options = tuple(option.format(folder=folder) for option in row.options)
+    with Live(folder, pace, options, row.scenario, row.environ(folder)) as live:
+        live.until(lambda truth: truth.tick >= row.tick, f"tick {row.tick}")
+        row.inject(live)
+        return live.finish(digest, row.expected)
+
+
+def as_json(outcome: Outcome) -> dict[str, object]:
+    """Return an outcome as plain values."""
+    return asdict(outcome)

@@ -1,0 +1,125 @@
+"""The table of faults: what is injected, at which tick, at which paces, and which laws must hold afterwards."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from swarm.launch.drill.faults import (
+    Fault,
+    clock_of,
+    freeze,
+    hang_up,
+    hold_up,
+    kill,
+    kill_in_door,
+    kill_until,
+    lacks_faketime,
+    lacks_rerun,
+    nothing,
+    second_of_a_name,
+    second_world,
+    shift_clock,
+)
+from swarm.launch.drill.floor import LOSSY, SCENARIO
+from swarm.launch.drill.forgeries import (
+    EDITS,
+    again,
+    all_done,
+    all_reached,
+    another_run,
+    edits,
+    everywhere,
+    false_host,
+    garbage,
+    old_and_false_words,
+    over,
+    pretend,
+    unsolvable,
+)
+from swarm.launch.drill.judge import ALWAYS, WHOLE, Law, in_order, only_lost_lack, said, same_run
+from swarm.messages import Kind
+
+QUICK: Final = "4"  # times real time
+LOCKSTEP: Final = "max"
+LOCK: Final = (LOCKSTEP,)
+BOTH: Final = (QUICK, LOCKSTEP)
+TICK: Final = 120  # the robots have reached their first stops, and two of them are on their way to the door
+
+
+class Row(NamedTuple):
+    """One fault."""
+
+    name: str
+    fault: str  # for people
+    inject: Fault
+    laws: tuple[Law, ...] = WHOLE  # besides those that hold ALWAYS
+    paces: tuple[str, ...] = (QUICK,)
+    tick: int = TICK
+    scenario: str = SCENARIO
+    options: tuple[str, ...] = ()  # of `swarm run`
+    environ: Callable[[Path], Mapping[str, str]] = lambda folder: {}  # of `swarm run`, for the drill's folder
+    lacks: Callable[[], str] = lambda: ""  # what this machine lacks for the row, "" for nothing
+    expected: tuple[str, ...] = ()  # parts of the output, for the law `said`
+
+    def laws_at(self, pace: str) -> tuple[Law, ...]:
+        """Return the laws that must hold at a pace."""
+        return (*ALWAYS, *(law for law in self.laws if law is not same_run or pace == LOCKSTEP))
+
+
+SAME: Final = (*WHOLE, same_run)
+LOST: Final = "r1 was ended by signal 9; it is lost"
+RECORD: Final = ("--record", "{folder}/run.rrd")
+RECORDED_TWICE: Final = ("dashboard was ended by signal 9; started again", "recorded in part: ", "run.2.rrd")
+FLOOD: Final = (Kind.OBSTACLE, Kind.FREE)
+
+# fmt: off
+TABLE: Final = (
+    # --- processes ---
+    Row("robot-killed",     "kill -9 of one robot",                             kill("r1"), paces=BOTH),
+    Row("robots-killed",    "kill -9 of two robots",                            kill("r1", "r4"), paces=LOCK),
+    Row("robot-lost",       "kill -9 of one robot as often as it is started",   kill_until("r1", LOST),
+        laws=(only_lost_lack,)),
+    Row("door-killed",      "kill -9 of the robot that holds the door",         kill_in_door, tick=20),
+    Row("world-killed",     "kill -9 of the world",                             kill("world"), paces=BOTH, laws=SAME),
+    Row("router-killed",    "kill -9 of the router",                            kill("router"), paces=BOTH, laws=SAME),
+    Row("dashboard-killed", "kill -9 of the dashboard",                         kill("dashboard"),
+        laws=(*WHOLE, said), options=RECORD, lacks=lacks_rerun, expected=RECORDED_TWICE),
+    Row("server-killed",    "kill -9 of the fork server",                       kill("fork server"),
+        paces=LOCK, laws=SAME),
+    Row("robot-frozen",     "SIGSTOP of a robot for 5 s",                       freeze("r1"), paces=BOTH),
+    Row("world-frozen",     "SIGSTOP of the world for 5 s",                     freeze("world"), paces=LOCK, laws=SAME),
+    Row("router-frozen",    "SIGSTOP of the router for 5 s",                    freeze("router"),
+        paces=LOCK, laws=SAME),
+    Row("dashboard-frozen", "SIGSTOP of the dashboard for 5 s",                 freeze("dashboard"),
+        options=RECORD, lacks=lacks_rerun),
+    Row("server-frozen",    "SIGSTOP of the fork server for 5 s",               freeze("fork server"),
+        paces=LOCK, laws=SAME),
+    Row("late-and-lossy",   "30 % of broadcasts lost, robots held up by 0.2 s", hold_up, tick=1, scenario=LOSSY),
+    Row("twin",             "two robots of one name",                           second_of_a_name,
+        laws=(*WHOLE, said), paces=("1",), tick=1, expected=("is here already",)),  # it takes seconds to start
+    Row("second-world",     "a second world in the fleet",                      second_world, tick=1),
+    # --- forged messages ---
+    Row("on-all-keys",      "one message put on all keys at once",              everywhere, paces=LOCK, laws=SAME),
+    Row("unsolvable",       "a command of r1: no solution",                     again(unsolvable)),
+    Row("another-run",      "a sense to r1 of another run",                     again(another_run)),
+    Row("all-reached",      "a state of r3 with all stops, then r3 killed",
+        again(all_reached, kill("r3"))),
+    Row("false-twin",       "a token of r2 by nobody, then r2 killed",          pretend("robot/r2/x", "r2")),
+    Row("false-world",      "a token of a world by nobody, then r1 killed",     pretend("world/world/x", "r1")),
+    Row("false-host",       "a stranger answers joins, then r1 killed",         false_host),
+    Row("all-done",         "commands of all: done",                            again(all_done)),
+    Row("clock-over",       "a clock that says over",                           again(over)),
+    Row("old-words",        "old broadcasts again, false ones of r2",           old_and_false_words),
+    Row("empty-edits",      "200 edits that change nothing",                    edits((Kind.FREE,), 200)),
+    Row("edit-flood",       "edits at 190/s for 5 s",                           edits(FLOOD, 5 * EDITS)),
+    Row("garbage",          "1,000 garbage messages a second on all keys",      garbage, paces=LOCK, laws=SAME, tick=1),
+    # --- the machine ---
+    Row("report-full-disk", "a full disk under the report",                     nothing, laws=(said,),
+        options=("--report", "/dev/full"), expected=("complete\n", "got: No space left on device")),
+    Row("record-full-disk", "a full disk under the recording",                  nothing, laws=(*WHOLE, said),
+        options=("--record", "/dev/full"), lacks=lacks_rerun, expected=("record: expected to write",)),
+    Row("hang-up",          "SIGHUP: the terminal goes away",                   hang_up, laws=(in_order,)),
+    Row("clock-shifted",    "the machine's clock an hour forth and back",       shift_clock,
+        environ=clock_of, lacks=lacks_faketime),
+)
+# fmt: on

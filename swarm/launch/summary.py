@@ -1,0 +1,102 @@
+"""The end of a run: its summary, the lines of it for people, and its files."""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from dashboard.mode import is_whole
+from swarm.errors import ConfigError
+from swarm.launch.table import numbered
+
+
+def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str]) -> dict[str, Any]:
+    """Return the world's report, or a short one of what is ``known`` if the world wrote none.
+
+    ``trouble`` says what went wrong with the processes; the robots in ``lost`` were not started again.
+    """
+    try:
+        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        summary = known | {"complete": False, "reason": trouble or "the world ended without a report"}
+    if trouble and summary["reason"] == "interrupted":  # the launcher interrupted the run because of this trouble
+        summary["reason"] = trouble
+    return summary | {"lost": sorted({*summary.get("lost", []), *lost})}
+
+
+def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
+    """Return the summary of a run as lines for people; ``recordings`` are the last of them."""
+    lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}"]
+    if "contacts" in summary:
+        contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())
+        gap = summary["clearance_min"]
+        lines += [
+            f"  simulated {summary['sim_time']:.1f} s in {summary['wall_time']:.1f} s "
+            f"({summary['real_time_factor']:.1f} x real time), {summary['late_commands']} late commands",
+            f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}; "
+            f"the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
+        ]
+    if summary.get("robots_per_process", 1) > 1:
+        lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
+    for robot, row in summary.get("per_robot", {}).items():
+        reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])
+        laps = f"{row['laps']} laps; " if row["laps"] else ""
+        lines.append(
+            f"  {robot}: {laps}stops at {reached}; drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s"
+        )
+    if summary.get("lost"):
+        lines.append(f"  lost: {', '.join(summary['lost'])} stayed away, or crashed too often to be started again")
+    return lines + [f"  {recording}" for recording in recordings]
+
+
+def told_of_recordings(record: Path | None, dashboards: int, since: Path) -> list[str]:
+    """Return a line about each recording of a run, whose dashboard was started ``dashboards`` times.
+
+    Older files of the same names are left out: they are those that were changed before the file ``since``.
+    """
+    if record is None:
+        return []
+    lines = []
+    for path in _recorded(record, dashboards, since.stat().st_mtime_ns):
+        if is_whole(path):
+            lines.append(f"recorded: {path}  (open it with: rerun {path})")
+        else:
+            lines.append(
+                f"recorded in part: {path} is cut: its dashboard was killed or its disk is full, so the file lacks "
+                "what was drawn last and its index"
+            )
+    return lines or [f"not recorded: {record} was not written"]
+
+
+def _recorded(record: Path, dashboards: int, since: int) -> Iterator[Path]:
+    for number in range(1, dashboards + 1):
+        first = numbered(record, number)
+        for path in (first, *sorted(first.parent.glob(f"{first.stem}-run*{first.suffix}"))):
+            with suppress(OSError):
+                if path.stat().st_mtime_ns >= since:
+                    yield path
+
+
+def write_report(path: Path, summary: dict[str, Any]) -> None:
+    """Write the report of a run, all of it or nothing.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    text = json.dumps(summary, indent=1) + "\n"
+    part = path.with_name(f".{path.name}.part")
+    try:
+        if path.exists() and not path.is_file():  # a device or a pipe cannot be replaced
+            path.write_text(text, encoding="utf-8")
+            return
+        try:
+            part.write_text(text, encoding="utf-8")
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as fault:
+        raise ConfigError(
+            f"--report {path}: expected to write the report, got: {fault.strerror}; make room or choose another file"
+        ) from None

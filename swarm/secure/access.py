@@ -1,0 +1,112 @@
+"""The access list of a fleet's router: a table of what each role may do, in the form that Zenoh takes.
+
+What is not listed is refused. Zenoh tells the refused process nothing: its message does not arrive.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, EVENT, JOIN, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Topic
+from swarm.messages.topic import below
+from swarm.secure.identity import OPERATOR, WATCHER, WORLD
+
+ROBOT: Final = "robot"  # the row of every robot
+FLEET: Final = below("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name
+SEND: Final = ("put",)
+ANSWER: Final = ("declare_queryable", "reply")
+HEAR: Final = ("declare_subscriber",)
+ASK: Final = ("query",)
+PRESENCE: Final = ("declare_liveliness_subscriber", "liveliness_query")
+ALIVE: Final = ("liveliness_token",)
+EVERYTHING: Final = (*SEND, *ANSWER, *HEAR, *ASK, *PRESENCE, *ALIVE)
+
+Topics = tuple[Topic[Any], ...]
+
+
+class Rights(NamedTuple):
+    """What one role may do."""
+
+    sends: Topics  # of robots' topics, the own ones only
+    answers: Topics
+    hears: Topics | None  # of `sense`, the own one only; None: every key of the fleet
+    asks: Topics
+    present_as: str | None  # the role in its liveliness token; None: it has none
+    sees: str  # the role in liveliness tokens that it sees; *: all
+
+
+LAST: Final = (CLOCK, STATE, PLAN, MAP)  # the world keeps their last messages
+RIGHTS: Final = {
+    WORLD: Rights(
+        sends=(SENSE, TRUTH, CLOCK, EVENT, MAP),
+        answers=(ACTION, EDIT, JOIN, *LAST),
+        hears=(COMMAND, STATE, PLAN),
+        asks=(CLOCK,),  # a second world finds out that it is one
+        present_as="world",
+        sees="*",
+    ),
+    ROBOT: Rights(
+        sends=(RADIO, COMMAND, STATE, PLAN),
+        answers=(),
+        hears=(RADIO, SENSE),
+        asks=(JOIN, MAP),
+        present_as="robot",
+        sees="world",
+    ),
+    WATCHER: Rights(sends=(), answers=(), hears=None, asks=LAST, present_as="dashboard", sees="*"),
+    OPERATOR: Rights(sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT), present_as=None, sees="*"),
+}
+
+
+def access_list(robots: Sequence[str]) -> dict[str, Any]:
+    """Return Zenoh's setting ``access_control`` for a fleet of these robots.
+
+    A robot has rules of its own, since a rule cannot name the certificate's holder in a key.
+    """
+    rules: list[dict[str, Any]] = []
+    policies: list[dict[str, Any]] = []
+    members = (*(role for role in RIGHTS if role != ROBOT), *robots)
+    for member in members:
+        rights, robot = (RIGHTS[ROBOT], member) if member in robots else (RIGHTS[member], "*")
+        own = [rule for rule in _rules(member, rights, robot) if rule["key_exprs"]]
+        rules += own
+        policies.append({"subjects": [member], "rules": [rule["id"] for rule in own]})
+    # what the router sends out was let in by the rules above
+    rules.append(_rule("out", EVERYTHING, [f"{FLEET}**"], "egress"))
+    policies.append({"subjects": list(members), "rules": ["out"]})
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": [{"id": member, "cert_common_names": [member]} for member in members],
+        "policies": policies,
+    }
+
+
+def _rules(member: str, rights: Rights, robot: str) -> list[dict[str, Any]]:
+    """Return the rules of one member; ``robot`` is its own name in keys, or ``*`` for all of them."""
+    hears = [f"{FLEET}**"] if rights.hears is None else [_heard(topic, robot) for topic in rights.hears]
+    role = rights.present_as
+    return [
+        _rule(f"{member} sends", SEND, [_key(topic, robot) for topic in rights.sends]),
+        _rule(f"{member} answers", ANSWER, [_key(topic, robot) for topic in rights.answers]),
+        _rule(f"{member} hears", HEAR, hears),
+        _rule(f"{member} asks", ASK, [_key(topic, "*") for topic in rights.asks]),
+        _rule(f"{member} is present", ALIVE, [] if role is None else [f"{FLEET}alive/{role}/{_name(role, robot)}/*"]),
+        _rule(f"{member} sees", PRESENCE, [f"{FLEET}alive/{rights.sees}/*/*"]),
+    ]
+
+
+def _rule(name: str, messages: Sequence[str], keys: list[str], flow: str = "ingress") -> dict[str, Any]:
+    return {"id": name, "messages": [*messages], "flows": [flow], "permission": "allow", "key_exprs": keys}
+
+
+def _key(topic: Topic[Any], robot: str) -> str:
+    return FLEET + topic.key.format(robot=robot, zx="*", zy="*")
+
+
+def _heard(topic: Topic[Any], robot: str) -> str:
+    return _key(topic, robot if topic is SENSE else "*")
+
+
+def _name(role: str, robot: str) -> str:
+    return robot if role == ROBOT else "*"

@@ -1,0 +1,104 @@
+"""`swarm drill` with real fleets: a fault that is planted there is named, and nothing of the drill is left."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from swarm.cli import main
+from swarm.launch.drill import run
+from swarm.launch.drill.faults import FAKETIME, lacks_faketime
+from swarm.launch.drill.floor import SCENARIO, undisturbed
+from swarm.launch.drill.judge import Seen
+from swarm.launch.drill.live import MARK, Live
+from swarm.launch.drill.table import LOCKSTEP, QUICK, TABLE, Row
+
+ROWS = {row.name: row for row in TABLE}
+
+
+def test_the_list_has_every_row(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drill", "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == [row.name for row in TABLE]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ["--row", "robot-kiled"],
+            "--row: expected a row of the drill, got 'robot-kiled'; did you mean 'robot-killed'?",
+        ),
+        (["--repeat", "0"], "--repeat: expected 1 to 1000, got 0"),
+    ],
+)
+def test_a_wrong_row_is_a_sentence(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drill", *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_what_a_machine_lacks_is_said(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("swarm.launch.drill.faults.FAKETIME", ())
+    assert main(["drill", "--row", "clock-shifted", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["pass"], told["fail"], told["skip"]) == (0, 0, 1)
+    assert told["rows"][0]["seen"] == "libfaketime is not installed (apt install libfaketime)"
+    assert lacks_faketime() or FAKETIME
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("name", ["robot-killed", "report-full-disk"])
+def test_a_row_passes_and_is_told_as_json(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drill", "--row", name, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["pass"] == len(ROWS[name].paces)
+    assert {one["row"] for one in told["rows"]} == {name}
+
+
+@pytest.mark.processes
+def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[subprocess.Popen[bytes]] = []
+
+    def leave(live: Live) -> None:
+        sleeps = "import time; time.sleep(1000)"
+        left.append(subprocess.Popen([sys.executable, "-c", sleeps], env=os.environ | {MARK: live._mark}))
+
+    monkeypatch.setattr("swarm.launch.drill.live.LEAVING", 0.1)
+    outcome = run.one(Row("leaves", "leaves a process", leave, laws=(), tick=1), LOCKSTEP)
+    assert left[0].wait() == -9, "the drill ends what is left"
+    assert outcome.outcome == "fail"
+    assert "nothing left: " in outcome.seen
+    assert f"left: process {left[0].pid} (" in outcome.seen
+
+
+@pytest.mark.processes
+def test_a_lost_stop_and_a_contact_of_a_real_run_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The judge gets a real report, spoilt as a fault would spoil it."""
+    finish = Live.finish
+
+    def spoilt(live: Live, digest: str, expected: tuple[str, ...]) -> Seen:
+        seen = finish(live, digest, expected)
+        seen.report["per_robot"]["r2"]["reached"][-1] = None
+        seen.report["contacts"]["wall"] = 1
+        return replace(seen, digest="another")
+
+    monkeypatch.setattr(Live, "finish", spoilt)
+    outcome = run.one(ROWS["on-all-keys"], LOCKSTEP)
+    assert outcome.outcome == "fail"
+    assert outcome.seen == (
+        "no contact: contacts: 1 wall; nothing lost: r2 lacks 1 stops; "
+        f"same run: digest {undisturbed()[:8]} instead of another"
+    )
+
+
+@pytest.mark.processes
+def test_a_fleet_that_cannot_start_is_told_and_nothing_is_left(tmp_path: Path) -> None:
+    broken = SCENARIO.replace("robots: 4", "robots: 4\nnonsense: 1")
+    outcome = run.one(ROWS["robot-killed"]._replace(scenario=broken), QUICK)
+    assert outcome.outcome == "fail"
+    assert "unknown field 'nonsense'" in outcome.seen
+    assert "fault could not be injected" in outcome.seen

@@ -1,0 +1,282 @@
+"""Processes that are killed: the run goes on with nothing lost, in lockstep bit for bit; strangers change nothing."""
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from swarm.bus import Arrival, Bus, Endpoint
+from swarm.bus.codec import encode
+from swarm.bus.settings import client
+from swarm.cli import main
+from swarm.errors import SwarmError
+from swarm.launch.fleet import Ended
+from swarm.launch.fleet import Fleet as Launched
+from swarm.launch.table import CRASHED, WORLD, EarlyEnd
+from swarm.messages import EDIT, EVENT, SENSE, Edit, Kind, Phase, Sense
+from swarm.scenario.load import load
+from tests.conftest import MakeBus
+from tests.launch.actors import (
+    PATIENCE,
+    SMALL,
+    Command,
+    Fleet,
+    assert_the_same_run,
+    await_clock,
+    await_event,
+    await_phase,
+    await_tick,
+    in_process,
+)
+
+pytestmark = pytest.mark.processes
+HARD = "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"  # all that is drawn at random
+ROBOTS = 3
+
+
+@pytest.fixture
+def noisy(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "noisy.yaml"
+    path.write_text(SMALL.replace("limit: 300", HARD))
+    return path
+
+
+def events_of(bus: Bus) -> list[str]:
+    kinds = []
+    while (arrived := bus.receive(0.0)) is not None:
+        kinds += [arrived.message.kind] if isinstance(arrived, Arrival) and arrived.topic is EVENT else []
+    return kinds
+
+
+@pytest.mark.parametrize(("who", "ticks"), [("world", (1, 130, 137)), ("router", (2, 131, 400))])
+def test_in_lockstep_a_run_is_the_undisturbed_one_whenever_the_world_or_the_router_is_killed(
+    who: str, ticks: tuple[int, ...], noisy: Path, tmp_runtime: Path
+) -> None:
+    expected = in_process(load(noisy), ROBOTS, 1)
+    with Fleet(noisy, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet:
+        for tick in ticks:
+            with fleet.bus() as bus:
+                if tick == ticks[0]:
+                    fleet.await_all(bus)
+                await_tick(bus, tick)
+                fleet.member(who).kill()
+                fleet.await_line(f"{who} was ended by signal 9; started again")
+                fleet.lines.clear()
+        assert fleet.end() == 0, fleet.text
+        assert_the_same_run(fleet.report(), expected)
+        fleet.assert_nobody_is_left()
+
+
+def test_in_real_time_a_killed_world_goes_on_and_nothing_is_reached_twice(noisy: Path, tmp_runtime: Path) -> None:
+    with Fleet(noisy, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        before = await_event(bus, lambda event: event.kind == "reached")
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert report["complete"]
+    assert before.robot is not None
+    assert before.time in report["per_robot"][before.robot]["reached"], "it was reached then, and stays so"
+    assert report["lost"] == []
+    assert not report["reproducible"]
+
+
+def test_a_world_that_was_killed_in_a_pause_comes_back_paused(noisy: Path, tmp_runtime: Path) -> None:
+    with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        assert main(["go"]) == 0
+        await_tick(bus, 50)
+        assert main(["pause"]) == 0
+        await_phase(bus, Phase.PAUSED)
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        stands = await_clock(bus, lambda clock: clock.phase is Phase.PAUSED and len(clock.present) == ROBOTS)
+        assert stands.tick >= 40
+        assert main(["resume"]) == 0
+        assert fleet.end() == 0, fleet.text
+        assert_the_same_run(fleet.report(), in_process(load(noisy), ROBOTS, 1))
+
+
+def test_a_killed_robot_stalls_nobody_in_lockstep_and_the_report_says_that_the_run_cannot_be_repeated(
+    noisy: Path, tmp_runtime: Path
+) -> None:
+    with Fleet(noisy, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_tick(bus, 60)
+        fleet.member("r2").kill()
+        await_event(bus, lambda event: event.kind == "gone")
+        assert fleet.end() == 0, fleet.text
+        assert "silent" not in events_of(bus)
+        report = fleet.report()
+    assert report["complete"]
+    assert not report["reproducible"]
+    reasons = sorted(reason.partition(" at ")[0] for reason in report["not_reproducible"])
+    assert reasons == ["r2 has lost its process", "r2 has started again without its memory"], "no deadline has passed"
+
+
+def test_an_edit_that_was_answered_outlives_the_world(noisy: Path, tmp_runtime: Path) -> None:
+    wall = Edit(kind=Kind.WALL, low=(7.2, 3.2), high=(7.8, 3.8))
+    with Fleet(noisy, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_tick(bus, 30)
+        assert bus.ask(EDIT, wall).text.startswith("wall from")
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        bus.watch_presence("world")
+        await_tick(bus, 31)
+        await_clock(bus, lambda clock: len(clock.present) == 2)
+        assert bus.ask(EDIT, wall).text.endswith("it changes nothing")
+        assert main(["stop"]) == 0
+        assert fleet.end() == 1, fleet.text
+
+
+def crash_once(file: Path) -> int:
+    """Crash at the first start."""
+    if not file.exists():
+        file.touch()
+        raise ValueError("planted")
+    return 0
+
+
+def crashing() -> Callable[..., int]:
+    return crash_once
+
+
+def test_a_process_that_crashes_is_treated_like_a_killed_one(tmp_path: Path) -> None:
+    role = WORLD._replace(load=crashing)
+    ended: list[Ended] = []
+    with Launched(tmp_path, print) as fleet:
+        fleet.start(role, "world", {"file": tmp_path / "crashed"})
+        while len(ended) < 2:
+            ended += fleet.watch(PATIENCE)
+    assert [(one.status, one.then) for one in ended] == [(CRASHED, EarlyEnd.RESTART), (0, EarlyEnd.FINISH)]
+    assert "ValueError: planted" in ended[0].last_lines
+
+
+def test_on_many_hosts_a_world_goes_on_from_the_file_that_it_is_given(
+    noisy: Path, tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "many")
+    arguments = (str(noisy), "--robots", "2", "--pace", "max", "--seed", "1", *wire)
+    file, report = tmp_runtime / "world.snapshot", tmp_runtime / "report.json"
+    assert main(["world", *arguments, "--resume", str(file)]) == 2
+    assert f"--resume {file}: expected a snapshot, found none" in capsys.readouterr().err
+    bus = make_bus(fleet="many")
+    with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
+        with Command("world", *arguments, "--snapshot", str(file), runtime=tmp_runtime) as world:
+            await_tick(bus, 100)
+            world.process.kill()
+            world.process.wait()
+        with Command("world", *arguments, "--resume", str(file), "--report", str(report), runtime=tmp_runtime) as world:
+            assert world.end() == 0, world.text
+            world.await_line("the run goes on at ")
+    assert_the_same_run(json.loads(report.read_text()), in_process(load(noisy), 2, 1))
+
+
+# --- strangers ---
+
+
+def test_a_second_world_is_refused_and_the_first_one_goes_on(noisy: Path, tmp_runtime: Path) -> None:
+    with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        wire = ("--connect", str(fleet.endpoint), "--fleet", fleet.name)
+        with Command("world", str(noisy), *wire, runtime=tmp_runtime) as second:
+            assert second.end() == 2
+            second.await_line("expected no world, got one that runs already")
+        assert main(["go"]) == 0
+        assert fleet.end() == 0, fleet.text
+        assert_the_same_run(fleet.report(), in_process(load(noisy), ROBOTS, 1))
+
+
+@contextmanager
+def stranger(fleet: Fleet, prefix: str) -> Iterator[zenoh.Session]:
+    """Answer joins, with rubbish and refusals, beside the world; announce robots and worlds that are not there."""
+    with zenoh.open(client(fleet.endpoint)) as session:
+
+        def on_query(query: zenoh.Query) -> None:
+            query.reply(f"{prefix}/world/join", b"\xff")
+            query.reply_err(b"there is no place for you")
+
+        held = [session.declare_queryable(f"{prefix}/world/join", on_query)]
+        tokens = [
+            session.liveliness().declare_token(f"{prefix}/alive/{who}")
+            for who in ("robot/r1/forged", "robot/r2/forged", "world/world/forged")
+        ]
+        yield session
+        del held, tokens
+
+
+def test_forged_tokens_senses_and_answers_neither_end_nor_change_a_run(noisy: Path, tmp_runtime: Path) -> None:
+    expected = in_process(load(noisy), ROBOTS, 1)
+    over = threading.Event()
+    with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        prefix = f"swarm/v1/{fleet.name}"
+        with stranger(fleet, prefix) as session:
+            fleet.await_all(bus)
+            bus.listen(SENSE, robot="r1")
+            assert main(["go"]) == 0
+            while not isinstance(arrived := bus.receive(40.0), Arrival):
+                assert arrived is not None
+            sense = arrived.message
+            assert isinstance(sense, Sense)
+            forged = [
+                encode(Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | changes))
+                for changes in ({"world": "forged", "run": 9}, {"world": "forged", "tick": sense.tick + 50})
+            ]
+
+            def flood() -> None:
+                while not over.is_set():
+                    for payload in forged:
+                        session.put(f"{prefix}/robot/r1/sense", payload)
+                    over.wait(0.05)
+
+            thread = threading.Thread(target=flood)
+            thread.start()
+            try:
+                await_tick(bus, 100)
+                fleet.member("world").kill()  # robots have to find it again among the answers
+                fleet.await_line("world was ended by signal 9; started again")
+                assert fleet.end() == 0, fleet.text
+            finally:
+                over.set()
+                thread.join()
+    assert_the_same_run(fleet.report(), expected)
+
+
+def test_a_flood_of_edits_neither_stops_the_clock_nor_fills_memory(noisy: Path, tmp_runtime: Path) -> None:
+    cells = [((x + 0.2, y + 0.2), (x + 0.8, y + 0.8)) for x in (5, 6) for y in (1, 6)]
+    refusals: list[str] = []
+    over = threading.Event()
+    with Fleet(noisy, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        began = await_tick(bus, 1)
+
+        def flood(number: int) -> None:
+            with fleet.bus() as own:
+                while not over.is_set():
+                    for kind in (Kind.WALL, Kind.FREE):
+                        low, high = cells[number % len(cells)]
+                        try:
+                            own.ask(EDIT, Edit(kind=kind, low=low, high=high))
+                        except SwarmError as fault:
+                            refusals.append(str(fault))
+
+        threads = [threading.Thread(target=flood, args=(number,)) for number in range(32)]
+        for thread in threads:
+            thread.start()
+        try:
+            await_tick(bus, began + 60)
+        finally:
+            over.set()
+            for thread in threads:
+                thread.join()
+        assert main(["stop"]) == 0
+        assert fleet.end() == 1, fleet.text
+    assert any("16 requests are waiting already; ask again later" in line for line in refusals)

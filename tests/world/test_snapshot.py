@@ -1,0 +1,240 @@
+"""A run that goes on from a snapshot is the run that nothing disturbed; a file that is no snapshot is refused."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose
+from swarm.messages import Edit, Kind, Phase
+from swarm.scenario.load import Scenario
+from tests.shared import scenario_of, with_settings
+from world import snapshot, snapshot_file
+from world.faults import Faults
+from world.simulate import Simulation
+from world.snapshot import HostState, Snapshot
+from world.world import REST, World
+
+MOVERS = [
+    {"radius": 0.3, "waypoints": [[6.0, 1.6], [6.0, 4.4]], "speed": 0.5},
+    {"size": [0.4, 0.3], "waypoints": [[3.5, 1.6], [3.5, 4.4]], "speed": 0.3},
+]
+EDITS = [
+    {"at": 3.0, "kind": "wall", "low": [6.2, 1.2], "high": [6.8, 1.8]},
+    {"at": 9.0, "kind": "free", "low": [6.2, 1.2], "high": [6.8, 1.8]},
+]
+NOISE: dict[str, Any] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}
+LENGTH = 12.0  # s
+
+# fmt: off
+RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenario, robots, faults
+    "plain":                   ({}, 4, Faults()),
+    "noise and loss":          (NOISE, 3, Faults()),
+    "edits":                   ({"edits": EDITS}, 4, Faults()),
+    "movers that run into robots": ({"movers": MOVERS}, 4, Faults(held_up=4.0)),
+    "suspended, dead, late":   (NOISE, 4, Faults(suspended=8.0, killed={"r2": 6.0}, late=0.1)),
+    "patrol":                  (NOISE | {"patrol": True, "targets": [[7.5, 2.5], [4.5, 4.5]]}, 3, Faults()),
+    "all":                     (NOISE | {"movers": MOVERS, "edits": EDITS}, 4, Faults(held_up=6.0, suspended=9.0)),
+}
+# fmt: on
+
+
+def host(phase: Phase = Phase.RUNNING) -> HostState:
+    return HostState(
+        phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
+        tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"],
+    )  # fmt: skip
+
+
+def of(simulation: Simulation, scenario: Scenario) -> Snapshot:
+    world = simulation.world
+    return Snapshot(
+        scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots), seed=simulation.seed, identity="abc",
+        run=world.run, floor=None, state=snapshot.saved(world), host=host(),
+    )  # fmt: skip
+
+
+def reborn(simulation: Simulation, file: Path) -> World:
+    """Return a new world from a snapshot of the simulation's, through a file."""
+    old, scenario = simulation.world, simulation.scenario
+    snapshot_file.write(of(simulation, scenario), file)
+    found = snapshot_file.read(file, scenario, len(old.robots), simulation.seed)
+    world = World(replace(scenario, map=old.floor), old.starts, simulation.seed, run=found.run, edits=old.edits)
+    snapshot.restore(world, found.state)
+    return world
+
+
+def course(scenario: Scenario, robots: int, seed: int, faults: Faults, file: Path | None = None) -> Mapping[str, Any]:
+    """Return the report of a run; with a file, the world is replaced from it whenever its state is to be saved."""
+    simulation = Simulation.of(scenario, robots, seed, faults)
+    while simulation.world.time < LENGTH:
+        simulation.step()
+        if file is not None and simulation.world.due:
+            simulation.world = reborn(simulation, file)
+    return simulation.report(1.0, LENGTH)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", RUNS)
+def test_a_world_that_goes_on_from_its_snapshots_is_the_undisturbed_one(name: str, seed: int, tmp_path: Path) -> None:
+    fields, robots, faults = RUNS[name]
+    scenario = scenario_of(**fields)
+    expected = course(scenario, robots, seed, faults)
+    got = course(scenario, robots, seed, faults, tmp_path / "world.snapshot")
+    for field, value in expected.items():
+        assert got[field] == value, field
+    if "movers" in name:
+        assert sum(expected["contacts"].values()) > 0, "contacts are the hard part"
+
+
+def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
+    scenario = scenario_of(**NOISE, edits=EDITS, movers=MOVERS)
+    simulation = Simulation.of(scenario, 3, 5)
+    for _ in range(90):
+        simulation.step()
+    simulation.world.edit(Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8)))
+    before = of(simulation, scenario)
+    file = tmp_path / "s"
+    snapshot_file.write(before, file)
+    packed = snapshot_file.ENCODER.encode
+    assert packed(snapshot_file.read(file, scenario, 3, 5)) == packed(before)
+    assert [path.name for path in tmp_path.iterdir()] == ["s"], "nothing is left beside it"
+    world = reborn(simulation, file)
+    assert packed(snapshot.saved(world)) == packed(snapshot.saved(simulation.world))
+
+
+# --- files that are refused ---
+
+
+def whole() -> bytes:
+    simulation = Simulation.of(scenario_of(), 2, 1)
+    simulation.step()
+    packed = snapshot_file.ENCODER.encode(of(simulation, simulation.scenario))
+    return snapshot_file.HEAD + snapshot_file._checksum(packed) + packed
+
+
+def signed(packed: bytes) -> bytes:
+    return snapshot_file.HEAD + snapshot_file._checksum(packed) + packed
+
+
+def with_field(content: bytes, **fields: object) -> bytes:
+    raw = msgspec.msgpack.decode(content[len(snapshot_file.HEAD) + snapshot_file.CHECK :])
+    return signed(msgspec.msgpack.encode(raw | fields))
+
+
+# fmt: off
+BAD: dict[str, tuple[Callable[[bytes], bytes], str]] = {  # what becomes of a good file: the reason
+    "empty":            (lambda good: b"",                              "got another file"),
+    "text":             (lambda good: b"hello\n",                       "got another file"),
+    "pickle":           (lambda good: b"\x80\x04\x95",                  "got another file"),
+    "another version":  (lambda good: good.replace(b"snapshot 1", b"snapshot 9", 1), "got one of version b'9"),
+    "only a head":      (lambda good: good[:len(snapshot_file.HEAD)],        "cut or changed"),
+    "cut":              (lambda good: good[:-1],                        "cut or changed"),
+    "longer":           (lambda good: good + b"\0",                     "cut or changed"),
+    "one bit":          (lambda good: good[:-9] + bytes([good[-9] ^ 1]) + good[-8:], "cut or changed"),
+    "not a map":        (lambda good: signed(b"\x93\1\2\3"),            "expected a snapshot, got one with"),
+    "no MessagePack":   (lambda good: signed(b"\xc1"),                  "expected a snapshot, got one with"),
+    "a field too many": (lambda good: with_field(good, extra=1),        "unknown field `extra`"),
+    "a wrong type":     (lambda good: with_field(good, run="one"),      "Expected `int`, got `str`"),
+    "another seed":     (lambda good: with_field(good, seed=7),         "seed: expected 1, got 7"),
+    "another fleet":    (lambda good: with_field(good, robots=9),       "robots: expected 2, got 9"),
+    "another scenario": (lambda good: with_field(good, scenario="x"),   "scenario: expected"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_file_that_is_no_snapshot_of_this_run_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+    spoil, reason = BAD[name]
+    file = tmp_path / "s"
+    scenario = Simulation.of(scenario_of(), 2, 1).scenario
+    file.write_bytes(whole())
+    snapshot_file.read(file, scenario, 2, 1)
+    file.write_bytes(spoil(whole()))
+    with pytest.raises(ConfigError) as fault:
+        snapshot_file.read(file, scenario, 2, 1)
+    assert reason in str(fault.value)
+    assert str(fault.value).startswith(f"snapshot {file}: ")
+
+
+def test_a_missing_file_and_a_state_of_another_size_are_refused(tmp_path: Path) -> None:
+    scenario = scenario_of()
+    with pytest.raises(ConfigError, match="No such file"):
+        snapshot_file.read(tmp_path / "none", scenario, 2, 1)
+    state = snapshot.saved(Simulation.of(scenario, 3, 1).world)
+    with pytest.raises(ConfigError, match="expected 2 values, got 3"):
+        snapshot.restore(Simulation.of(scenario, 2, 1).world, state)
+
+
+@pytest.mark.parametrize("fields", [{"seed": 2}, {"robots": 3}, {"reach": 0.37}])
+def test_the_snapshot_of_a_changed_scenario_is_refused(fields: dict[str, Any], tmp_path: Path) -> None:
+    file, scenario = tmp_path / "s", Simulation.of(scenario_of(), 2, 1).scenario
+    file.write_bytes(whole())
+    other = with_settings(scenario, reach=fields["reach"]) if "reach" in fields else scenario
+    with pytest.raises(ConfigError, match="expected"):
+        snapshot_file.read(file, other, fields.get("robots", 2), fields.get("seed", 1))
+
+
+# --- nothing is forgotten ---
+
+# fmt: off
+FROM_THE_START = {  # attributes that are not saved: they follow from scenario, starts, seed and floor, or are caches
+    "world": {"robots", "starts", "identity", "run", "due", "dt", "returns", "settings", "_drive", "_top_speed", "floor",
+              "physics", "_movers", "_patrols", "sensing", "_radio", "radio", "_stops", "_stop_places", "_number", "distances",
+              "traffic", "verdict", "planned", "progress", "steering", "recorder"},
+    "planned": {"_edits"},
+    "recorder": {"_dt", "judge"},
+    "judge": {"_radius", "_pairs", "_block", "_tree", "_solid"},
+    "verdict": set(),
+    "traffic": {"_robots", "watch"},
+    "watch": {"cells", "radius", "tick"},
+    "progress": set(),
+    "steering": {"_controller", "_robot", "_dt", "_kept"},
+    "sensing": {"_settings", "_angles", "_shown"},
+    "radio": {"_settings", "_sees"},
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", FROM_THE_START)
+def test_every_attribute_is_saved_or_follows_from_the_start(name: str) -> None:
+    """Whoever adds an attribute decides: a field of the table in world/snapshot.py, or a word here."""
+    part = snapshot._parts(Simulation.of(scenario_of(), 2, 1).world)[name]
+    kind = snapshot.WorldState.__annotations__[name]
+    assert set(vars(part)) - FROM_THE_START[name] == set(kind.__struct_fields__)
+
+
+# --- bodies that press against each other ---
+
+
+def pressed(file: Path | None) -> tuple[str, list[int]]:
+    """Return the digest of robots that push each other and a wall, and the ticks with contacts; perhaps restored."""
+    scenario = scenario_of(movers=MOVERS)
+    starts = [Pose(7.0, 3.4, 0.0), Pose(8.0, 3.6, 3.0), Pose(7.5, 2.6, 1.6), Pose(8.4, 4.5, 1.0)]
+    world, touching = World(scenario, starts, 1), []
+    for tick in range(130):
+        speed = 0.5 if tick % 50 < 40 else -0.2
+        world.step({
+            name: msgspec.structs.replace(REST, tick=tick, left=speed, right=speed + 0.05 * number)
+            for number, name in enumerate(world.robots)
+        })  # fmt: skip
+        touching += [tick] * bool(world.touching())
+        if file is not None and world.due:
+            held = Snapshot(
+                scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, floor=None,
+                state=snapshot.saved(world), host=host(),
+            )  # fmt: skip
+            snapshot_file.write(held, file)
+            world = World(scenario, starts, 1)
+            snapshot.restore(world, snapshot_file.read(file, scenario, 4, 1).state)
+    return world.recorder.digest, touching
+
+
+def test_what_the_physics_engine_remembers_of_contacts_makes_no_difference(tmp_path: Path) -> None:
+    undisturbed, touching = pressed(None)
+    assert {39, 59, 79} <= set(touching), "they press when the state is saved"
+    assert pressed(tmp_path / "s") == (undisturbed, touching)

@@ -1,0 +1,183 @@
+"""The run of one fleet's world: its phase, its state beside the world's own, and everything that changes it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+from typing import Final
+
+from swarm.bus import Bus
+from swarm.maps.wire import unpack
+from swarm.messages import Clock, Phase
+from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import planning_grid, prepare
+from swarm.settings import Pace
+from world.answers import LastMessages
+from world.lobby import BACK, Lobby
+from world.pace import Stopwatch, Times, Timetable
+from world.repeatable import Repeatable
+from world.report import missing, report
+from world.rival import new_identity
+from world.saving import Saver
+from world.snapshot import HostState, Snapshot, restore
+from world.snapshot_file import read
+from world.speaker import Speaker
+from world.world import World
+
+LOST: Final = 20.0  # s of absence after which the run ends without a robot, if all others are finished
+
+
+class Course:
+    """What has become of the run so far. It is new, or goes on from the file ``snapshot`` if that exists."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        scenario: Scenario,
+        robots: int,
+        seed: int,
+        pace: Pace,
+        limit: float,
+        wait: bool,
+        watchers: int,
+        snapshot: Path | None,
+        log: Callable[[str], None],
+    ) -> None:
+        scenario, _, starts = prepare(scenario, robots, seed)
+        self.seed, self.pace, self._limit = seed, pace, limit
+        self.speaker = Speaker(bus, scenario, log)
+        self._saver = Saver(snapshot, scenario, seed, log)
+        self.world = World(scenario, starts, seed, identity=new_identity())
+        self.lobby = Lobby(self.world.robots, watchers, monotonic())
+        self.repeatable = Repeatable(lockstep=self.lockstep)
+        self.phase = Phase.WAITING
+        self.held = wait  # waits until somebody presses go
+        self.last = LastMessages()
+        self._reason = ""
+        self._lost: list[str] = []
+        self.stopwatch = Stopwatch()
+        self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
+        self.in_tick = False  # robots were sent the senses of a tick that is not over
+        self._unsaved = True
+        if snapshot is not None and snapshot.exists():
+            self._resume(read(snapshot, scenario, robots, seed))
+            log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
+
+    @property
+    def lockstep(self) -> bool:
+        """True if each tick waits for all robots."""
+        return self.pace == "max"
+
+    def _resume(self, found: Snapshot) -> None:
+        """Go on with the run of a snapshot."""
+        fresh, host = self.world, found.host
+        if found.floor is not None:
+            self.speaker.take_map(unpack(found.floor))
+        edits = found.state.world.edits
+        self.world = World(self.speaker.scenario, fresh.starts, self.seed, found.run, edits, found.identity)
+        restore(self.world, found.state)
+        self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
+        self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
+        self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
+        self.repeatable.reasons = host.not_reproducible
+        self.lobby.most_in_one = host.most_in_one
+        self.lobby.expect(host.present, monotonic() + BACK)
+
+    # --- saving ---
+
+    def save(self) -> None:
+        """Save the state if it has changed and no tick is under way."""
+        if self._unsaved and not self.in_tick:
+            self._unsaved = False
+            self._saver.save(self.world, self._state)
+
+    def save_soon(self) -> None:
+        """Save the state now, or after the tick that is under way."""
+        self._unsaved = True
+        self.save()
+
+    def _state(self) -> HostState:
+        bins, longest = self.timetable.times.state
+        return HostState(
+            phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
+            present=self.lobby.members, most_in_one=self.lobby.most_in_one, late=self.last.late,
+            states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
+            not_reproducible=self.repeatable.reasons,
+        )  # fmt: skip
+
+    # --- telling ---
+
+    def clock(self) -> Clock:
+        """Return the message with the time and phase of the run."""
+        return self.speaker.clock(self.world, self.phase, self.lobby.present)
+
+    def tell_clock(self) -> None:
+        """Send the time and phase of the run."""
+        self.speaker.tell_clock(self.clock())
+
+    def tell(self, kind: str, text: str, robot: str | None = None) -> None:
+        """Send an event of the present tick."""
+        self.speaker.tell(self.world.event(kind, text, robot))
+
+    def tell_map(self) -> None:
+        """Take over the world's current floor and send it to all listeners."""
+        self.speaker.take_map(self.world.floor)
+        self.speaker.tell_map(self.world)
+
+    # --- changing ---
+
+    def step(self) -> None:
+        """Move all robots to the next tick by the commands that have come."""
+        for event in self.world.step(self.last.commands):
+            self.speaker.tell(event)
+            self.repeatable.hear(event)
+        self.last.carried_out()
+        self.in_tick = False
+        if self.world.floor is not self.speaker.scenario.map:  # the scenario has made an edit
+            self.tell_map()
+        self._end_if_over()
+        if self.world.due:
+            self.save_soon()
+
+    def _end_if_over(self) -> None:
+        world, unfinished = self.world, self.world.unfinished
+        if world.finished:
+            self.end(missing(world))
+        elif all(self.lobby.away(name) >= LOST for name in unfinished):
+            self._lost = unfinished
+            self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
+        elif world.time >= self._limit:
+            self.end(f"time limit of {self._limit:g} s; {missing(world)}")
+
+    def go_to(self, phase: Phase) -> None:
+        """Enter a phase."""
+        self.phase = phase
+        self.timetable.start()
+        self.tell("phase", f"the run is {phase.value}")
+        self.tell_clock()
+        self.save_soon()
+
+    def end(self, reason: str) -> None:
+        """End the run; the reason counts if it is not complete."""
+        self._reason, self.in_tick = reason, False
+        self.go_to(Phase.OVER)
+
+    def restart(self) -> None:
+        """Begin a new run: all robots are back at their starts, progress is cleared."""
+        old = self.world
+        self.world = World(self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity)
+        self.last, self.stopwatch = LastMessages(), Stopwatch()
+        self.timetable.times = Times()
+        self.repeatable.begin()
+        self.in_tick = False
+
+    def report(self) -> dict[str, object]:
+        """Return the report of the run."""
+        scenario = self.speaker.scenario
+        return report(
+            self.world, planning_grid(scenario), scenario=scenario.settings.name, seed=self.seed,
+            robots_per_process=self.lobby.most_in_one,
+            pace="max" if self.pace == "max" else "realtime" if self.pace == 1.0 else f"{self.pace:g}",
+            wall_time=self.stopwatch.seconds, late_commands=self.last.late,
+            tick_wall=self.timetable.times.report(), reason=self._reason or missing(self.world),
+            not_reproducible=self.repeatable.reasons, lost=self._lost,
+        )  # fmt: skip

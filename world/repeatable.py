@@ -1,0 +1,30 @@
+"""The reasons why a run cannot be repeated bit for bit, for its report."""
+
+from typing import Final
+
+from swarm.messages import Event
+
+MOST: Final = 20  # reasons that are kept
+REAL_TIME: Final = "in real time, what happens depends on the wall clock"
+
+
+class Repeatable:
+    """The reasons that a run has given so far; none: the same scenario, robots and seed give the same run again."""
+
+    def __init__(self, *, lockstep: bool) -> None:
+        self._lockstep = lockstep
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a run."""
+        self.reasons: list[str] = [] if self._lockstep else [REAL_TIME]
+
+    def no_longer(self, reason: str, time: float) -> None:
+        """Record what cannot be repeated and happened at a time [s]; before the first tick, everything can be."""
+        if time > 0.0 and len(self.reasons) < MOST:
+            self.reasons.append(f"{reason} at {time:.2f} s")
+
+    def hear(self, event: Event) -> None:
+        """Take in an event of the run."""
+        if event.kind == "overdue":
+            self.no_longer(f"{event.robot} {event.text}", event.time)

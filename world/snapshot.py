@@ -1,0 +1,221 @@
+"""The snapshot of a run, from which a world that was killed goes on bit for bit: tables of what is saved.
+
+A table lists attributes of one object with their types. Saving reads the attributes, restoring sets them.
+"""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose
+from swarm.messages import Command, Edit, Id, Phase, Plan, Sense, State, Steering
+from swarm.traffic.watch import Fault
+from world.physics import Contact, PhysicsState
+from world.world import World
+
+Noise = np.random.Generator
+
+
+class Table(Struct, kw_only=True, forbid_unknown_fields=True):
+    """Attributes of one object; the names are those of the object."""
+
+
+class WorldTable(Table):
+    """Attributes of `World`."""
+
+    tick: int
+    edits: int
+    _left: list[int | None]
+    _recent: list[tuple[int, Edit]]
+    wheels: list[tuple[float, float]]
+    commands: list[Command]
+    _heard: list[list[tuple[str, int]]]
+
+
+class PlannedTable(Table):
+    """Attributes of `Planned`."""
+
+    passed: int
+
+
+class RecorderTable(Table):
+    """Attributes of `Recorder`."""
+
+    _digest: bytes
+    _last: list[Pose]
+    _ticks: int
+    _touched: dict[Contact, int]
+    path_length: list[float]
+    contact_counts: list[Counter[str]]
+    struck: list[int]
+    begun: list[tuple[int, Contact, bool]]
+    reached_at: list[list[float | None]]
+    laps: list[int]
+    waiting: list[float]
+    replans: list[int]
+    unreachable: list[list[int]]
+
+
+class JudgeTable(Table):
+    """Attributes of `ClearanceJudge`."""
+
+    _smallest: float
+
+
+class VerdictTable(Table):
+    """Attributes of `Verdict`."""
+
+    text: str
+    _proofs: dict[str, float]
+
+
+class TrafficTable(Table):
+    """Attributes of `TrafficWatch`."""
+
+    _poses: list[Pose]
+
+
+class WatchTable(Table):
+    """Attributes of `swarm.traffic.watch.Watch`."""
+
+    faults: list[Fault]
+    conflicts: int
+    joint_plans: int
+    deadlocks: int
+    longest_wait: float
+    waiting: dict[str, float]
+    least_gap: float
+    _running: set[tuple[str, tuple[str, ...]]]
+    _still: dict[str, int]
+    _waits: dict[str, list[str]]
+    _circling: dict[str, int]
+    _stuck: set[str]
+
+
+class ProgressTable(Table):
+    """Attributes of `ProgressWatch`."""
+
+    times: list[int]
+    longest: list[float]
+    _stop: list[int | None]
+    _seen: list[set[tuple[int, int]]]
+    _since: list[float]
+    _stalled: list[bool]
+
+
+class SteeringTable(Table):
+    """Attributes of `SteeringWatch`."""
+
+    _senses: dict[tuple[int, int], Sense]
+    _poses: list[Pose]
+    weights: dict[Steering, list[float]]
+    _scaled: int
+    _scales: float
+    labels: list[Steering | None]
+
+
+class SensingTable(Table):
+    """Attributes of `Sensing`."""
+
+    _noise: list[Noise]
+
+
+class RadioTable(Table):
+    """Attributes of `RadioModel`."""
+
+    _chance: Noise
+
+
+class WorldState(Table):
+    """The state of a world between two ticks."""
+
+    world: WorldTable
+    planned: PlannedTable
+    recorder: RecorderTable
+    judge: JudgeTable
+    verdict: VerdictTable
+    traffic: TrafficTable
+    watch: WatchTable
+    progress: ProgressTable
+    steering: SteeringTable
+    sensing: SensingTable
+    radio: RadioTable
+    physics: PhysicsState
+
+
+def _parts(world: World) -> dict[str, Any]:
+    """Return the object of each table in `WorldState`."""
+    return {
+        "world": world,
+        "planned": world.planned,
+        "recorder": world.recorder,
+        "judge": world.recorder.judge,
+        "verdict": world.verdict,
+        "traffic": world.traffic,
+        "watch": world.traffic.watch,
+        "progress": world.progress,
+        "steering": world.steering,
+        "sensing": world.sensing,
+        "radio": world.radio,
+    }
+
+
+class HostState(Table):
+    """The state of a world's process beside the world."""
+
+    phase: Phase
+    held: bool
+    reason: str
+    lost: list[str]
+    wall_time: float  # s
+    present: list[str]  # robots
+    most_in_one: int
+    late: int
+    states: dict[str, State]
+    plans: dict[str, Plan]
+    tick_bins: list[int]
+    tick_longest: float  # s
+    not_reproducible: list[str]
+
+
+class Snapshot(Table):
+    """All that a world's process needs to go on with a run."""
+
+    scenario: str  # hash of settings, profile and map at the start
+    robots: int
+    seed: int
+    identity: Id  # of the run's world
+    run: int
+    floor: dict[str, Any] | None  # the packed map; None: it is as in the scenario
+    state: WorldState
+    host: HostState
+
+
+def saved(world: World) -> WorldState:
+    """Return the state of a world between two ticks; it shares its values with the world."""
+    world.settle()
+    kinds = WorldState.__annotations__
+    tables = {
+        name: kinds[name](**{field: getattr(part, field) for field in kinds[name].__struct_fields__})
+        for name, part in _parts(world).items()
+    }
+    return WorldState(physics=world.physics.state, **tables)
+
+
+def restore(world: World, state: WorldState) -> None:
+    """Set a new world of the same scenario, floor, starts and seed to a state.
+
+    Raises:
+        ConfigError: the state is of another number of robots or stops.
+    """
+    for name, part in _parts(world).items():
+        table = getattr(state, name)
+        for field in table.__struct_fields__:
+            value, now = getattr(table, field), getattr(part, field)
+            if isinstance(now, list) and now and len(value) != len(now):
+                raise ConfigError(f"snapshot: {name}.{field}: expected {len(now)} values, got {len(value)}")
+            setattr(part, field, value)
+    world.physics.restore(state.physics)

@@ -1,0 +1,94 @@
+"""The file of a snapshot: MessagePack behind a line with the format and a checksum; decoding it is strict."""
+
+import hashlib
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from swarm.errors import ConfigError
+from swarm.scenario.load import Scenario
+from world.snapshot import Noise, Snapshot
+
+FORMAT: Final = b"zenoh-swarm snapshot "
+HEAD: Final = FORMAT + b"1\n"  # the version of the tables
+CHECK: Final = 16  # bytes of the checksum
+
+
+def fingerprint(scenario: Scenario) -> str:
+    """Return a hash of a scenario's settings, profile and map."""
+    return hashlib.blake2b(msgspec.msgpack.encode(scenario.to_wire()), digest_size=16).hexdigest()
+
+
+def _to_plain(value: object) -> object:
+    if isinstance(value, Noise):
+        state: Any = value.bit_generator.state
+        numbers = state["state"]
+        return [numbers[name].to_bytes(16) for name in ("state", "inc")], state["has_uint32"], state["uinteger"]
+    raise NotImplementedError(type(value))
+
+
+def _from_plain(kind: Any, value: Any) -> object:  # noqa: ANN401
+    if kind is Noise:
+        (state, inc), has, last = value
+        bits = np.random.PCG64()
+        bits.state = {
+            "bit_generator": "PCG64",
+            "state": {"state": int.from_bytes(state), "inc": int.from_bytes(inc)},
+            "has_uint32": int(has),
+            "uinteger": int(last),
+        }
+        return Noise(bits)
+    return Counter(msgspec.convert(value, dict[str, int]))
+
+
+ENCODER: Final = msgspec.msgpack.Encoder(enc_hook=_to_plain)
+DECODER: Final = msgspec.msgpack.Decoder(Snapshot, dec_hook=_from_plain)
+
+
+def write(snapshot: Snapshot, path: Path) -> None:
+    """Replace the file at once: whoever reads it finds the old snapshot or the new one.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    packed = ENCODER.encode(snapshot)
+    beside = path.with_name(f".{path.name}.new")
+    beside.write_bytes(HEAD + _checksum(packed) + packed)
+    os.replace(beside, path)
+
+
+def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:
+    """Return the snapshot in a file.
+
+    Raises:
+        ConfigError: the file cannot be read, is no whole snapshot, or belongs to another run.
+    """
+    otherwise = "give another file, or remove it to begin a new run"
+    try:
+        content = path.read_bytes()
+    except OSError as fault:
+        raise ConfigError(f"snapshot {path}: expected a file that can be read, got {fault.strerror}") from None
+    if not content.startswith(HEAD):
+        found = content[: len(HEAD)]
+        what = f"one of version {found[len(FORMAT) :]!r}" if found.startswith(FORMAT) else "another file"
+        raise ConfigError(f"snapshot {path}: expected a snapshot of this version, got {what}; {otherwise}")
+    check, packed = content[len(HEAD) :][:CHECK], content[len(HEAD) + CHECK :]
+    if check != _checksum(packed):
+        raise ConfigError(f"snapshot {path}: expected a whole file, got one that is cut or changed; {otherwise}")
+    try:
+        snapshot = DECODER.decode(packed)
+    except (msgspec.DecodeError, TypeError, ValueError, RecursionError) as fault:
+        raise ConfigError(f"snapshot {path}: expected a snapshot, got one with {fault}; {otherwise}") from None
+    mine = {"scenario": fingerprint(scenario), "robots": robots, "seed": seed}
+    for name, wanted in mine.items():
+        if (got := getattr(snapshot, name)) != wanted:
+            raise ConfigError(f"snapshot {path}: {name}: expected {wanted!r}, got {got!r}; {otherwise}")
+    return snapshot
+
+
+def _checksum(packed: bytes) -> bytes:
+    return hashlib.blake2b(packed, digest_size=CHECK).digest()

@@ -1,0 +1,37 @@
+"""The true state of all bodies at one tick, as the world tells it to the dashboard and other listeners."""
+
+from swarm.messages import Body, Mover, Truth
+from world.world import World
+
+
+def truth(world: World) -> Truth:
+    """Return the true state of all bodies."""
+    bodies = []
+    for number, (name, command, pose) in enumerate(zip(world.robots, world.commands, world.poses(), strict=True)):
+        left, front, right, _ = world.distances[number]
+        left_v, right_v = world.wheels[number]
+        bodies.append(
+            Body(
+                robot=name,
+                x=pose.x,
+                y=pose.y,
+                yaw=pose.yaw,
+                left_v=left_v,
+                right_v=right_v,
+                left=left,
+                front=front,
+                right=right,
+                heading=command.heading,
+                steering=world.steering.labels[number],
+                scale=command.scale,
+                activity=command.activity,
+                held=command.held,
+                waits=command.waits,
+                members=command.members,
+            )
+        )
+    movers = [
+        Mover(x=pose.x, y=pose.y, yaw=pose.yaw, radius=mover.radius or 0.0, size=mover.size or (0.0, 0.0))
+        for mover, pose in zip(world.settings.movers, world.mover_poses(), strict=True)
+    ]
+    return Truth(run=world.run, tick=world.tick, time=world.time, bodies=bodies, movers=movers)

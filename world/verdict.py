@@ -1,0 +1,42 @@
+"""What the robots' planners say about a jam, and whether the world believes that it has no solution."""
+
+from collections.abc import Collection
+from math import isfinite
+from typing import Final
+
+PROVEN: Final = 5.0  # s without progress of anybody, since the proof and by the world's own watch, that end a run
+
+
+class Verdict:
+    """The last verdict on a jam, and the proof that it has no solution.
+
+    One robot's word ends no run: every robot that has stops left stands still by the world's watch, and a second one of
+    them says that it cannot get on, because it proves the same or because it waits.
+    """
+
+    def __init__(self) -> None:
+        self.text = ""
+        self._proofs: dict[str, float] = {}  # robot -> when it first said that its jam has no solution [s]
+
+    def take(self, robot: str, kind: str, text: str, time: float) -> None:
+        """Take in a note of a robot."""
+        if kind in {"unsolvable", "no_plan_found"}:
+            self.text = text
+        if kind == "unsolvable":
+            self._proofs.setdefault(robot, time)
+
+    def clear(self) -> None:
+        """Forget everything: a robot has reached a stop."""
+        self.text, self._proofs = "", {}
+
+    def ends(self, time: float, standing: dict[str, float], waiting: Collection[str]) -> bool:
+        """Return True if the jam ends the run at a time [s].
+
+        ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left; ``waiting`` are
+        the robots that say that they wait.
+        """
+        if not self._proofs or time - min(self._proofs.values()) < PROVEN or min(standing.values()) < PROVEN:
+            return False
+        under_way = [robot for robot, seconds in standing.items() if isfinite(seconds)]
+        voices = [robot for robot in under_way if robot in self._proofs or robot in waiting]
+        return len(voices) >= min(2, len(under_way))
