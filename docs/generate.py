@@ -11,6 +11,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ from docs.markdown import rows, said
 from swarm.launch import table as processes
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
+from swarm.messages import schema
 from swarm.secure import access
 from world.storm.laws import LAWS
 from world.storm.profiles import PROFILES
@@ -164,7 +166,8 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
 FILES: Final[dict[str, Callable[[], str]]] = {
     "mission.svg": figure5.svg,
     "speeds.svg": speeds.svg,
-    "../schemas/wire.json": fields.schema,
+    "../schemas/wire.json": schema.index,
+    **{f"../schemas/{name}.json": partial(schema.schema_of, kind) for name, kind in schema.kinds().items()},
     **concepts.PICTURES,
 }
 

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from time import monotonic
 
+from msgspec.structs import replace as replace_fields
+
 from swarm.bus import Bus
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Map, Phase
@@ -30,7 +32,7 @@ class Speaker:
     def floor(self, world: World) -> Map:
         """Return the map with the scenario's settings and the start of each robot."""
         homes = dict(zip(world.robots, world.starts, strict=True))
-        return Map(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
+        return Map(packed=self.packed, scenario=replace_fields(self.settings, starts=homes), edits=world.edits)
 
     def tell_map(self, world: World) -> None:
         """Send the map."""

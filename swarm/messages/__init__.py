@@ -9,6 +9,7 @@ from typing import Final
 
 from swarm.messages.enums import Activity, Do, Kind, Phase, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
+from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
 from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
@@ -57,11 +58,14 @@ __all__ = [
     "Map",
     "Message",
     "Mover",
+    "PackedMap",
     "Phase",
     "Plan",
     "Point",
+    "ProfileOnWire",
     "Record",
     "Relayed",
+    "ScenarioOnWire",
     "Sense",
     "State",
     "Steering",

@@ -1,9 +1,10 @@
 """The messages of the world (truth, clock, events, map) and the requests to it (action, join)."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from swarm.messages.enums import Activity, Do, Phase, Steering
 from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Scale, Seconds, Speed, Text, says
+from swarm.messages.floor import PackedMap, ScenarioOnWire
 from swarm.messages.robot import State
 
 
@@ -73,8 +74,8 @@ class Event(Message, frozen=True, kw_only=True):
 class Map(Message, frozen=True, kw_only=True):
     """The map, the scenario's settings and the fuzzy profile."""
 
-    packed: Annotated[dict[str, Any], says("the map: rows, columns, cells, resolution, origin (`swarm/maps/wire.py`)")]
-    scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, `profile` and `starts`")]
+    packed: Annotated[PackedMap, says("the map")]
+    scenario: Annotated[ScenarioOnWire, says("the settings, the fuzzy profile and the start of each robot")]
     edits: Annotated[Count, says("number of edits that the map includes")] = 0
 
 
@@ -98,8 +99,8 @@ class Welcome(Message, frozen=True, kw_only=True):
     robot: Annotated[Id, says("name of the robot")]
     world: Annotated[Id, says("identity of the world; a robot that is in a run of the same one goes on with it")]
     session: Annotated[Id, says("Zenoh session of the world: it has the token `alive/world/world/<session>`")]
-    scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, and `profile`")]
-    packed: Annotated[dict[str, Any], says("the map, as in Map")]
+    scenario: Annotated[ScenarioOnWire, says("the settings and the fuzzy profile")]
+    packed: Annotated[PackedMap, says("the map")]
     edits: Annotated[Count, says("number of edits that the map includes")]
     start: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its pose when the run began: home")]
     state: Annotated[

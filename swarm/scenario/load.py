@@ -19,6 +19,7 @@ from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
+from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
 from swarm.settings import Section, Settings
 
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
@@ -46,22 +47,20 @@ class Scenario:
             targets = [(2 * x - start[0], 2 * y - start[1])]
         return (*targets, *((start[:2],) if settings.return_home else ()))
 
-    def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return settings and profile, and the packed map, as plain values."""
-        return {
-            "settings": msgspec.to_builtins(self.settings),
-            "profile": self.profile.to_builtins(),
-        }, pack(self.map)
+    def to_wire(self) -> tuple[ScenarioOnWire, PackedMap]:
+        """Return settings and profile, and the packed map, as they cross the wire."""
+        profile = msgspec.convert(self.profile.to_builtins(), ProfileOnWire)
+        return ScenarioOnWire(settings=self.settings, profile=profile), pack(self.map)
 
     @classmethod
-    def from_wire(cls, scenario: dict[str, Any], packed: dict[str, Any]) -> "Scenario":
-        """Return the scenario from the values that ``to_wire`` returned.
+    def from_wire(cls, scenario: ScenarioOnWire, packed: PackedMap) -> "Scenario":
+        """Return the scenario that came over the wire.
 
         Raises:
-            SwarmError: the values do not have that form.
+            SwarmError: the settings contradict each other, or the profile or the map is not valid.
         """
-        settings = checked(scenario.get("settings"), "welcome")
-        return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
+        settings = checked(msgspec.to_builtins(scenario.settings), "welcome")
+        return cls(settings, unpack(packed), Profile.from_builtins(msgspec.to_builtins(scenario.profile)))
 
 
 def load(path: Path) -> Scenario:

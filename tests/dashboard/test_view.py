@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from dashboard import palette
 from dashboard.collect import Batch
@@ -216,7 +217,8 @@ def test_a_changed_map_is_drawn_anew(tmp_path: Path) -> None:
 def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
     said: list[str] = []
     show = Show(Recorder(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
-    show.take(Map(packed={}, scenario={}))
+    broken = floor(Rehearsal(2))
+    show.take(replace(broken, packed=replace(broken.packed, cells=b"")))
     assert show.scene is None
     assert len(said) == 1
 

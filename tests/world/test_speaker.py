@@ -88,7 +88,7 @@ def test_the_map_has_the_starts_and_is_the_newest() -> None:
     one.tell_map(world)
     first = one.floor(world)
     assert wire.sent == [(MAP, first)]
-    assert first.scenario["starts"] == {"r1": AT}
+    assert first.scenario.starts == {"r1": AT}
     changed = world.floor.cells.copy()
     changed[2, 2] = 1
     one.take_map(replace(world.floor, cells=changed))
