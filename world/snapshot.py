@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Command, Edit, Id, Phase, Plan, Sense, State, Steering
+from swarm.messages import Command, Edit, Id, PackedMap, Phase, Plan, Sense, State, Steering
 from swarm.traffic.watch import Fault
 from world.physics import Contact, PhysicsState
 from world.world import World
@@ -189,7 +189,7 @@ class Snapshot(Table):
     seed: int
     identity: Id  # of the run's world
     run: int
-    floor: dict[str, Any] | None  # the packed map; None: it is as in the scenario
+    floor: PackedMap | None  # None: it is as in the scenario
     state: WorldState
     host: HostState
 

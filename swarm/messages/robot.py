@@ -36,7 +36,7 @@ class Sense(Message, frozen=True, kw_only=True):
         says("rad; of each *stop*, home too, relative to the heading, left positive; null: out of sight"),
     ]
     hears: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that reach this robot")]
-    rays: Annotated[list[Length], says("m; every ray of the left, front and right sector in turn")]
+    rays: Annotated[list[Length], says("m; every ray of the left, front and right sector, each from right to left")]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
 
@@ -84,7 +84,7 @@ class Broadcast(Message, frozen=True, kw_only=True):
 
 
 class State(Message, frozen=True, kw_only=True):
-    """The progress of one robot's mission: sent on change and at least once a second."""
+    """The progress of one robot's mission: sent on change and once a second of the run's clock."""
 
     robot: Annotated[Id, says("whose mission")]
     run: Annotated[Count, says("increases with each restart")]
