@@ -32,6 +32,10 @@ M = TypeVar("M", bound=Message)
 D = TypeVar("D", bound=Any)  # a subscriber, a queryable or a listener
 
 
+def _encoding(topic: Topic[Any]) -> zenoh.Encoding:
+    return zenoh.Encoding.APPLICATION_JSON if topic.json else zenoh.Encoding.ZENOH_BYTES
+
+
 def channel() -> "zenoh.handlers.FifoChannel[Any]":
     """Return where Zenoh puts what arrives until a thread of ours takes it."""
     return zenoh.handlers.FifoChannel(CHANNEL_LIMIT)
@@ -100,7 +104,8 @@ class Bus:
         wait = sure or topic.reliable
         self._session.put(
             self._prefix + topic.key.format(**ids),
-            encode(message),
+            encode(message, topic.json),
+            encoding=_encoding(topic),
             congestion_control=zenoh.CongestionControl.BLOCK if wait else zenoh.CongestionControl.DROP,
         )
 
@@ -142,7 +147,7 @@ class Bus:
         for reply in self._session.get(self._key(topic, ids), timeout=timeout):
             if reply.ok is not None:
                 try:
-                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit))
+                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit, topic.json))
                 except PeerError as fault:
                     self._refuse(topic.key, fault)
         return found
@@ -197,7 +202,7 @@ class Bus:
         def answer(query: zenoh.Query) -> None:
             for name, message in last().items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
-                    query.reply(prefix + name, encode(message))
+                    query.reply(prefix + name, encode(message, topic.json), encoding=_encoding(topic))
             query.drop()  # type: ignore[no-untyped-call]
 
         queryable = self._session.declare_queryable(self._key(topic, ids), channel())

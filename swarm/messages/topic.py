@@ -23,3 +23,4 @@ class Topic(Generic[M]):
     timeout: float  # s; an older message is stale; 0: never stale
     reliable: bool = False  # a full queue makes the sender wait; otherwise it drops the message
     limit: int = 16_384  # bytes; a longer payload is refused without decoding
+    json: bool = False  # the payload is JSON text, for programs without MessagePack

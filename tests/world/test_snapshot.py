@@ -10,7 +10,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Edit, Kind, Phase
+from swarm.messages import Edit, Event, Kind, Liveness, Phase, Seen
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world import snapshot, snapshot_file
@@ -47,6 +47,8 @@ def host(phase: Phase = Phase.RUNNING) -> HostState:
     return HostState(
         phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
         tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"],
+        events=[Event(run=0, tick=1, time=0.05, robot=None, kind="edit", text="wall")],
+        seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"},
     )  # fmt: skip
 
 
