@@ -215,12 +215,13 @@ class Host:
         running = course.phase is Phase.RUNNING and not lobby.expected
         gone = lobby.look(now, running=running)
         told = gone if course.phase is Phase.RUNNING else []
-        for note in told:
-            course.tell(*note)
-            course.repeatable.no_longer(f"{note.robot} has lost its process", course.world.time)
         before, away = roll.seen, {name: lobby.away(name) for name in lobby.absent}
         names = [note.robot for note in told]
-        for note in roll.look(now, course.world.time, away, running=running, gone=names, expected=lobby.awaited):
+        time = course.world.time
+        changed = roll.look(now, time, away, running=running, gone=names, expected=lobby.awaited)
+        for note in told:
+            course.repeatable.no_longer(f"{note.robot} has lost its process", time)
+        for note in (*told, *changed):
             course.tell(*note)
         if gone or roll.seen is not before:
             course.tell_clock()

@@ -49,7 +49,7 @@ def decode(payload: bytes, kind: type[M], limit: int, as_json: bool = False) -> 
     """Unpack and check a message of a known kind: a MessagePack map, or JSON text.
 
     Raises:
-        PeerError: the payload is longer than ``limit`` bytes, is not such a map or text, or has another version or kind.
+        PeerError: the payload is longer than ``limit`` bytes, is neither, or has another version or kind.
     """
     if len(payload) > limit:
         raise PeerError(f"{kind.__name__.lower()}: expected at most {limit} bytes, got {len(payload)}")

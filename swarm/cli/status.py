@@ -1,18 +1,20 @@
 """The text of `swarm status`: a line on the run, and one on each robot."""
 
 from math import degrees
+from typing import Final
 
 from swarm.messages import Liveness, RobotStatus, Status
+
+HEAD: Final[tuple[str, ...]] = (
+    "robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event",
+)  # fmt: skip
 
 
 def shown(status: Status) -> str:
     """Return the status as text."""
     head = f"{status.scenario}: {status.phase.value} at {status.time:.1f} s, run {status.run}"
     end = f", not complete: {status.reason}" if status.reason else ", complete" * status.complete
-    rows: list[tuple[str, ...]] = [
-        ("robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event")
-    ]
-    rows += [_row(robot) for robot in status.robots]
+    rows = [HEAD, *map(_row, status.robots)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return "\n".join([head + end, *lines])
