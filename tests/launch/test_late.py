@@ -39,7 +39,8 @@ def fetched(bus: Bus) -> Status:
     """Return the status, after a look at everything else that the world keeps."""
     found = {topic.key: bus.fetch(topic) for topic in FETCHED}
     assert [len(messages) for messages in found.values()] == [1, 1, 2, 1, 1, 1]
-    status, clock, truth = (found[topic.key][0] for topic in (STATUS, CLOCK, TRUTH))
+    status: Status = found[STATUS.key][0]
+    clock, truth = (found[topic.key][0] for topic in (CLOCK, TRUTH))
     assert clock.phase is status.phase
     assert [body.robot for body in truth.bodies] == [one.robot for one in status.robots] == ["r1", "r2"]
     assert {name: seen.liveness for name, seen in clock.presence.items()} == {

@@ -1,6 +1,7 @@
 """The roll: alive, stale, gone and lost, since when, and the events that tell of it."""
 
 from itertools import product
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -48,7 +49,7 @@ def test_the_tables_say_what_follows_in_every_case() -> None:
 
 
 # fmt: off
-STORIES = {  # steps as keywords of ``pass_by``: what the robot is after each; the events
+STORIES: dict[str, tuple[list[tuple[dict[str, Any], Liveness]], list[str]]] = {  # steps as keywords of ``pass_by``: what the robot is after each; the events
     "comes before the start":     ([({"here": False, "running": False}, GONE), ({"here": True, "running": False}, ALIVE)], []),
     "says nothing":               ([({"here": True}, ALIVE), ({"here": True, "speaks": False}, STALE), ({"here": True}, ALIVE)], ["stale", "back"]),
     "need say nothing in a pause":  ([({"here": True}, ALIVE), ({"here": True, "speaks": False, "running": False}, ALIVE)], []),

@@ -55,18 +55,18 @@ def spoiled(payload: bytes, chance: Random) -> bytes:
         case 3:
             fields = msgpack.unpackb(payload)
             fields[chance.choice(sorted(fields))] = chance.choice(ODD)
-            return msgpack.packb(fields)
+            return bytes(msgpack.packb(fields))
         case _:
             fields = msgpack.unpackb(payload)
             del fields[chance.choice(sorted(fields))]
-            return msgpack.packb(fields)
+            return bytes(msgpack.packb(fields))
 
 
 def harmless(payload: bytes, key: str) -> bool:
     """Return True unless the payload, by luck, is a request that the world may carry out."""
     try:
         kind = {ACTION.key: Action, EDIT.key: Edit, JOIN.key: Join}[key]
-        return msgspec.msgpack.decode(payload, type=kind) == RIGHT[key]
+        return bool(msgspec.msgpack.decode(payload, type=kind) == RIGHT[key])
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return True
 
