@@ -19,6 +19,7 @@ from statistics import quantiles
 from time import monotonic, perf_counter, sleep
 from typing import Any, Final
 
+import msgspec
 import zenoh
 
 from benchmarks.measure import load, machine, printed
@@ -52,15 +53,21 @@ TARGET: Final = 0.3  # s
 JOINED: Final = 16  # robots of the fleet that a tool joins late
 ASKED: Final = 8  # robots of the fleet that is asked
 START: Final = 120.0  # s for all robots to be there
+START_AREA: Final = [0.8, 0.8, 19.0, 12.0]  # m, nearly the whole floor: it takes many robots
 PLACES: Final = [Edit(kind=kind, low=(0.05, 0.05), high=(0.1, 0.1)) for kind in (Kind.OBSTACLE, Kind.WALL)]
 
 
 @contextmanager
 def fleet(robots: int) -> Iterator[Endpoint]:
     """Run a fleet in real time inside the block; it waits for `go`."""
-    scenario = ROOT / "scenarios" / "depot.yaml"
+    depot = ROOT / "scenarios" / "depot.yaml"
     endpoint = Endpoint("127.0.0.1", 0).claim()
     with tempfile.TemporaryDirectory() as folder:
+        scenario = Path(folder) / "depot.yaml"
+        raw = msgspec.yaml.decode(depot.read_bytes()) | {"patrol": True, "robots": robots}
+        raw["start"]["area"] = START_AREA
+        raw["map"]["file"] = str(depot.parent / "maps" / "depot.map")
+        scenario.write_bytes(msgspec.yaml.encode(raw))
         command = [
             sys.executable, "-m", "swarm.cli", "run", str(scenario), "--robots", str(robots), "--dashboard", "off",
             "--fleet", FLEET, "--port", str(endpoint.port), "--wait", "--report", str(Path(folder) / "r.json"),

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
-from time import monotonic
 
+from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Clock, Phase, State, Status, Truth
@@ -49,8 +49,9 @@ class Course:
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
         self.world = World(scenario, starts, seed, identity=new_identity())
-        self.lobby = Lobby(self.world.robots, watchers, monotonic())
-        self.roll = Roll(self.world.robots, monotonic())
+        self.awake = Awake()
+        self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
+        self.roll = Roll(self.world.robots, self.awake.now())
         self._moving = Lock()  # held while bodies move: others read the poses of one tick
         self.repeatable = Repeatable(lockstep=self.lockstep)
         self.phase = Phase.WAITING
@@ -94,7 +95,7 @@ class Course:
         self.speaker.events = tuple(host.events)
         self.roll.restore(host.seen, host.left)
         self.lobby.most_in_one = host.most_in_one
-        self.lobby.expect(host.present, monotonic() + BACK)
+        self.lobby.expect(host.present, self.awake.now() + BACK)
 
     # --- saving ---
 
