@@ -66,7 +66,8 @@ def fleet(robots: int) -> Iterator[Endpoint]:
         scenario = Path(folder) / "depot.yaml"
         raw = msgspec.yaml.decode(depot.read_bytes()) | {"patrol": True, "robots": robots}
         raw["start"]["area"] = START_AREA
-        raw["map"]["file"] = str(depot.parent / "maps" / "depot.map")
+        raw["map"]["file"] = "depot.map"
+        (Path(folder) / "depot.map").write_bytes((depot.parent / "maps" / "depot.map").read_bytes())
         scenario.write_bytes(msgspec.yaml.encode(raw))
         command = [
             sys.executable, "-m", "swarm.cli", "run", str(scenario), "--robots", str(robots), "--dashboard", "off",
