@@ -12,9 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from dashboard import naming, palette
-from dashboard.progress import Heard, Progress, Robot, fold, presence
+from dashboard.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
-from swarm.messages import Activity, Phase
+from swarm.messages import Activity, Liveness, Phase
 
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
@@ -118,7 +118,7 @@ class Terminal:
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
         heard = self.progress.heard(name)
-        if heard is not Heard.ALIVE:
+        if heard is not Liveness.ALIVE:
             return heard.value, "bold red"
         waits = self.progress.waits(name)
         if waits:

@@ -67,7 +67,8 @@ HEAD: Final = ("field", "type", "range", "default", "unit and meaning")
 
 def _wire_shapes() -> dict[str, dict[str, Any]]:
     """Return the schemas of the wire's types; those of a scenario file have a page of their own."""
-    own = {kind.__name__ for kind in (Settings, *Section.__subclasses__())}
+    kinds: list[type[Any]] = [Settings, *Section.__subclasses__()]
+    own = {kind.__name__ for kind in kinds}
     return {name: shape for name, shape in types().items() if name not in own}
 
 

@@ -6,7 +6,23 @@ from threading import Event as Flag
 from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
-from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, JOIN, MAP, PLAN, SENSE, STATE, TRUTH, Phase, Sense
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EDIT,
+    EVENTS,
+    JOIN,
+    MAP,
+    PLAN,
+    SENSE,
+    STATE,
+    STATUS,
+    TRUTH,
+    Events,
+    Phase,
+    Sense,
+)
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
@@ -16,7 +32,6 @@ from world.course import Course
 from world.report import write
 from world.requests import Requests
 from world.rival import check_alone
-from world.truth import truth
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
@@ -77,7 +92,10 @@ class Host:
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
-        bus.keep(STATE, lambda: {STATE.key.format(robot=name): s for name, s in list(course.last.states.items())})
+        bus.keep(TRUTH, lambda: {TRUTH.key: course.truth()})
+        bus.keep(STATUS, lambda: {STATUS.key: course.status()})
+        bus.keep(EVENTS, lambda: {EVENTS.key: Events(events=list(course.speaker.events))})
+        bus.keep(STATE, lambda: {STATE.key.format(robot=name): state for name, state in course.states().items()})
         bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(course.last.plans.items())})
         bus.watch_presence()
         bus.announce("world", "world")
@@ -103,7 +121,6 @@ class Host:
             if course.speaker.clock_is_due:
                 course.tell_clock()
         course.stopwatch.halt()
-        self._bus.send(TRUTH, truth(course.world))
         course.tell_clock()
 
     def _is_over(self) -> bool:
@@ -121,7 +138,7 @@ class Host:
             self._senses, course.in_tick = world.senses(course.lockstep), True
         for name in course.lobby.present:
             self._bus.send(SENSE, self._senses[name], robot=name)
-        course.speaker.tell_truth(world)
+        course.speaker.tell_truth(world.tick, course.truth)
         if course.lockstep:
             self._await_all(stop)
         else:
@@ -167,6 +184,7 @@ class Host:
         arrived = self._bus.receive(min(timeout, PEEK) if course.lobby.unsettled else timeout)
         match arrived:
             case Arrival(ids=ids, message=message) if course.lobby.knows(ids["robot"]):
+                course.roll.heard(ids["robot"])
                 course.last.take(ids["robot"], message, course.world.run, course.world.tick)
             case Presence():
                 self._take_presence(arrived)
@@ -192,9 +210,17 @@ class Host:
 
     def _look_who_has_gone(self) -> None:
         course = self._course
-        running = course.phase is Phase.RUNNING and not course.lobby.expected
-        for note in course.lobby.look(course.awake.now(), running=running):
-            if course.phase is Phase.RUNNING:
-                course.tell(*note)
-                course.repeatable.no_longer(f"{note.robot} has lost its process", course.world.time)
+        lobby, roll, now = course.lobby, course.roll, course.awake.now()
+        running = course.phase is Phase.RUNNING and not lobby.expected
+        gone = lobby.look(now, running=running)
+        told = gone if course.phase is Phase.RUNNING else []
+        before, away = roll.seen, {name: lobby.away(name) for name in lobby.absent}
+        names = [note.robot for note in told]
+        time = course.world.time
+        changed = roll.look(now, time, away, running=running, gone=names, expected=lobby.awaited)
+        for note in told:
+            course.repeatable.no_longer(f"{note.robot} has lost its process", time)
+        for note in (*told, *changed):
+            course.tell(*note)
+        if gone or roll.seen is not before:
             course.tell_clock()

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Command, Edit, Id, PackedMap, Phase, Plan, Sense, State, Steering
+from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Seen, Sense, State, Steering
 from swarm.traffic.watch import Fault
 from world.physics import Contact, PhysicsState
 from world.world import World
@@ -176,6 +176,9 @@ class HostState(Table):
     late: int
     states: dict[str, State]
     plans: dict[str, Plan]
+    events: list[Event]  # the last ones
+    seen: dict[str, Seen]
+    left: set[str]
     tick_bins: list[int]
     tick_longest: float  # s
     not_reproducible: list[str]

@@ -12,9 +12,9 @@ from swarm.messages.topic import encoding_of
 
 
 @cache
-def encoding(kind: type[Message]) -> zenoh.Encoding:
+def encoding(kind: type[Message], as_json: bool = False) -> zenoh.Encoding:
     """Return what is told beside the payload of a message."""
-    return zenoh.Encoding(encoding_of(kind))
+    return zenoh.Encoding(encoding_of(kind, as_json))
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,7 +57,7 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
             ids = _ids(prefix, topic, key)
             if isinstance(payload, int):
                 raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
-            message = decode(payload, topic.message, topic.limit)
+            message = decode(payload, topic.message, topic.limit, topic.json)
             claimed = getattr(message, "robot", None)
             if "robot" in ids and claimed is not None and claimed != ids["robot"]:
                 raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")

@@ -109,8 +109,8 @@ class Bus:
         wait, key = sure or topic.reliable, self._prefix + topic.key.format(**ids)
         self._session.put(
             key,
-            encode(message),
-            encoding=encoding(type(message)),
+            encode(message, topic.json),
+            encoding=encoding(type(message), topic.json),
             congestion_control=zenoh.CongestionControl.BLOCK if wait else zenoh.CongestionControl.DROP,
             attachment=self._numbers.attachment(key),
         )
@@ -155,7 +155,7 @@ class Bus:
         for reply in self._session.get(self._key(topic, ids), timeout=timeout):
             if reply.ok is not None:
                 try:
-                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit))
+                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit, topic.json))
                 except PeerError as fault:
                     self._ledger.refuse(topic.key, fault)
         return found
@@ -210,7 +210,9 @@ class Bus:
         def answer(query: zenoh.Query) -> None:
             for name, message in last().items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
-                    query.reply(prefix + name, encode(message), encoding=encoding(type(message)))
+                    query.reply(
+                        prefix + name, encode(message, topic.json), encoding=encoding(type(message), topic.json)
+                    )
             query.drop()  # type: ignore[no-untyped-call]
 
         queryable = self._session.declare_queryable(self._key(topic, ids), channel())

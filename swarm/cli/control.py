@@ -1,7 +1,6 @@
 """Commands to a running fleet: the paper's buttons, edits of the floor, and its status."""
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -45,15 +44,15 @@ def edit(options: argparse.Namespace) -> int:
 
 
 def status(options: argparse.Namespace) -> int:
-    """Print the status of a running fleet as JSON."""
-    from swarm.messages import CLOCK, STATE
+    """Print the status of a running fleet: the phase, and where each robot is and what it does."""
+    from swarm.cli.status import shown
+    from swarm.messages import STATUS
 
     with fleet_bus(options, WATCHER) as bus:
-        clocks = bus.fetch(CLOCK)
-        if not clocks:
-            raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
-        states = {state.robot: msgspec.to_builtins(state) for state in bus.fetch(STATE)}
-    print(json.dumps({"clock": msgspec.to_builtins(clocks[0]), "robots": dict(sorted(states.items()))}, indent=1))
+        found = bus.fetch(STATUS)
+    if not found:
+        raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
+    print(msgspec.json.encode(found[0]).decode() if options.json else shown(found[0]))
     return 0
 
 
@@ -91,6 +90,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
-    one = commands.add_parser("status", help="print the status of a running fleet as JSON")
+    one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
     of_a_client(one)
+    one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
     one.set_defaults(command=status)

@@ -15,9 +15,9 @@ def below(fleet: str) -> str:
     return f"swarm/v{VERSION}/{fleet}/"
 
 
-def encoding_of(kind: type[Message]) -> str:
+def encoding_of(kind: type[Message], as_json: bool = False) -> str:
     """Return the encoding that Zenoh tells beside a payload: for tools; a receiver goes by the key."""
-    return f"application/msgpack;swarm.v{VERSION}.{kind.__name__}"
+    return "application/json" if as_json else f"application/msgpack;swarm.v{VERSION}.{kind.__name__}"
 
 
 class Sequence(NamedTuple):
@@ -39,8 +39,9 @@ class Topic(Generic[M]):
     timeout: float  # s; an older message is stale; 0: never stale
     reliable: bool = False  # a full queue makes the sender wait; otherwise it drops the message
     limit: int = 16_384  # bytes; a longer payload is refused without decoding
+    json: bool = False  # the payload is JSON text, for programs without MessagePack
 
     @property
     def encoding(self) -> str:
         """The encoding of its messages."""
-        return encoding_of(self.message)
+        return encoding_of(self.message, self.json)
