@@ -4,9 +4,8 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-import msgspec
-
-from swarm.cli.parsing import Commands, Parser, endpoint, point, secure
+from swarm.cli.finding import of_a_client, place
+from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.secure.identity import OPERATOR, WATCHER
 
@@ -46,37 +45,30 @@ def edit(options: argparse.Namespace) -> int:
 
 def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet as JSON."""
-    from swarm.messages import CLOCK, STATE
+    from swarm.bus import Arrival
+    from swarm.cli.status import table
+    from swarm.messages import CLOCK, STATE, TRUTH, Phase
 
     with fleet_bus(options, WATCHER) as bus:
+        bus.listen(TRUTH)
         clocks = bus.fetch(CLOCK)
         if not clocks:
             raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
-        states = {state.robot: msgspec.to_builtins(state) for state in bus.fetch(STATE)}
-    print(json.dumps({"clock": msgspec.to_builtins(clocks[0]), "robots": dict(sorted(states.items()))}, indent=1))
+        states = bus.fetch(STATE)
+        truth = bus.receive(TRUTH.timeout) if clocks[0].phase is Phase.RUNNING else None
+    print(json.dumps(table(clocks[0], states, truth.message if isinstance(truth, Arrival) else None), indent=1))
     return 0
 
 
 def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
-    """Return a member's bus of the fleet given by --connect, or of the fleet that runs on this machine.
+    """Return a member's bus of the fleet that the options mean.
 
     Raises:
-        ConfigError: the endpoint is wrong, or no fleet or several fleets run on this machine.
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
     """
     from swarm.bus import Bus
-    from swarm.launch.running import find
 
-    if options.connect is not None:
-        return Bus(endpoint(options.connect, options.secure, member), options.fleet or "fleet")
-    card = find(options.fleet)
-    return Bus(endpoint(card.endpoint, options.secure, member), card.fleet)
-
-
-def of_a_client(parser: Parser) -> None:
-    """Add the options that choose a fleet."""
-    parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
-    parser.add_argument("--fleet", metavar="NAME")
-    secure(parser)
+    return Bus(*place(options, member))
 
 
 def add(commands: "Commands[Parser]") -> None:
