@@ -41,6 +41,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         name_process(getattr(options, "id", None) or options.called)
         return int(options.command(options))
     except SwarmError as fault:
-        said = str(fault)  # an error of the command line begins with the command
-        print(said if said.startswith(("swarm: ", "swarm ")) else f"swarm: {said}", file=sys.stderr)
+        said = str(fault).removeprefix("swarm: ").removeprefix("swarm ")  # the parser begins with the command too
+        print(f"swarm: {said}", file=sys.stderr)
         return 2

@@ -55,8 +55,12 @@ def status(options: argparse.Namespace) -> int:
         if not clocks:
             raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
         states = bus.fetch(STATE)
-        truth = bus.receive(TRUTH.timeout) if clocks[0].phase is Phase.RUNNING else None
-    print(json.dumps(table(clocks[0], states, truth.message if isinstance(truth, Arrival) else None), indent=1))
+        truth = None
+        while clocks[0].phase is Phase.RUNNING and (arrived := bus.receive(TRUTH.timeout)) is not None:
+            if isinstance(arrived, Arrival):
+                truth = arrived.message
+                break
+    print(json.dumps(table(clocks[0], states, truth), indent=1))
     return 0
 
 

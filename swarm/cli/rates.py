@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
+from itertools import pairwise
 from math import sqrt
 from typing import Any, Final, NamedTuple
 
@@ -118,7 +119,7 @@ class Beat:
         times = [at for at, _ in self._newest]
         if len(times) < 2 or times[-1] <= times[0]:
             return None
-        gaps = [after - before for before, after in zip(times, times[1:], strict=False)]
+        gaps = [after - before for before, after in pairwise(times)]
         lasted = times[-1] - times[0]
         mean = lasted / len(gaps)
         return Pace(

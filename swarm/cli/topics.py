@@ -51,8 +51,8 @@ def shown(rows: "list[Row]", lasted: float) -> None:
         size, weight = f"{row.size:.0f}", f"{row.bytes / 1000:.1f}"
         table.add_row(row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", row.who)
     Console().print(table)
-    messages, weight = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
-    print(f"{len(rows)} keys, {messages:.0f} messages/s, {weight:.0f} kB/s in {lasted:g} s; usual: - is on change")
+    messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
+    print(f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change")
 
 
 def add(commands: "Commands[Parser]") -> None:
