@@ -137,8 +137,6 @@ def test_which_fleet_is_meant(name: str) -> None:
 
 @given(st.text(max_size=70), st.from_regex(r"[A-Za-z0-9_.:-]{1,64}", fullmatch=True))
 def test_every_user_gets_a_fleet_name_that_is_allowed(user: str, scenario: str) -> None:
-    import re
-
     assert re.match(NAME, named(scenario, user))
 
 
