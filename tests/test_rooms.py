@@ -19,6 +19,7 @@ ORDER: Final = (
     "swarm.errors",
     "swarm.stopping",
     "swarm.process_name",
+    "swarm.awake",
     "swarm.geometry",
     "swarm.compiled",
     "swarm.garbage",
