@@ -20,6 +20,7 @@ import zenoh
 from swarm.bus import settings
 from swarm.bus.arrivals import Arrival, Link, Presence, Request, encoding
 from swarm.bus.codec import decode, encode
+from swarm.bus.connecting import channel, connect
 from swarm.bus.gaps import Gaps, Numbers
 from swarm.bus.ledger import Ledger
 from swarm.bus.opening import ID, Item, browses, lost_before, opened, sampled
@@ -28,15 +29,9 @@ from swarm.messages import REPLIES, Accepted, Message, Topic
 from swarm.messages.topic import below
 
 INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
-CHANNEL_LIMIT: Final = 50_000  # arrivals of one key that wait for Python; if there are more, their senders have to wait
 
 M = TypeVar("M", bound=Message)
 D = TypeVar("D", bound=Any)  # a subscriber, a queryable or a listener
-
-
-def channel() -> "zenoh.handlers.FifoChannel[Any]":
-    """Return where Zenoh puts what arrives until a thread of ours takes it."""
-    return zenoh.handlers.FifoChannel(CHANNEL_LIMIT)
 
 
 class Bus:
@@ -58,13 +53,7 @@ class Bus:
         self.overflowed = 0  # arrivals dropped because the inbox was full
 
     def __enter__(self) -> "Bus":
-        try:
-            self._session = zenoh.open(settings.client(self._endpoint))
-        except zenoh.ZError as fault:
-            start = "`swarm router`" + (" with keys of the same `swarm keys`" if self._endpoint.identity else "")
-            raise ConfigError(
-                f"endpoint {self._endpoint}: expected a running router, got {fault}; start one with {start}"
-            ) from None
+        self._session = connect(self._endpoint)
         self._session.__enter__()
         self._reading(
             self._session.info.declare_transport_events_listener(channel(), history=False),

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from swarm.cli.parsing import Commands, Parser, endpoint, point, secure
+from swarm.cli.finding import of_a_client, place
+from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.secure.identity import OPERATOR, WATCHER
 
@@ -57,25 +58,14 @@ def status(options: argparse.Namespace) -> int:
 
 
 def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
-    """Return a member's bus of the fleet given by --connect, or of the fleet that runs on this machine.
+    """Return a member's bus of the fleet that the options mean.
 
     Raises:
-        ConfigError: the endpoint is wrong, or no fleet or several fleets run on this machine.
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
     """
     from swarm.bus import Bus
-    from swarm.launch.running import find
 
-    if options.connect is not None:
-        return Bus(endpoint(options.connect, options.secure, member), options.fleet or "fleet")
-    card = find(options.fleet)
-    return Bus(endpoint(card.endpoint, options.secure, member), card.fleet)
-
-
-def of_a_client(parser: Parser) -> None:
-    """Add the options that choose a fleet."""
-    parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
-    parser.add_argument("--fleet", metavar="NAME")
-    secure(parser)
+    return Bus(*place(options, member))
 
 
 def add(commands: "Commands[Parser]") -> None:

@@ -3,7 +3,9 @@
 import re
 import reprlib
 from collections.abc import Hashable
+from contextlib import suppress
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -20,6 +22,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
 from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
+from swarm.scenario.shipped import shipped
 from swarm.settings import Section, Settings
 
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
@@ -150,11 +153,20 @@ class _Loader(yaml.CSafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _meant(path: Path) -> str:
+    """Return the scenario that was perhaps meant: one that is shipped, or a file beside ``path`` with a ``map``."""
+    known = {name: name for name in shipped()}
+    for file in path.parent.glob("*.yaml"):
+        with suppress(ConfigError):
+            if any(line.startswith("map:") for line in read_text(file, SIZE_LIMIT).splitlines()):
+                known[file.stem] = file.name
+    close = get_close_matches(path.stem, known, n=1)
+    return f"did you mean {known[close[0]]!r}?" if close else "check the path; `swarm run` lists those it comes with"
+
+
 def _read(path: Path) -> dict[str, Any]:
     if not path.exists():
-        near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
-        hint = nearest(path.name, near) if near else "check the path"
-        raise ConfigError(f"{path}: expected a scenario file, found none; {hint}")
+        raise ConfigError(f"{path}: expected a scenario file, found none; {_meant(path)}")
     text = read_text(path, SIZE_LIMIT)
     try:
         depth = 0

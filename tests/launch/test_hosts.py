@@ -97,13 +97,16 @@ def test_a_robot_waits_for_its_world_and_finds_the_next_one(
 
 
 def test_status_of_no_fleet_is_a_sentence(
-    endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["status"]) == 2
     assert "expected a fleet running on this machine, found none" in capsys.readouterr().err
     assert main(["status", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert "expected a running fleet, got 'nobody'; " in capsys.readouterr().err
+    make_bus(fleet="no-world").announce("robot", "r1")
+    assert main(["status", "--connect", str(endpoint), "--fleet", "no-world"]) == 2
     assert "expected a world in that fleet, found none" in capsys.readouterr().err
-    assert main(["go", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert main(["go", "--connect", str(endpoint), "--fleet", "no-world"]) == 2
     assert "expected an answer, got none" in capsys.readouterr().err
 
 
