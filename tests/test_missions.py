@@ -158,7 +158,7 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
         "scaled": {"time": float, "mean": float},
     },
     "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float,
-                "overlaps": int, "outside": int},
+                "overlaps": int, "outside": int, "intrusions": int},
     "per_robot": dict,
     "digest": str,
 }

@@ -90,6 +90,7 @@ def _traffic(world: World) -> dict[str, Any]:
         "longest_wait": watch.longest_wait,
         "overlaps": watch.count("overlap"),
         "outside": watch.count("outside"),
+        "intrusions": watch.count("intrusion"),
     }
 
 

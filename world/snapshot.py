@@ -93,6 +93,9 @@ class WatchTable(Table):
     _waits: dict[str, list[str]]
     _circling: dict[str, int]
     _stuck: set[str]
+    _held: dict[str, set[int]]
+    _under: dict[str, set[int]]
+    _intruders: dict[tuple[str, str], bool]
 
 
 class ProgressTable(Table):

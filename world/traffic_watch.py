@@ -32,11 +32,13 @@ class TrafficWatch:
         robots, events = {}, []
         for number, name in enumerate(self._robots):
             command = last[number]
-            if not command.held:
+            if not command.held and command.activity is Activity.READY:
                 continue  # the robot has not sent a command yet
             wants = command.activity is not Activity.DONE and command.activity is not Activity.READY
             moved = poses[number] != before[number]
-            robots[name] = Seen(poses[number], command.held, wants, moved, command.waits, name in fresh)
+            robots[name] = Seen(
+                poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held
+            )
             if name in fresh:
                 events += [Event(kind, (name,), text) for kind, text in command.notes]
         return self.watch.look(tick, robots, events)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from swarm.fuzzy import Controller
-from swarm.geometry import Twist, bearing, distance
+from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
 from swarm.motion.drive import DifferentialDrive
@@ -28,6 +28,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
 from swarm.traffic.getting_on import GettingOn
 from swarm.traffic.look import Scan
+from swarm.traffic.mute import Spoken
 from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -43,6 +44,7 @@ class CellPilot:
 
     def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
         robot = settings.robot
+        self._name = name
         self._settings = settings
         self._cells = cells
         self._controller = controller
@@ -85,6 +87,11 @@ class CellPilot:
                 done=inputs.done,
                 path=() if path is None or inputs.done else path.points,
                 heard=[broadcast.traffic for broadcast in inputs.heard if broadcast.traffic is not None],
+                mute=[
+                    Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw))
+                    for said in inputs.heard
+                    if said.traffic is None and said.run == sense.run and said.robot != self._name
+                ],
             )
         )
         speeds, heading = self._wheels(inputs, granted, body)

@@ -201,6 +201,7 @@ def traffic_settings(settings: Settings) -> TrafficSettings:
         radius=robot.radius,
         radio_range=radio.range,
         speed=4.0 * robot.speed_scale,
+        acceleration=robot.wheel_acceleration,
         sensor_range=settings.sensors.range,
         learns=not settings.map.known,
     )

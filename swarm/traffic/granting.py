@@ -3,10 +3,12 @@
 from collections.abc import Collection, Sequence
 
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.cells import CellMap
 from swarm.traffic.doing import Doing
-from swarm.traffic.interface import TrafficActivity
-from swarm.traffic.presence import VIEW
+from swarm.traffic.interface import TrafficActivity, TrafficOutputs
+from swarm.traffic.peer_records import Event, PeerRecords
+from swarm.traffic.presence import VIEW, Footprint
 from swarm.traffic.settings import TrafficSettings
 
 
@@ -51,7 +53,7 @@ def looks(doing: Doing, settings: TrafficSettings) -> bool:
         return False
     if settings.in_sight or doing.leans_to is not None:
         return True
-    return not doing.situation.fresh.keys() >= set(doing.waits)
+    return not doing.situation.fresh.keys() | doing.situation.mutes >= set(doing.waits)
 
 
 def activity(doing: Doing) -> TrafficActivity:
@@ -72,3 +74,38 @@ def activity(doing: Doing) -> TrafficActivity:
     if not progress.route:
         return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
     return TrafficActivity.DRIVING
+
+
+def granted(
+    doing: Doing,
+    body: Footprint,
+    peers: PeerRecords,
+    still: Sequence[Point],
+    broadcast: TrafficBroadcast | None,
+    events: Sequence[Event],
+    cells: CellMap,
+    settings: TrafficSettings,
+) -> TrafficOutputs:
+    """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` and ``events`` are told."""
+    tick, held, place = body.tick, doing.progress.reservations.held, doing.progress.place(body.cell)
+    alone, ahead = peers.alone_in(held, tick), way_ahead(doing, place)
+    stops, to_look, following = stops_in(doing, ahead), looks(doing, settings), doing.joint.following
+    return TrafficOutputs(
+        broadcast=broadcast,
+        held=held,
+        drivable=tuple(dict.fromkeys((*alone, held[place], *doing.free_drive))),
+        unconstrained=bool(doing.free_drive),
+        waypoints=waypoints(doing, ahead, alone, cells, settings),
+        beside=(*peers.holders_of(held[place], tick), *still),
+        may_drive=not doing.stopped,
+        threats=doing.threats,
+        room=doing.room,
+        exactly=stops or to_look,
+        looks=not stops and to_look,
+        face=doing.face,
+        waits=doing.waits,
+        activity=activity(doing),
+        events=tuple(events),
+        way=(*held[place:], *doing.progress.route),
+        members=following.members if following is not None else (),
+    )

@@ -11,6 +11,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.look import Scan
+from swarm.traffic.mute import Spoken
 from swarm.traffic.peer_records import Event
 from swarm.traffic.threat import Threat
 
@@ -41,6 +42,7 @@ class TrafficInputs(NamedTuple):
     braking: NDArray[np.float64] | tuple[Point, ...] = ()
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
+    mute: Sequence[Spoken] = ()  # heard broadcasts that say nothing of traffic
     sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it had them, the soonest first
     done: bool = False  # no stop is left: the goal is only a place to stand
     path: Sequence[Point] = ()  # m, to the goal, from the robot's own planner; (): any shortest way

@@ -46,6 +46,8 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
         if record.frozen is None and own.epoch is None and record.epoch is None and _will_meet(own, record):
             return "will meet"
     if own.epoch is None:
+        if situation.mutes and situation.mutes.issuperset(own.waits):
+            return None  # no plan makes a mute robot move
         return "stuck" if own.waits and situation.tick - own.moved > _patience(own, situation, settings) else None
     return "plan stuck" if _plan_stands(own, situation, settings) else None
 

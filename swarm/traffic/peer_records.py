@@ -1,6 +1,6 @@
 """What a robot knows of the others: the newest record of each, how far it was relayed, and if it is believable."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from itertools import chain
 from math import hypot
 from typing import Final, NamedTuple
@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.mute import Mutes, Spoken
 from swarm.traffic.relaying import Known, Relaying
 from swarm.traffic.settings import TrafficSettings
 
@@ -55,23 +56,29 @@ class PeerRecords:
         self._told: dict[tuple[str, str], int] = {}
         self._woke = -1
         self._relaying = Relaying(settings)
+        self.mutes = Mutes(settings)
         self.cells = cells
         self._settings = settings
         self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
 
-    def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast]) -> list[Event]:
+    def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()) -> list[Event]:
         """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
+        had_mutes = bool(self.mutes)
         refused: list[Event] = []
         for broadcast in broadcasts:
             self._hear_one(tick, broadcast, refused)
-        surmises, new = self._surmises, len(self.others) != len(self._known)
+        self.mutes.hear(tick, mute, self._direct)
+        surmises, new = self._surmises or had_mutes, len(self.others) != len(self._known)
         if new:
             self._known = dict(sorted(self._known.items()))
         if new or surmises:
             self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
         else:
             self.others.update([(record.robot, record) for record in self._news])
-        if self._news or surmises:
+        if self.mutes:
+            mutes = self.mutes.records(tick, {robot: known.record for robot, known in self._known.items()}, self.cells)
+            self.others = dict(sorted((self.others | mutes).items()))
+        if self._news or surmises or self.mutes:
             self._news, self._live = [], NOBODY
         self._live = self._live_at(tick)
         return refused
@@ -86,13 +93,33 @@ class PeerRecords:
             return self._live
         fresh, records, silent = self._settings.fresh, self.others, {}
         oldest = min([record.stamp for record in records.values()], default=FOREVER)
-        if oldest < tick - fresh:
-            records = {robot: record for robot, record in self.others.items() if record.stamp >= tick - fresh}
+        if oldest < tick - fresh or self.mutes.names:
+            records = {
+                robot: record
+                for robot, record in self.others.items()
+                if record.stamp >= tick - fresh and robot not in self.mutes.names
+            }
             silent = {robot: record for robot, record in self.others.items() if robot not in records}
             oldest = min([record.stamp for record in records.values()], default=FOREVER)
         theirs, until = records.values(), oldest + fresh
-        held = frozenset(chain.from_iterable([record.held for record in theirs]))
+        held = frozenset(chain.from_iterable([record.held for record in (*theirs, *self._of_mutes())]))
         return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
+
+    def _of_mutes(self) -> list[Record]:
+        """Return the records that stand for the mute robots heard lately."""
+        return [self.others[robot] for robot in sorted(self.mutes.names)]
+
+    def expected(self) -> Collection[Record]:
+        """Return the records of robots that are where they say: all but mute ones that move."""
+        moving = self.mutes.moving if self.mutes.names else ()
+        return (
+            [record for robot, record in self.others.items() if robot not in moving] if moving else self.others.values()
+        )
+
+    def heard_lately(self, tick: int) -> dict[str, Record]:
+        """Return the records of all robots heard lately, mute ones too."""
+        fresh, mutes = self.fresh(tick), self._of_mutes()
+        return fresh | {record.robot: record for record in mutes} if mutes else fresh
 
     def wake(self, tick: int) -> None:
         """Record that nothing was heard for a while before this tick."""

@@ -35,12 +35,15 @@ class OwnWay:
 
         If ``way_out`` is not empty, it is taken instead: it leads out of a cell from which no way over cells leads.
         """
-        goal, blocked, tick = situation.goal, situation.blocked, situation.tick
+        goal, tick, stays = situation.goal, situation.tick, situation.stays
+        blocked = situation.blocked | stays if stays else situation.blocked
         complete = progress.route[-1] == goal if progress.route else progress.head == goal
         if progress.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):
             return progress
         self._found_for, self._retry_at = (goal, blocked), tick + RETRY
         way = way_out or own_way(cells, progress.head, goal, blocked - {progress.head}, path)
+        if not way and stays:  # no way leads round: wait before the mute robot
+            way = own_way(cells, progress.head, goal, situation.blocked - {progress.head}, path)
         return progress.alone(way).without_stale_claims()
 
 

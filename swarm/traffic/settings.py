@@ -28,6 +28,7 @@ class TrafficSettings:
     learns: bool = False  # robots are not given the floor: each plans on the cells that it has learned
     in_sight: bool = False  # walls stop the radio: a robot round a corner is not heard
     speed: float = 0.9  # m/s; no robot is faster: it limits how far a record may have moved since the last one
+    acceleration: float = 2.0  # m/s2; every robot brakes with it, and none gains speed faster
     sensor_range: float = 1.6  # m, from the robot's edge
 
     # claims and holds

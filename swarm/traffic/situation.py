@@ -22,3 +22,5 @@ class Situation(NamedTuple):
     done: bool = False  # it has no stop left
     wants: int = 0  # tick since which it has had this goal
     bodies: Callable[[], frozenset[int]] = frozenset  # cells in which silent robots were last heard, and may stand
+    mutes: frozenset[str] = frozenset()  # robots that are heard but say nothing of traffic
+    stays: frozenset[int] = frozenset()  # cells that they have covered for long

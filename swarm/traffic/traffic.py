@@ -19,7 +19,7 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
 from swarm.traffic.doing import Doing
 from swarm.traffic.goal import Goal
-from swarm.traffic.granting import activity, looks, stops_in, way_ahead, waypoints
+from swarm.traffic.granting import granted
 from swarm.traffic.halting import Halt, Halting, robot_at
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint import JointPlanning
@@ -96,7 +96,7 @@ class Traffic:
         if cells_changed:
             progress = self._over_new_cells(progress, body)
         listens = tick < self._listen_until
-        events = self._peers.hear(tick, inputs.heard)
+        events = self._peers.hear(tick, inputs.heard, inputs.mute)
         fresh = self._peers.fresh(tick)
         self._sightings.hear(tick, fresh.values())
 
@@ -115,6 +115,9 @@ class Traffic:
         before, progress = progress.on_way, progress.released(body.touched, body.cell, room)
         self._moved = tick if progress.on_way < before else self._moved
         other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
+        stays = self._peers.mutes.stays(tick)
+        if stays and not stays.isdisjoint(set(progress.reservations.held) - body.touched):
+            progress = given_back(progress, body, self.cells)
         progress, halt, halted = self._halt(progress, inputs, body)
         self._threats = halt.threats
 
@@ -136,13 +139,16 @@ class Traffic:
             self._moved = tick if took else self._moved
             face = self._look(progress, situation, waits, inputs)
         self._progress = progress
+        complaint = self._peers.mutes.complaint(tick, waits)
+        events += [Event("mute_in_the_way", (self.me, *waits), complaint)] if complaint else []
 
         # what it tells, and where it may drive
         doing = Doing(
             inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
             self._lookout.leans_to, free_drive, self._moved, room, threats,
         )  # fmt: skip
-        return self._outputs(doing, body, self._broadcast(doing), events)
+        still = self._lookout.still_bodies(self._peers.fallen_silent(tick), self._halting.places(tick), body.pose)
+        return granted(doing, body, self._peers, still, self._broadcast(doing), events, self.cells, self.settings)
 
     # ---- the floor, the body and its cells
 
@@ -195,7 +201,7 @@ class Traffic:
         if self.settings.learns and inputs.tick < self._listen_until:
             return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._halting.look(inputs, self._peers.others.values(), mine)
+        halt = self._halting.look(inputs, self._peers.expected(), mine)
         kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
@@ -223,12 +229,14 @@ class Traffic:
             idle=inputs.goal is None,
             moved=self._moved,
             blocked=self._sightings.occupied(),
-            cleared=self._sightings.cleared(others, fresh),
+            cleared=self._sightings.cleared(others, self._peers.heard_lately(inputs.tick)),
             others=others,
             fresh=fresh,
             done=inputs.done,
             wants=self._goal.since,
             bodies=partial(self._lookout.remembered, self._peers.fallen_silent(inputs.tick)),
+            mutes=self._peers.mutes.names,
+            stays=self._peers.mutes.stays(inputs.tick),
         )
 
     def _find_way(
@@ -241,7 +249,7 @@ class Traffic:
             self._moved = situation.tick
             return progress.onto(adopted).without_stale_claims()
         plan = self._joint.following
-        if plan is not None and plan.keeps(progress, situation):
+        if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
         self._joint.leave()
         return self._own_way.find(progress, situation, inputs.path, self.cells, self._goal.way_out)
@@ -269,31 +277,3 @@ class Traffic:
         if need is not None:
             own = replace(own, need=need)
         return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))
-
-    def _outputs(
-        self, doing: Doing, body: Footprint, broadcast: TrafficBroadcast | None, events: list[Event]
-    ) -> TrafficOutputs:
-        tick, held, place = body.tick, doing.progress.reservations.held, doing.progress.place(body.cell)
-        alone, ahead = self._peers.alone_in(held, tick), way_ahead(doing, place)
-        stops, silent = stops_in(doing, ahead), self._peers.fallen_silent(tick)
-        to_look = looks(doing, self.settings)
-        still = self._lookout.still_bodies(silent, self._halting.places(tick), body.pose)
-        return TrafficOutputs(
-            broadcast=broadcast,
-            held=held,
-            drivable=tuple(dict.fromkeys((*alone, held[place], *doing.free_drive))),
-            unconstrained=bool(doing.free_drive),
-            waypoints=waypoints(doing, ahead, alone, self.cells, self.settings),
-            beside=(*self._peers.holders_of(held[place], tick), *still),
-            may_drive=not doing.stopped,
-            threats=doing.threats,
-            room=doing.room,
-            exactly=stops or to_look,
-            looks=not stops and to_look,
-            face=doing.face,
-            waits=doing.waits,
-            activity=activity(doing),
-            events=tuple(events),
-            way=(*held[place:], *doing.progress.route),
-            members=self._joint.following.members if self._joint.following is not None else (),
-        )

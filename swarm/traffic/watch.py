@@ -7,7 +7,7 @@ from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.traffic.cells import CellMap
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.peer_records import Event
 
 STUCK: Final = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
@@ -23,6 +23,7 @@ class Seen(NamedTuple):
     moved: bool  # it made progress since the last tick
     waits: Sequence[str] = ()  # the robots that it waits for
     live: bool = True  # its process runs; False: killed or suspended
+    mute: bool = False  # it says nothing of traffic, and holds nothing
 
 
 Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
@@ -32,7 +33,7 @@ class Fault(NamedTuple):
     """A violation, when it began."""
 
     tick: int
-    kind: str  # "overlap", "outside", "contact"
+    kind: str  # "overlap", "outside", "contact", "intrusion"
     robots: tuple[str, ...]
     where: tuple[int, ...]  # cells
 
@@ -56,10 +57,17 @@ class Watch:
     _waits: dict[str, Sequence[str]] = field(default_factory=dict)
     _circling: dict[str, int] = field(default_factory=dict)  # ticks in a circle of waits among robots that stand
     _stuck: set[str] = field(default_factory=set)
+    _held: dict[str, set[int]] = field(default_factory=dict)  # what each held a tick ago
+    _under: dict[str, set[int]] = field(default_factory=dict)  # cells that each mute robot was in a tick ago
+    _intruders: dict[tuple[str, str], bool] = field(default_factory=dict)  # (mute, holder): the mute one drove in
 
     def look(self, tick: int, robots: Mapping[str, Seen], events: Iterable[Event] = ()) -> list[Fault]:
         """Check one tick; return the faults that begin in it."""
+        mutes = {robot: seen for robot, seen in robots.items() if seen.mute}
+        robots = {robot: seen for robot, seen in robots.items() if not seen.mute} if mutes else robots
         now = [*self._overlaps(robots), *self._outside(robots), *self._contacts(robots)]
+        if mutes or self._under:
+            now += self._intrusions(mutes, robots)
         begun = [Fault(tick, *what) for what in now if what[:2] not in self._running]
         self._running = {what[:2] for what in now}
         self.faults += begun
@@ -91,6 +99,33 @@ class Watch:
             strayed = tuple(cell for cell in touched if cell not in seen.held)
             if strayed:
                 found.append(("outside", (robot,), strayed))
+        return found
+
+    def _intrusions(self, mutes: Mapping[str, Seen], robots: Mapping[str, Seen]) -> list[Found]:
+        """Compare where mute robots are with what others hold.
+
+        An "intrusion" is a mute robot that drove into a cell that another robot held, or began in it. It is an
+        "overlap" of the two if the other took the cell after the mute robot was in it.
+        """
+        under = {
+            robot: set(self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)) - {OUTSIDE}
+            for robot, seen in mutes.items()
+        }
+        found: list[Found] = []
+        intruders: dict[tuple[str, str], bool] = {}
+        for robot, cells in under.items():
+            for other, seen in robots.items():
+                shared = cells.intersection(seen.held)
+                if not shared:
+                    continue
+                was = self._under.get(robot, cells)
+                taken = shared & was - self._held.get(other, set(seen.held))
+                drove_in = self._intruders.get((robot, other), not taken)
+                intruders[robot, other] = drove_in
+                names = (robot, other) if drove_in else (other, robot)
+                found.append(("intrusion" if drove_in else "overlap", names, tuple(sorted(shared))))
+        self._intruders, self._under = intruders, under
+        self._held = {robot: set(seen.held) for robot, seen in robots.items()} if mutes else {}
         return found
 
     def _contacts(self, robots: Mapping[str, Seen]) -> list[Found]:

@@ -150,6 +150,7 @@ TRAFFIC: dict[str, Any] = {  # what the watch saw
     "longest_wait": pytest.approx((TICKS - PRESSES - 1) * DT),  # r3's, from the tick after the last push
     "overlaps": 1,  # r3 and r4 both hold cell 14, all the time
     "outside": 2,  # r1, twice
+    "intrusions": 0,
 }
 # fmt: on
 

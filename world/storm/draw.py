@@ -90,6 +90,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             faults=_faults(profile, robots, chance),
             kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
             late=chance.randint(1, 4) if chance.random() < profile.late else 0,
+            mute=_mute(profile, robots, chance),
         )
         return plan if can_be_driven(plan) else None
     except ConfigError:
@@ -226,6 +227,12 @@ def _faults(profile: Profile, robots: int, chance: Random) -> list[PlannedFault]
         for robot in chance.sample(everybody, chance.randint(1, max(1, robots // 3))):
             found.append(PlannedFault(robot=robot, kind="dead", tick=chance.randrange(20, 800)))
     return sorted(found, key=lambda fault: (fault.tick, fault.robot))
+
+
+def _mute(profile: Profile, robots: int, chance: Random) -> list[str]:
+    if not profile.mute or chance.random() >= profile.mute:
+        return []
+    return sorted(chance.sample(names(robots), chance.randint(1, 2)))
 
 
 def _moments(every: float, chance: Random) -> Iterator[int]:

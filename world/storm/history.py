@@ -14,6 +14,7 @@ from swarm.traffic.watch import Fault
 from world.faults import Health
 from world.physics import Contact
 from world.simulate import Simulation
+from world.storm.mute import make_mute
 from world.storm.plan import StormPlan
 
 HOPELESS: Final = 240.0  # s; a run in which no robot has made progress for so long is over
@@ -41,6 +42,7 @@ class History:
     robots: tuple[str, ...]
     stops: tuple[tuple[Point, ...], ...]  # of each robot
     floors: list[tuple[int, OccupancyMap]]  # first tick and floor, oldest first
+    mute: frozenset[str] = frozenset()  # robots that say nothing of traffic
     late: int = 0  # ticks by which answers come late
     moments: list[Moment] = field(default_factory=list)
     contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was the robot struck
@@ -60,12 +62,14 @@ def record(plan: StormPlan) -> History:
     began = perf_counter()
     scenario = plan.to_scenario()
     simulation = Simulation.of(scenario, plan.robots, scenario.settings.seed, plan.to_faults())
+    make_mute(simulation, plan.mute)
     world = simulation.world
     history = History(
         settings=scenario.settings,
         robots=world.robots,
         stops=tuple(world.stops(name) for name in world.robots),
         floors=[(0, world.floor)],
+        mute=frozenset(plan.mute),
         late=plan.late,
     )
     limit = scenario.settings.limit

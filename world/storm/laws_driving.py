@@ -25,7 +25,7 @@ def no_body_outside(history: History) -> Found:
         held |= {name: command.held for name, command in moment.commands.items()}
         cells = cells_at(history, moment.tick)
         for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
-            if name not in held or inside.get(name) == (pose, held[name]):
+            if name not in held or name in history.mute or inside.get(name) == (pose, held[name]):
                 continue
             out = [cell for cell in cells.touched(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
             if out and name not in outside and not was_pushed(pushed, number, moment.tick):
@@ -48,7 +48,7 @@ def room_to_brake(history: History) -> Found:
         cells = cells_at(history, moment.tick)
         under_way = [earlier.commands for earlier in moments[max(0, index - history.late) : index]]
         for number, name in enumerate(history.robots):
-            if name not in moment.commands or was_pushed(pushed, number, moment.tick):
+            if name not in moment.commands or name in history.mute or was_pushed(pushed, number, moment.tick):
                 continue
             sense = moment.senses[name]
             if not any(under_way) and abs(sense.linear) < CREEPS:

@@ -28,6 +28,8 @@ def no_contact(history: History) -> Found:
         if struck or _is_being_pushed(history, tick, contact.robot):
             continue
         name = history.robots[contact.robot]
+        if name in history.mute:
+            continue
         if contact.kind == "obstacle" and _mover_came(history, tick, contact.robot):
             continue
         other = f" {history.robots[contact.other]}" if contact.other is not None else ""
@@ -143,6 +145,7 @@ def _must_agree(history: History, moment: Moment, me: str, cell: int, heard: Map
         name
         for name, pose in zip(history.robots, moment.poses, strict=True)
         if name != me
+        and name not in history.mute
         and moment.tick - heard.get(name, -(10**9)) <= late
         and hypot(pose.x - x, pose.y - y) <= NEAR * cells.side
     ]

@@ -45,6 +45,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
     scenario: Settings
     faults: Annotated[list[PlannedFault], Meta(max_length=10_000)] = []  # noqa: RUF012, msgspec copies it
     kill_leader_at: Tick | None = None  # the first robot that leads a joint plan at or after this tick dies
+    mute: Annotated[list[Name], Meta(max_length=100)] = []  # noqa: RUF012, robots that say nothing of traffic
     late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
 
     @property
@@ -66,6 +67,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "short radio": settings.radio.range < 8.0,
             "line of sight": settings.radio.line_of_sight,
             "late": self.late > 0,
+            "mute": bool(self.mute),
             "leader killed": self.kill_leader_at is not None,
             "edits": bool(settings.edits),
             "movers": bool(settings.movers),
@@ -145,7 +147,7 @@ def _without_defaults(section: Section) -> dict[str, Any]:
 
 def only_simulated(plan: StormPlan) -> str:
     """Return why a plan can run only in the simulation, or "" if processes can run it too."""
-    features = {"late", "leader killed", *FAULTS.values()} & plan.features()
+    features = {"late", "leader killed", "mute", *FAULTS.values()} & plan.features()
     return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 
 
@@ -169,8 +171,10 @@ def read(path: Path) -> StormPlan:
         raise ConfigError(f"{path}: {fault}; swarm storm --show SEED prints a valid plan") from None
     checked(msgspec.to_builtins(plan.scenario), str(path))
     names = {f"r{number}" for number in range(1, plan.robots + 1)}
-    if unknown := {fault.robot for fault in plan.faults} - names:
-        raise ConfigError(f"{path}: faults: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}")
+    if unknown := {*[fault.robot for fault in plan.faults], *plan.mute} - names:
+        raise ConfigError(
+            f"{path}: faults and mute: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}"
+        )
     try:
         check(plan.to_scenario(), plan.robots, plan.scenario.seed)
     except ConfigError as fault:

@@ -23,7 +23,7 @@ class Profile:
     home: float = 0.5  # chance that the robots return home
     radio_range: tuple[float, ...] = (5.0, 6.5, 8.0, 12.0, 50.0)  # m
     loss: tuple[float, ...] = (0.0, 0.0, 0.1, 0.3, 0.5)
-    sight: float = 0.0  # this and the fields down to noise: chances
+    sight: float = 0.0  # this and the fields down to mute: chances
     held_up: float = 0.0
     suspended: float = 0.0
     away: float = 0.0
@@ -33,6 +33,7 @@ class Profile:
     edits: float = 0.0
     movers: float = 0.0
     noise: float = 0.0
+    mute: float = 0.0  # chance that one or two robots say nothing of traffic
     every: float = 25.0  # s between two hold-ups or suspensions of one robot, on average
     known: bool = True
 
@@ -73,6 +74,7 @@ PROFILES: Final[Mapping[str, Profile]] = {
         columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),
         shared=0.0, home=0.3, loss=(0.0, 0.3),
     ),
+    "silent": Profile(mute=1.0, robots=(3, 8), per_cell=0.2),
     "edits": Profile(edits=1.0, dead=0.3, held_up=0.2),
     "movers": Profile(movers=1.0, held_up=0.2),
     "away": Profile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),

@@ -35,9 +35,10 @@ def claims_of(record: Record) -> dict[int, Claim]:
 
 
 def dead_of(history: History) -> set[str]:
-    """Return the robots that are dead at the end."""
+    """Return the robots that no other can ask to move at the end: dead ones, and those that say nothing of traffic."""
     last = next((moment for moment in reversed(history.moments) if moment.health), None)
-    return {name for name, health in last.health.items() if health is Health.DEAD} if last else set()
+    dead = {name for name, health in last.health.items() if health is Health.DEAD} if last else set()
+    return dead | history.mute
 
 
 def pushes(history: History) -> Mapping[int, list[int]]:

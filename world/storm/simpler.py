@@ -36,7 +36,7 @@ def simpler(plan: StormPlan, cut: Cut) -> Iterator[StormPlan]:
 def size(plan: StormPlan) -> tuple[int, int, int, int]:
     """Count robots, faults, stops, and characters of free floor."""
     scenario = plan.scenario
-    wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late)
+    wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late) + len(plan.mute)
     wrong += len(scenario.edits) + len(scenario.movers)
     stops = sum(map(len, scenario.own_targets)) or len(scenario.targets)
     return plan.robots, wrong, stops, (scenario.map.text or "").count(".")
@@ -78,6 +78,7 @@ def robots(raw: Raw) -> Iterator[Raw]:
             scenario["own_targets"] = [scenario["own_targets"][number] for number in stay]
         names = {f"r{number + 1}": f"r{place}" for place, number in enumerate(stay, start=1)}
         new["faults"] = [fault | {"robot": names[fault["robot"]]} for fault in new["faults"] if fault["robot"] in names]
+        new["mute"] = [names[robot] for robot in new["mute"] if robot in names]
         yield new
 
 
@@ -91,6 +92,8 @@ def conditions(raw: Raw) -> Iterator[Raw]:
     """Set one condition of the whole run, such as radio loss, back to a harmless value."""
     yield raw | {"late": 0}
     yield raw | {"kill_leader_at": None}
+    for stay in _fewer(raw["mute"]):
+        yield raw | {"mute": stay}
     for path, value in (
         ("radio.loss", 0.0), ("radio.line_of_sight", False), ("radio.range", FAR_RADIO), ("return_home", False),
         ("sensors.noise", 0.0), ("sensors.bearing_noise_deg", 0.0),

@@ -1,0 +1,92 @@
+"""Whole missions with robots that say nothing of traffic: all of ours arrive, and nobody touches anybody."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.scenario.load import load
+from tests.shared import scenario_of
+from world.simulate import Simulation
+from world.storm.draw import draw
+from world.storm.history import record
+from world.storm.laws import judge
+from world.storm.mute import make_mute
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+TWO_WAYS = """\
+##########
+#........#
+#.##.###.#
+#........#
+##########
+"""
+
+
+def drives(robot: Robot, left: float, right: float, stop: float = 0.0) -> None:
+    """Let a robot drive on whatever its sensors show, until a time [s]; it says where it is as before."""
+
+    def step(inputs: Inputs, step: Callable[[Inputs], Outputs] = robot.step) -> Outputs:
+        outputs = step(inputs)
+        goes = inputs.sense.time < stop
+        command = replace(outputs.command, left=left if goes else 0.0, right=right if goes else 0.0)
+        return outputs._replace(command=command)
+
+    robot.step = step  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("name", ["doorway", "paper"])
+def test_one_mute_robot_among_four_hinders_nobody_for_long(name: str) -> None:
+    simulation = Simulation.of(load(SCENARIOS / f"{name}.yaml"), 4, 1)
+    make_mute(simulation, ["r2"])
+    report = simulation.run(300.0)
+    assert report["complete"]
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+    assert report["traffic"]["deadlocks"] == report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
+    assert report["traffic"]["longest_wait"] < 30.0
+
+
+def corridor(stands: float) -> Simulation:
+    """Return a simulation in which r2, mute, stands at x = ``stands`` in the lower of two corridors for ever."""
+    scenario = scenario_of(
+        TWO_WAYS,
+        map={"text": TWO_WAYS, "cell": 1.2}, own_targets=[[[10.2, 1.8]], [[stands, 1.8]]], return_home=False,
+        start={"poses": [[1.8, 1.8, 0.0], [stands, 1.8, 0.0]]}, traffic={"cell": 1.2, "offset": [0.0, 0.0]},
+        robots=2,
+    )  # fmt: skip
+    simulation = Simulation.of(scenario, 2, 1)
+    make_mute(simulation, ["r2"])
+    return simulation
+
+
+def test_a_mute_robot_that_stands_in_the_way_for_ever_is_driven_round() -> None:
+    report = corridor(5.4).run(120.0)
+    assert report["complete"]
+    assert report["contacts"]["robot"] == 0
+    assert report["traffic"]["longest_wait"] < 10.0
+
+
+def test_who_has_no_other_way_waits_and_names_it() -> None:
+    simulation = corridor(10.2)  # on the target
+    notes: list[str] = []
+    simulation.run(100.0, watch=lambda world: notes.extend(text for _, text in world.commands[0].notes))
+    assert "waits for r2, which says nothing of traffic" in notes
+    assert simulation.world.commands[0].waits == ["r2"]
+
+
+def test_a_mute_robot_that_drives_into_one_that_stands_is_blamed_itself() -> None:
+    simulation = corridor(5.4)
+    drives(simulation.robots[1], -0.4, -0.4, stop=30.0)
+    report = simulation.run(40.0)
+    assert report["per_robot"]["r1"]["contacts"] == report["per_robot"]["r1"]["struck"], "r1 stood, or did not touch it"
+    assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2, 4, 5])
+def test_seeds_with_mute_robots_keep_every_law(seed: int) -> None:
+    plan = draw("silent", seed)
+    assert plan.mute
+    assert judge(record(plan)) == []

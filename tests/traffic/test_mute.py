@@ -1,0 +1,120 @@
+"""Robots that are heard but say nothing of traffic: the cells they cover, and what a robot does about them."""
+
+from collections.abc import Sequence
+from math import pi
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.geometry import Pose, Twist, integrate
+from swarm.messages.traffic import Record, TrafficBroadcast
+from swarm.traffic.mute import SAYS, STAYS, Mutes, Spoken, covered
+from swarm.traffic.peer_records import PeerRecords
+from swarm.traffic.reservations import Reservations
+from swarm.traffic.route import OwnWay
+from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.situation import Situation
+from tests.traffic.maps import DOOR
+
+CELLS = DOOR.cells
+A, B = DOOR.at("ab")
+SETTINGS = TrafficSettings(speed=1.6)
+
+
+def spoken(tick: int, cell: int = A, robot: str = "f1") -> Spoken:
+    return Spoken(robot, tick, Pose(*CELLS.centre(cell), 0.0))
+
+
+def record(tick: int, cell: int = A, robot: str = "f1") -> TrafficBroadcast:
+    x, y = CELLS.centre(cell)
+    return TrafficBroadcast(own=Record(robot=robot, stamp=tick, x=x, y=y, goal=cell, held=(cell,)))
+
+
+@given(
+    x=st.floats(0.0, 6.0), y=st.floats(0.0, 6.0), yaw=st.floats(-pi, pi), speed=st.floats(-1.6, 1.6),
+    curvature=st.floats(-1.5, 1.5), age=st.integers(0, 8),
+)  # fmt: skip
+def test_its_cells_cover_its_body_until_it_has_braked(
+    x: float, y: float, yaw: float, speed: float, curvature: float, age: int
+) -> None:
+    twist, dt = Twist(speed, speed * curvature), SETTINGS.tick
+    before = Pose(x, y, yaw)
+    last = integrate(before, twist, 4 * dt)
+    cells = covered(Spoken("f1", 0, before), Spoken("f1", 4, last), age, CELLS, SETTINGS)
+    pose = last
+    for _ in range(age):
+        pose = integrate(pose, twist, dt)
+        assert CELLS.swept(((pose.x, pose.y),), SETTINGS.radius) <= cells
+    rest = speed**2 / (2 * SETTINGS.acceleration)
+    pose = integrate(pose, Twist(rest if speed > 0 else -rest, rest * curvature * (1 if speed > 0 else -1)), 1.0)
+    if abs(speed) > 0.05:
+        assert CELLS.swept(((pose.x, pose.y),), SETTINGS.radius) <= cells
+
+
+def heard(peers: PeerRecords, *mute: Spoken, tick: int, said: Sequence[TrafficBroadcast] = ()) -> None:
+    peers.hear(tick, said, mute)
+
+
+def test_it_holds_what_it_covers_and_is_asked_for_nothing() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    heard(peers, spoken(5), tick=6)
+    assert peers.others["f1"].held == (A,)
+    assert not peers.others["f1"].acks
+    assert peers.fresh(6) == {}, "so no claim waits for its acknowledgement, and no plan counts it in"
+    assert peers.alone_in((A, B), 6) == (B,)
+    assert peers.passed_on(6, 0.0, 0.0) == ()
+    heard(peers, tick=6 + SETTINGS.fresh)
+    assert peers.others["f1"].held == (A,), "it keeps them when it is not heard any more, until a look"
+    assert peers.mutes.names == frozenset()
+
+
+def test_who_speaks_again_is_mute_no_more_and_who_falls_mute_keeps_its_cells_for_a_while() -> None:
+    peers = PeerRecords("r0", CELLS, SETTINGS)
+    heard(peers, tick=5, said=[record(4, B)])
+    heard(peers, spoken(8), tick=9)
+    assert set(peers.others["f1"].held) == {A, B}
+    assert list(peers.fresh(9)) == ["f1"]
+    heard(peers, spoken(60), tick=61)
+    assert peers.others["f1"].held == (A,)
+    assert list(peers.fresh(61)) == []
+    heard(peers, tick=65, said=[record(64, B)])
+    assert peers.others["f1"].held == (B,)
+    assert list(peers.fresh(65)) == ["f1"]
+    heard(peers, spoken(60), tick=66)
+    assert peers.others["f1"].held == (B,), "an old broadcast that comes late counts for nothing"
+
+
+def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does() -> None:
+    start, goal = DOOR.at("ab")
+    steps = RouteProgress(Reservations((start,)), (ALONE,))
+
+    def way(stays: frozenset[int]) -> tuple[int, ...]:
+        situation = Situation(0, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
+        return OwnWay().find(steps, situation, (), CELLS).route
+
+    straight = way(frozenset())
+    assert straight
+    for cell in straight[:-1]:
+        other = way(frozenset({cell}))
+        assert other[-1] == goal
+        reachable = CELLS.distances(goal, {cell})[start] < len(CELLS)
+        assert (cell not in other) == reachable
+    assert way(frozenset({goal})) == straight
+
+
+def test_cells_stay_covered_only_without_a_break() -> None:
+    mutes = Mutes(SETTINGS)
+    for tick in range(0, 2 * STAYS, 4):
+        mutes.hear(tick, [spoken(tick, A if tick < STAYS + 8 else B)], {})
+        mutes.records(tick, {}, CELLS)
+        assert (A in mutes.stays(tick)) == (STAYS <= tick < STAYS + 8)
+
+
+def test_who_waits_for_it_long_says_so_once() -> None:
+    mutes = Mutes(SETTINGS)
+    said = []
+    for tick in range(3 * SAYS):
+        mutes.hear(tick, [spoken(tick)], {})
+        said.append(mutes.complaint(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
+    assert [text for text in said if text] == ["waits for f1, which says nothing of traffic"]
