@@ -25,6 +25,8 @@ from world.world import World
 
 LOST: Final = 20.0  # s of absence after which the run ends without a robot, if all others are finished
 
+NAMED: Final = 64  # named buttons whose answers are kept
+
 
 class Course:
     """What has become of the run so far. It is new, or goes on from the file ``snapshot`` if that exists."""
@@ -56,6 +58,7 @@ class Course:
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
         self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
+        self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
         if snapshot is not None and snapshot.exists():
@@ -79,6 +82,7 @@ class Course:
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
         self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
         self.repeatable.reasons = host.not_reproducible
+        self.pressed = host.pressed
         self.lobby.most_in_one = host.most_in_one
         self.lobby.expect(host.present, monotonic() + BACK)
 
@@ -101,7 +105,7 @@ class Course:
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
             present=self.lobby.members, most_in_one=self.lobby.most_in_one, late=self.last.late,
             states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
-            not_reproducible=self.repeatable.reasons,
+            not_reproducible=self.repeatable.reasons, pressed=self.pressed,
         )  # fmt: skip
 
     # --- telling ---
@@ -125,6 +129,13 @@ class Course:
 
     # --- changing ---
 
+    def remember(self, name: str, text: str) -> None:
+        """Keep the answer to a button that was named, for a retry."""
+        self.pressed[name] = text
+        if len(self.pressed) > NAMED:
+            del self.pressed[next(iter(self.pressed))]
+        self.save_soon()
+
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
         for event in self.world.step(self.last.commands):
@@ -142,7 +153,7 @@ class Course:
         world, unfinished = self.world, self.world.unfinished
         if world.finished:
             self.end(missing(world))
-        elif all(self.lobby.away(name) >= LOST for name in unfinished):
+        elif unfinished and all(self.lobby.away(name) >= LOST for name in unfinished):
             self._lost = unfinished
             self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
         elif world.time >= self._limit:

@@ -7,7 +7,22 @@ from time import monotonic
 from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
-from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, JOIN, MAP, PLAN, SENSE, STATE, TRUTH, Phase, Sense
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EDIT,
+    JOIN,
+    MAP,
+    ORDER,
+    PLAN,
+    ROBOT_ACTION,
+    SENSE,
+    STATE,
+    TRUTH,
+    Phase,
+    Sense,
+)  # fmt: skip
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
@@ -74,7 +89,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN):
+        for question in (ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -91,7 +106,7 @@ class Host:
             course.save()
             stands = course.phase is not Phase.RUNNING or not self._linked or course.lobby.expected
             self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, edits=True)
+            self._requests.serve(self._answer, between=True)
             if stop.is_set():
                 course.end("interrupted")
             elif stands:
@@ -173,7 +188,7 @@ class Host:
                 self._take_presence(arrived)
             case Request():
                 self._requests.add(arrived)
-                self._requests.serve(self._answer, edits=False)
+                self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
                 course.lobby.link(up, monotonic())

@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     # imported here, so that a Ctrl-C meanwhile is one sentence too
-    from swarm.cli import control, drill, fleet, keys, storm, tools
+    from swarm.cli import control, drill, fleet, keys, orders, storm, tools
     from swarm.cli.parsing import Parser, Version, joined
     from swarm.errors import SwarmError
 
@@ -33,7 +33,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, keys, control, drill, storm, tools):
+    for room in (fleet, keys, control, orders, drill, storm, tools):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))

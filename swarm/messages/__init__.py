@@ -7,9 +7,9 @@ refuses the whole message (``PeerError``) if a field is missing, has a wrong typ
 
 from typing import Final
 
-from swarm.messages.enums import Activity, Do, Kind, Phase, Steering
+from swarm.messages.enums import Activity, Do, Kind, Phase, RobotDo, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
-from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
+from swarm.messages.robot import Assigned, Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
@@ -21,6 +21,8 @@ from swarm.messages.world import (
     Join,
     Map,
     Mover,
+    Order,
+    RobotAction,
     Truth,
     Welcome,
 )
@@ -33,9 +35,11 @@ __all__ = [
     "EVENT",
     "JOIN",
     "MAP",
+    "ORDER",
     "PLAN",
     "RADIO",
     "REPLIES",
+    "ROBOT_ACTION",
     "SENSE",
     "STATE",
     "TOPICS",
@@ -44,6 +48,7 @@ __all__ = [
     "Accepted",
     "Action",
     "Activity",
+    "Assigned",
     "Body",
     "Broadcast",
     "Clock",
@@ -57,11 +62,14 @@ __all__ = [
     "Map",
     "Message",
     "Mover",
+    "Order",
     "Phase",
     "Plan",
     "Point",
     "Record",
     "Relayed",
+    "RobotAction",
+    "RobotDo",
     "Sense",
     "State",
     "Steering",
@@ -87,7 +95,11 @@ MAP       = Topic("world/map",              Map,       0.0,  0.0,     True,     
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
 EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
+ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
+ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 # fmt: on
 
-TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, EDIT, JOIN)
-REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome}
+TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION)
+REPLIES: Final[dict[str, type[Message]]] = {
+    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, ORDER.key: Accepted, ROBOT_ACTION.key: Accepted
+}  # fmt: skip

@@ -6,7 +6,23 @@ What is not listed is refused. Zenoh tells the refused process nothing: its mess
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
-from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, EVENT, JOIN, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Topic
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EDIT,
+    EVENT,
+    JOIN,
+    MAP,
+    ORDER,
+    PLAN,
+    RADIO,
+    ROBOT_ACTION,
+    SENSE,
+    STATE,
+    TRUTH,
+    Topic,
+)  # fmt: skip
 from swarm.messages.topic import below
 from swarm.secure.identity import OPERATOR, WATCHER, WORLD
 
@@ -38,7 +54,7 @@ LAST: Final = (CLOCK, STATE, PLAN, MAP)  # the world keeps their last messages
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, MAP),
-        answers=(ACTION, EDIT, JOIN, *LAST),
+        answers=(ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION, *LAST),
         hears=(COMMAND, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
@@ -53,7 +69,9 @@ RIGHTS: Final = {
         sees="world",
     ),
     WATCHER: Rights(sends=(), answers=(), hears=None, asks=LAST, present_as="dashboard", sees="*"),
-    OPERATOR: Rights(sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT), present_as=None, sees="*"),
+    OPERATOR: Rights(
+        sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION), present_as=None, sees="*"
+    ),
 }
 
 
