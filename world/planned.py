@@ -13,7 +13,7 @@ class Planned(Generic[T]):
     """The plans of one kind, in the order of their times."""
 
     def __init__(self, plans: Sequence[T]) -> None:
-        self._plans = sorted(plans, key=lambda plan: plan.at)
+        self._plans: list[T] = sorted(plans, key=lambda plan: plan.at)
         self.passed = 0  # plans whose time has come
 
     @property

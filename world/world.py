@@ -147,10 +147,8 @@ class World:
         events += self._admit(commands)
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self.settings.robot.wheel_acceleration * self.dt
-        in_force = [
-            c if (self.tick - c.tick) * dt <= COMMAND.timeout and not self.missions.stopped(number) else None
-            for number, c in enumerate(self.commands)
-        ]
+        in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self.commands]
+        in_force = [None if self.missions.stopped(number) else c for number, c in enumerate(in_force)]
         for number, command in enumerate(in_force):
             wanted = (command.left, command.right) if command else (0.0, 0.0)
             left, right = self.wheels[number]

@@ -151,8 +151,8 @@ class Robot:
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
             self._navigator.clear()  # a removed wall may open a shorter way
-            self._pilot.take_floor(ground.map)
             self._opened = True
+            self._pilot.take_floor(ground.map)
         if not self._settings.map.known:
             changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:

@@ -123,10 +123,8 @@ class Traffic:
         situation = self._situation(inputs, progress, fresh)
         decision = self._joint.stand() if inputs.stands else self._joint.step(situation)
         events += (*halted, *decision.events)
-        if inputs.stands:
-            progress = brought_to_rest(progress, body, self.cells)
-        else:
-            progress = self._find_way(progress, situation, decision.way, inputs)
+        found = self._find_way(progress, situation, decision.way, inputs) if not inputs.stands else progress
+        progress = brought_to_rest(progress, body, self.cells) if inputs.stands else found
 
         # layer 1: which of its cells
         waits: tuple[str, ...] = ()
