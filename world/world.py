@@ -112,8 +112,9 @@ class World:
 
     @property
     def _plans_matter(self) -> bool:
-        """True if a request is planned, or an edit that may open a way to a stop that was given up."""
-        frees = self.settings.retry_stops and any(edit.kind == "free" for edit in self.planned.left)
+        """True if a request is planned, or an edit is, or was lately, that may open a way to a stop given up."""
+        kinds = [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
+        frees = self.settings.retry_stops and "free" in kinds
         return bool(self.planned_orders.left) or (frees and any(command.unreachable for command in self.commands))
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
