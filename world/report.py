@@ -90,7 +90,13 @@ def _orders(world: World, number: int) -> dict[str, Any]:
     return {
         "orders": {fate: fates.count(fate) for fate in (*FATES, "open")},
         "history": [
-            {"number": one.number, "what": one.what, "stops": one.stops, "reached": one.reached, "fate": one.fate}
+            {
+                "number": one.number,
+                "what": one.what,
+                "stops": [list(stop) for stop in one.stops],
+                "reached": one.reached,
+                "fate": one.fate,
+            }
             for one in history
         ],
     }
