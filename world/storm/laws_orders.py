@@ -11,7 +11,8 @@ def orders_are_kept(history: History) -> Found:
     settings = history.settings
     asked: dict[str, set[tuple[Point, ...]]] = {name: {()} for name in history.robots}
     for number, name in enumerate(history.robots):
-        home = tuple(history.moments[0].poses[number][:2]) if history.moments else (0.0, 0.0)
+        x, y, _ = history.moments[0].poses[number]
+        home = x, y
         asked[name].add((home,))
         for one in settings.orders:
             if one.robot == name and one.targets is not None:
