@@ -10,7 +10,7 @@ def orders_are_kept(history: History) -> Found:
     """Check by the senses alone: numbers only grow, stops come from a request, and a stopped body stands after 1 s."""
     settings = history.settings
     asked: dict[str, set[tuple[Point, ...]]] = {name: {()} for name in history.robots}
-    for number, name in enumerate(history.robots):
+    for number, name in enumerate(history.robots if history.moments else ()):
         x, y, _ = history.moments[0].poses[number]
         home = x, y
         asked[name].add((home,))
