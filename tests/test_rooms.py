@@ -18,6 +18,7 @@ LONGEST: Final = 300  # lines of a file
 ORDER: Final = (
     "swarm.errors",
     "swarm.stopping",
+    "swarm.awake",
     "swarm.geometry",
     "swarm.compiled",
     "swarm.garbage",

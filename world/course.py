@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic
 from typing import Final
 
+from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Clock, Phase
@@ -49,7 +49,8 @@ class Course:
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
         self.world = World(scenario, starts, seed, identity=new_identity())
-        self.lobby = Lobby(self.world.robots, watchers, monotonic())
+        self.awake = Awake()
+        self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
         self.repeatable = Repeatable(lockstep=self.lockstep)
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
@@ -84,7 +85,7 @@ class Course:
         self.repeatable.reasons = host.not_reproducible
         self.pressed = host.pressed
         self.lobby.most_in_one = host.most_in_one
-        self.lobby.expect(host.present, monotonic() + BACK)
+        self.lobby.expect(host.present, self.awake.now() + BACK)
 
     # --- saving ---
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event as Flag
-from time import monotonic
 from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
@@ -112,7 +111,7 @@ class Host:
             elif stands:
                 course.stopwatch.halt()
                 self._receive(LOOK)
-                if course.phase is Phase.WAITING and not course.held and course.lobby.ready(monotonic()):
+                if course.phase is Phase.WAITING and not course.held and course.lobby.ready(course.awake.now()):
                     course.go_to(Phase.RUNNING)
             elif course.phase is Phase.RUNNING:
                 self._tick(stop)
@@ -148,7 +147,7 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         course, last = self._course, self._course.last
-        world, asked = course.world, Asked(course.lobby.present, monotonic())
+        world, asked = course.world, Asked(course.lobby.present, course.awake.now())
         self._asked = asked
         while course.in_tick and course.world is world and self._linked and not stop.is_set():
             present = course.lobby.present
@@ -158,9 +157,9 @@ class Host:
                 return
             if not lacking:
                 return
-            for name in asked.again(lacking, monotonic()):
+            for name in asked.again(lacking, course.awake.now()):
                 self._bus.send(SENSE, self._senses[name], robot=name)
-            for name in asked.overdue(lacking, monotonic()):
+            for name in asked.overdue(lacking, course.awake.now()):
                 last.deaf.add(name)
                 text = f"has not answered for {SILENT:g} s; the run goes on without it"
                 course.tell("silent", text, name)
@@ -191,7 +190,7 @@ class Host:
                 self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
-                course.lobby.link(up, monotonic())
+                course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
         if self._linked:
             self._look_who_has_gone()
@@ -199,7 +198,7 @@ class Host:
 
     def _take_presence(self, presence: Presence) -> None:
         course = self._course
-        note = course.lobby.take(presence, monotonic())
+        note = course.lobby.take(presence, course.awake.now())
         if note is not None:
             course.tell(*note)
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
@@ -209,7 +208,7 @@ class Host:
     def _look_who_has_gone(self) -> None:
         course = self._course
         running = course.phase is Phase.RUNNING and not course.lobby.expected
-        for note in course.lobby.look(monotonic(), running=running):
+        for note in course.lobby.look(course.awake.now(), running=running):
             if course.phase is Phase.RUNNING:
                 course.tell(*note)
                 course.repeatable.no_longer(f"{note.robot} has lost its process", course.world.time)
