@@ -3,7 +3,7 @@
 from dashboard.progress import Robot
 from swarm.messages import Activity
 
-WAITS, BLOCKED, READY, DONE, HOME = "gives way", "blocked", "ready", "done", "home"
+WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
 
 
 def stop_name(number: int, stops: int, home: bool) -> str:
@@ -32,6 +32,8 @@ def lane(robot: Robot, home: bool) -> str:
             return WAITS
         case Activity.BLOCKED:
             return BLOCKED
+        case Activity.STOPPED:
+            return STOPPED
         case Activity.DONE:
             return DONE
         case Activity.READY:

@@ -44,6 +44,8 @@ class Robot(msgspec.Struct, frozen=True, kw_only=True):
     distance: float = 0.0  # m, to that stop along its path
     reached_at: tuple[int | None, ...] = ()  # tick at which each stop was first heard to be reached
     unreachable: tuple[int, ...] = ()
+    assignment: int = 0  # number of its stops; 0: the scenario's
+    assigned_at: int = -1  # tick from which it has had them
     pose: tuple[float, float, float] | None = None  # m, m, rad
     pose_tick: int = -1
     path: tuple[Point, ...] = ()
@@ -168,6 +170,12 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
 def _mission(robot: Robot, message: Broadcast | State) -> Robot:
     """Return the robot after a message; a broadcast and a state have the mission, a broadcast also has the pose."""
     changed: dict[str, object] = {}
+    if isinstance(message, State) and message.assignment > robot.assignment:
+        robot = msgspec.structs.replace(
+            robot, assignment=message.assignment, assigned_at=message.tick, reached_at=(), unreachable=()
+        )
+    elif message.tick < robot.assigned_at:
+        return robot  # about stops that it no longer has
     reached_at = _reached(robot.reached_at, message.reached, message.tick)
     if reached_at != robot.reached_at:
         changed["reached_at"] = reached_at

@@ -111,6 +111,18 @@ class EditSettings(Section, frozen=True, kw_only=True):
     high: Annotated[Coordinates, Meta(description="m; the opposite corner")]
 
 
+class OrderSettings(Section, frozen=True, kw_only=True):
+    """A request to one robot at a time set in the scenario: either `targets`, an order, or `do`, an action."""
+
+    at: Annotated[float, Meta(gt=0, le=1e6, description="s since the run began")]
+    robot: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="its name, such as r1")]
+    targets: Annotated[list[Coordinates], Meta(max_length=1000, description="m; in order")] | None = None
+    home: Annotated[bool, Meta(description="drive home after the last target")] = False
+    do: Annotated[Literal["stop", "go_on", "home", "cancel"], Meta(description="an action")] | None = None
+    id: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="name of the order")] = "scenario"
+    update: Annotated[int, Meta(ge=0, le=2**53, description="version of the order")] = 0
+
+
 class Settings(Section, frozen=True, kw_only=True):
     """The top level of a scenario file."""
 
@@ -126,6 +138,9 @@ class Settings(Section, frozen=True, kw_only=True):
     patrol: Annotated[
         bool, Meta(description="the targets are visited again and again until `limit`; nobody drives home")
     ] = False
+    retry_stops: Annotated[
+        bool, Meta(description="a robot takes up a stop that it gave up when an edit or a learned map opens a way")
+    ] = True
     reach: Annotated[float, _metres(0, 10, "a stop counts as reached within this distance")] = 0.4
     robots: Annotated[int, Meta(ge=1, le=1000, description="number of robots; `--robots` overrides it")] = 1
     seed: Annotated[int, Meta(ge=0, le=2**53, description="of the random starts, noise and radio loss")] = 1
@@ -140,3 +155,4 @@ class Settings(Section, frozen=True, kw_only=True):
     traffic: TrafficSettings = TrafficSettings()
     movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []
     edits: Annotated[list[EditSettings], Meta(max_length=200, description="changes of the map during the run")] = []
+    orders: Annotated[list[OrderSettings], Meta(max_length=1000, description="requests during the run")] = []

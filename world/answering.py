@@ -1,10 +1,11 @@
 """The answers to requests: buttons, edits of the map, and robots that want to join."""
 
 from swarm.bus import Request
-from swarm.errors import SwarmError
-from swarm.messages import Accepted, Action, Do, Edit, Join, Message, Welcome
-from world.controls import pressed
+from swarm.errors import PeerError, SwarmError
+from swarm.messages import Accepted, Action, Do, Edit, Join, Message, Order, RobotAction, Welcome
+from world.controls import already, pressed
 from world.course import Course
+from world.roll import LOST
 from world.welcome import welcome
 
 
@@ -12,20 +13,26 @@ def answer(request: Request, course: Course, session: str) -> None:
     """Carry out a request, or refuse it with the reason; ``session`` is that of the world."""
     try:
         match request.message:
-            case Action(do=do):
-                reply: Message = _press(do, course)
+            case Action(do=do, id=name):
+                reply: Message = _press(do, name, course)
             case Edit() as edit:
                 reply = _edit(edit, course)
             case Join() as join:
                 reply = _join(join, course, session)
+            case Order() | RobotAction() as asked:
+                reply = _request(request.ids["robot"], asked, course)
     except SwarmError as fault:
         request.refuse(str(fault))
     else:
         request.accept(reply)
 
 
-def _press(do: Do, course: Course) -> Accepted:
-    """Carry out a button if it may be pressed in this phase."""
+def _press(do: Do, name: str | None, course: Course) -> Accepted:
+    """Carry out a button if it may be pressed in this phase; one that is in force already changes nothing."""
+    if name is not None and (said := course.pressed.get(name)) is not None:
+        return Accepted(text=said)
+    if already(course.phase, do):
+        return Accepted(text=f"the run is {course.phase.value} already")
     phase = pressed(course.phase, do, course.lobby.absent)
     course.held = course.held and do is not Do.GO
     if do is Do.RESTART:
@@ -34,13 +41,33 @@ def _press(do: Do, course: Course) -> Accepted:
         course.end("stopped by command")
     elif phase is not course.phase or do is Do.RESTART:
         course.go_to(phase)
-    return Accepted(text=f"the run is {course.phase.value}")
+    text = f"the run is {course.phase.value}"
+    if name is not None:
+        course.remember(name, text)
+    return Accepted(text=text)
+
+
+def _request(name: str, request: Order | RobotAction, course: Course) -> Accepted:
+    """Carry out an order or an action for one robot, and save the run before the answer goes out."""
+    world = course.world
+    if course.lobby.away(name) >= LOST:
+        raise PeerError(f"{name}: expected a robot that is here, it is lost: absent for {LOST:g} s; start it again")
+    with course.changing():
+        text, events = world.request(name, request)
+    for event in events:
+        course.speaker.tell(event)
+    if events:
+        course.repeatable.no_longer(f"{name} was given an order or an action", world.time)
+        course.save_soon()
+    return Accepted(text=text)
 
 
 def _edit(edit: Edit, course: Course) -> Accepted:
     """Add or remove walls, and send the new map to all listeners."""
     text = f"{edit.kind.value} from {edit.low} to {edit.high}"
-    if not course.world.edit(edit):
+    with course.changing():
+        changed = course.world.edit(edit)
+    if not changed:
         return Accepted(text=f"{text}: it changes nothing")
     course.tell("edit", text)
     course.tell_map()

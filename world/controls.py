@@ -15,6 +15,13 @@ BUTTONS: Final = {
     Phase.OVER:    {},
 }
 # fmt: on
+# buttons whose phase has been reached: an answer may be lost, so pressing again is no error
+ALREADY: Final = {Phase.RUNNING: (Do.GO, Do.RESUME), Phase.PAUSED: (Do.PAUSE,), Phase.OVER: (Do.STOP,)}
+
+
+def already(phase: Phase, do: Do) -> bool:
+    """Return True if a button has nothing to do, because the run is as it says."""
+    return do in ALREADY.get(phase, ())
 
 
 def pressed(phase: Phase, do: Do, absent: Sequence[str]) -> Phase:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
+from typing import Final
 
 from swarm.awake import Awake
 from swarm.bus import Bus
@@ -26,6 +27,8 @@ from world.speaker import Speaker
 from world.status import states, status
 from world.truth import truth
 from world.world import World
+
+NAMED: Final = 64  # named buttons whose answers are kept
 
 
 class Course:
@@ -61,6 +64,7 @@ class Course:
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
         self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
+        self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
         if snapshot is not None and snapshot.exists():
@@ -69,7 +73,7 @@ class Course:
         self.world.poses()
 
     @contextmanager
-    def _changing(self) -> Iterator[None]:
+    def changing(self) -> Iterator[None]:
         """Keep other threads from reading while bodies change; then read all poses: who reads later changes nothing."""
         with self._moving:
             yield
@@ -94,6 +98,7 @@ class Course:
         self.repeatable.reasons = host.not_reproducible
         self.speaker.events = tuple(host.events)
         self.roll.restore(host.seen, host.left)
+        self.pressed = host.pressed
         self.lobby.most_in_one = host.most_in_one
         self.lobby.expect(host.present, self.awake.now() + BACK)
 
@@ -103,7 +108,7 @@ class Course:
         """Save the state if it has changed and no tick is under way."""
         if self._unsaved and not self.in_tick:
             self._unsaved = False
-            with self._changing():
+            with self.changing():
                 self._saver.save(self.world, self._state)
 
     def save_soon(self) -> None:
@@ -118,7 +123,7 @@ class Course:
             present=self.lobby.members, most_in_one=self.lobby.most_in_one, late=self.last.late,
             states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
             not_reproducible=self.repeatable.reasons, events=list(self.speaker.events),
-            seen=dict(self.roll.seen), left=self.roll.left,
+            seen=dict(self.roll.seen), left=self.roll.left, pressed=self.pressed,
         )  # fmt: skip
 
     # --- telling; what only reads may be called from any thread ---
@@ -159,9 +164,16 @@ class Course:
 
     # --- changing ---
 
+    def remember(self, name: str, text: str) -> None:
+        """Keep the answer to a button that was named, for a retry."""
+        self.pressed[name] = text
+        if len(self.pressed) > NAMED:
+            del self.pressed[next(iter(self.pressed))]
+        self.save_soon()
+
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
-        with self._changing():
+        with self.changing():
             events = self.world.step(self.last.commands)
         for event in events:
             self.speaker.tell(event)
@@ -178,7 +190,7 @@ class Course:
         world, unfinished = self.world, self.world.unfinished
         if world.finished:
             self.end(missing(world))
-        elif all(self.lobby.away(name) >= LOST for name in unfinished):
+        elif unfinished and all(self.lobby.away(name) >= LOST for name in unfinished):
             self._lost = unfinished
             self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
         elif world.time >= self._limit:
@@ -201,7 +213,7 @@ class Course:
     def restart(self) -> None:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self.world
-        with self._changing():
+        with self.changing():
             self.world = World(self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity)
         self.last, self.stopwatch = LastMessages(), Stopwatch()
         self.timetable.times = Times()

@@ -1,6 +1,6 @@
 """Edits of the floor while robots drive. An edit is refused if a robot could not stop before it."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 
 from shapely import Point as ShapelyPoint
 from shapely import Polygon
@@ -8,25 +8,10 @@ from shapely import Polygon
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OccupancyMap
-from swarm.messages import Edit, Kind
+from swarm.messages import Edit
 from swarm.robot.ground import KINDS
 from swarm.robot.tuning import SAFETY
-from swarm.settings import EditSettings, RobotSettings
-
-
-class Planned:
-    """The scenario's own edits, in the order of their times."""
-
-    def __init__(self, edits: Sequence[EditSettings]) -> None:
-        self._edits = sorted(edits, key=lambda edit: edit.at)
-        self.passed = 0  # edits whose time has come
-
-    def due(self, time: float) -> Iterator[Edit]:
-        """Yield each edit whose time [s] has come, once."""
-        while self.passed < len(self._edits) and self._edits[self.passed].at <= time + 1e-9:
-            planned = self._edits[self.passed]
-            self.passed += 1
-            yield Edit(kind=Kind(planned.kind), low=planned.low, high=planned.high)
+from swarm.settings import RobotSettings
 
 
 def edited(

@@ -14,7 +14,9 @@ from swarm.messages import (
     EVENTS,
     JOIN,
     MAP,
+    ORDER,
     PLAN,
+    ROBOT_ACTION,
     SENSE,
     STATE,
     STATUS,
@@ -88,7 +90,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN):
+        for question in (ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -108,7 +110,7 @@ class Host:
             course.save()
             stands = course.phase is not Phase.RUNNING or not self._linked or course.lobby.expected
             self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, edits=True)
+            self._requests.serve(self._answer, between=True)
             if stop.is_set():
                 course.end("interrupted")
             elif stands:
@@ -190,7 +192,7 @@ class Host:
                 self._take_presence(arrived)
             case Request():
                 self._requests.add(arrived)
-                self._requests.serve(self._answer, edits=False)
+                self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
                 course.lobby.link(up, course.awake.now())

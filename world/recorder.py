@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from itertools import chain
 from typing import Final
 
+import msgspec
+
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Command
+from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
 from world.clearance import ClearanceJudge
 from world.physics import Contact
@@ -42,7 +44,7 @@ class Recorder:
 
     @property
     def digest(self) -> str:
-        """A hash of every robot's pose at every tick: equal runs have equal digests."""
+        """A hash of every robot's pose at every tick and of all requests to robots: equal runs have equal digests."""
         return self._digest.hex()
 
     @property
@@ -108,6 +110,19 @@ class Recorder:
         """Record that a robot on patrol has been at all stops, and begins again."""
         self.laps[robot] += 1
         self.reached_at[robot] = [None] * len(self.reached_at[robot])
+
+    def begin(self, robot: int, stops: int) -> None:
+        """Record that a robot has new stops, in place of those before."""
+        self.reached_at[robot], self.laps[robot], self.unreachable[robot] = [None] * stops, 0, []
+
+    def reopen(self, robot: int, stop: int) -> None:
+        """Record that a robot has to reach a stop, home, once more."""
+        self.reached_at[robot][stop] = None
+
+    def request(self, robot: int, request: Message) -> None:
+        """Record a request to a robot that has changed something."""
+        packed = msgspec.msgpack.encode((robot, request))
+        self._digest = hashlib.blake2b(self._digest + packed, digest_size=16).digest()
 
     def doing(self, commands: Sequence[Command]) -> None:
         """Record what every robot did in a tick."""

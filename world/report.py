@@ -11,7 +11,8 @@ from swarm.errors import ConfigError
 from swarm.maps.occupancy import Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
-from world.world import World, stop_label
+from world.orders import FATES
+from world.world import World
 
 
 def report(
@@ -72,10 +73,32 @@ def report(
                 "struck": record.struck[number],
                 "stalled": world.progress.times[number],
                 "unreachable": record.unreachable[number],
+                **_orders(world, number),
             }
             for number in robots
         },
         "digest": record.digest,
+    }
+
+
+def _orders(world: World, number: int) -> dict[str, Any]:
+    """Return the stops that a robot has had one after the other; nothing if it has had the scenario's only."""
+    history = world.missions.history(number)
+    if len(history) == 1:
+        return {}
+    fates = [one.fate for one in history]
+    return {
+        "orders": {fate: fates.count(fate) for fate in (*FATES, "open")},
+        "history": [
+            {
+                "number": one.number,
+                "what": one.what,
+                "stops": [list(stop) for stop in one.stops],
+                "reached": one.reached,
+                "fate": one.fate,
+            }
+            for one in history
+        ],
     }
 
 
@@ -99,11 +122,11 @@ def missing(world: World) -> str:
     lacking = []
     record = world.recorder
     everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
-    for name, laps, row, given_up in everybody:
+    for number, (name, laps, row, given_up) in enumerate(everybody):
         if laps:
             continue  # a patrol: it has been everywhere
         stops = [
-            stop_label(stop, len(row), world.returns) + (" (no path)" if stop in given_up else "")
+            world.missions.label(number, stop) + (" (no path)" if stop in given_up else "")
             for stop, time in enumerate(row)
             if time is None
         ]

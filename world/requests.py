@@ -6,15 +6,16 @@ from time import perf_counter
 from typing import Final
 
 from swarm.bus import Request
-from swarm.messages import EDIT
+from swarm.messages import EDIT, ORDER, ROBOT_ACTION
 
 WAIT: Final = 16  # requests that wait at most; an edit takes up to 0.1 s, and who asks waits 5 s
 FEW: Final = 4  # requests that are answered in one tick
+BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION)  # requests that are carried out between ticks
 SHARE: Final = 0.2  # of a tick's time; what a slow request took beyond that is taken from the next ticks
 
 
 class Requests:
-    """The line. Edits are carried out between ticks, all other requests also within one."""
+    """The line. Those of ``BETWEEN`` are carried out between ticks, all other requests also within one."""
 
     def __init__(self, dt: float) -> None:
         self._line: deque[Request] = deque()
@@ -33,10 +34,10 @@ class Requests:
         self._count = FEW
         self._seconds = self._share if idle else min(self._share, self._seconds + self._share)
 
-    def serve(self, answer: Callable[[Request], None], *, edits: bool) -> None:
+    def serve(self, answer: Callable[[Request], None], *, between: bool) -> None:
         """Answer those who wait, first come first served, until this tick's share is spent."""
         while self._count > 0 and self._seconds > 0.0:
-            request = next((one for one in self._line if edits or one.topic is not EDIT), None)
+            request = next((one for one in self._line if between or one.topic not in BETWEEN), None)
             if request is None:
                 return
             self._line.remove(request)

@@ -95,7 +95,7 @@ class Simulation:
             edited = replace(self.scenario, map=world.floor)
             robot = Robot(name, number, edited, world.starts[number], None, self.controller, edits=world.edits)
             if name in self._states:
-                robot.resume(self._states[name])
+                robot.resume(self._states[name], world.missions.orders.assigned(number))
             self.robots[number] = robot
         elif robot.missed(sense):
             robot.take_map(replace(self.scenario, map=world.floor), world.edits)

@@ -13,6 +13,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Seen, Sense, State, Steering
 from swarm.traffic.watch import Fault
+from world.orders import Row
 from world.physics import Contact, PhysicsState
 from world.world import World
 
@@ -28,7 +29,6 @@ class WorldTable(Table):
 
     tick: int
     edits: int
-    _left: list[int | None]
     _recent: list[tuple[int, Edit]]
     wheels: list[tuple[float, float]]
     commands: list[Command]
@@ -39,6 +39,19 @@ class PlannedTable(Table):
     """Attributes of `Planned`."""
 
     passed: int
+
+
+class MissionsTable(Table):
+    """Attributes of `Missions`."""
+
+    left: list[int | None]
+
+
+class OrdersTable(Table):
+    """Attributes of `Orders`."""
+
+    last: int
+    rows: list[Row]
 
 
 class RecorderTable(Table):
@@ -137,6 +150,9 @@ class WorldState(Table):
 
     world: WorldTable
     planned: PlannedTable
+    planned_orders: PlannedTable
+    missions: MissionsTable
+    orders: OrdersTable
     recorder: RecorderTable
     judge: JudgeTable
     verdict: VerdictTable
@@ -154,6 +170,9 @@ def _parts(world: World) -> dict[str, Any]:
     return {
         "world": world,
         "planned": world.planned,
+        "planned_orders": world.planned_orders,
+        "missions": world.missions,
+        "orders": world.missions.orders,
         "recorder": world.recorder,
         "judge": world.recorder.judge,
         "verdict": world.verdict,
@@ -185,6 +204,7 @@ class HostState(Table):
     tick_bins: list[int]
     tick_longest: float  # s
     not_reproducible: list[str]
+    pressed: dict[str, str]
 
 
 class Snapshot(Table):

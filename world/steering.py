@@ -15,7 +15,7 @@ from swarm.robot.pilot import fuzzy_speeds
 from swarm.scenario.load import Scenario
 
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
-IDLE: Final = (Activity.READY, Activity.DONE)  # activities in which a robot has nowhere to go
+IDLE: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot has nowhere to go
 BY: Final = ("ticks", "metres", "angle")  # units in which shares are computed
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]

@@ -1,6 +1,7 @@
 """The world's own check of traffic: reservations must not overlap, and bodies must stay inside their own."""
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -9,6 +10,8 @@ from swarm.settings import Settings
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.peer_records import Event
 from swarm.traffic.watch import Fault, Seen, Watch
+
+RESTS: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot wants to go nowhere
 
 
 class TrafficWatch:
@@ -34,7 +37,7 @@ class TrafficWatch:
             command = last[number]
             if not command.held and command.activity is Activity.READY:
                 continue  # the robot has not sent a command yet
-            wants = command.activity is not Activity.DONE and command.activity is not Activity.READY
+            wants = command.activity not in RESTS
             moved = poses[number] != before[number]
             robots[name] = Seen(
                 poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held

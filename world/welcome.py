@@ -16,6 +16,7 @@ def welcome(name: str, world: World, speaker: Speaker, session: str) -> Welcome:
         edits=world.edits,
         start=world.starts[world.number(name)],
         state=progress(name, world) if world.tick else None,
+        assigned=world.missions.orders.assigned(world.number(name)),
     )
 
 
@@ -35,4 +36,5 @@ def progress(name: str, world: World) -> State:
         distance=0.0,
         replans=command.replans,
         laps=world.recorder.laps[number],
+        assignment=world.missions.orders.rows[number].number,
     )

@@ -8,17 +8,18 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from swarm.errors import ConfigError
-from swarm.geometry import Pose, distance
+from swarm.errors import ConfigError, PeerError
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import COMMAND, Activity, Command, Edit, Event, Sense
+from swarm.messages import COMMAND, Activity, Command, Edit, Event, Order, RobotAction, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
-from swarm.robot.mission import LEAST
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
-from world.edits import Planned, edited
+from world.edits import edited
+from world.missions import Missions
 from world.movers import Patrol
 from world.physics import Contact, Physics
+from world.planned import Planned, as_edit, as_request
 from world.progress import STALLED, ProgressWatch
 from world.radio_model import RadioModel
 from world.recorder import WAITING, Recorder
@@ -55,7 +56,6 @@ class World:
         self.tick = 0
         self.due = True  # the state is to be saved
         self.dt = 1.0 / settings.rate
-        self.returns, self._patrols = settings.return_home, settings.patrol
         self.settings = settings
         self._drive = DifferentialDrive(robot.track_width)
         self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
@@ -68,9 +68,6 @@ class World:
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self.sensing = Sensing(settings.sensors, len(starts), seed)
         self.radio = RadioModel(settings.radio, seed, self.physics.sees)
-        self._stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
-        self._left: list[int | None] = [0 for _ in starts]  # the first stop neither reached nor given up
-        self._stop_places = [np.array(stops, np.float64).reshape(-1, 2) for stops in self._stops]
         self._number = {name: number for number, name in enumerate(self.robots)}
         self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
         self.commands = [REST] * len(starts)
@@ -79,9 +76,12 @@ class World:
         self.traffic = TrafficWatch(scenario.map, settings, self.robots)
         self.verdict = Verdict()
         self.planned = Planned(settings.edits)
+        self.planned_orders = Planned(settings.orders)
         self.progress = ProgressWatch(len(starts))
         self.steering = SteeringWatch(scenario, starts)
-        self.recorder = Recorder(scenario, starts, self._stops, self.dt)
+        stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
+        self.recorder = Recorder(scenario, starts, stops, self.dt)
+        self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
         self.recorder.poses(starts)
 
     @property
@@ -97,19 +97,25 @@ class World:
     @property
     def finished(self) -> bool:
         """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
-        if not self.unfinished:
-            return True
+        unfinished = self.unfinished
+        if not unfinished or self.missions.any_stopped or self.planned_orders.left:
+            return not unfinished and not self._plans_matter
         standing = dict(zip(self.robots, self.progress.standing(self.time), strict=True))
-        waiting = [
-            name for name, command in zip(self.robots, self.commands, strict=True) if command.activity in WAITING
-        ]
+        waiting = [self.robots[number] for number, one in enumerate(self.commands) if one.activity in WAITING]
         return self.verdict.ends(self.time, standing, waiting)
 
     @property
     def unfinished(self) -> list[str]:
         """Robots that do not say that they are done, or have stops left."""
-        everybody = zip(self.robots, self.commands, self._left, strict=True)
-        return [name for name, command, stop in everybody if command.activity is not Activity.DONE or stop is not None]
+        everybody = enumerate(zip(self.robots, self.commands, strict=True))
+        return [name for number, (name, command) in everybody if not self.missions.finished(number, command)]
+
+    @property
+    def _plans_matter(self) -> bool:
+        """True if a request is planned, or an edit is, or was lately, that may open a way to a stop given up."""
+        kinds = [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
+        frees = self.settings.retry_stops and "free" in kinds
+        return bool(self.planned_orders.left) or (frees and any(command.unreachable for command in self.commands))
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""
@@ -128,8 +134,9 @@ class World:
                 world=self.identity, run=self.run, tick=self.tick, time=self.time, lockstep=lockstep,
                 x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
-                bearings=sensing.bearings(physics, number, pose, self._stop_places[number]), hears=self._heard[number],
-                rays=rays, edits_before=self.edits - len(edits), edits=edits,
+                bearings=sensing.bearings(physics, number, pose, self.missions.places(number)),
+                hears=self._heard[number], rays=rays, edits_before=self.edits - len(edits), edits=edits,
+                assigned=self.missions.to_tell(number, self.commands[number]), stopped=self.missions.stopped(number),
             )  # fmt: skip
             self.steering.sensed(number, sense)
             yield name, sense
@@ -142,6 +149,7 @@ class World:
         events += self._watch_traffic(commands)
         dt, fastest, most = self.dt, self._top_speed, self.settings.robot.wheel_acceleration * self.dt
         in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self.commands]
+        in_force = [None if self.missions.stopped(number) else c for number, c in enumerate(in_force)]
         for number, command in enumerate(in_force):
             wanted = (command.left, command.right) if command else (0.0, 0.0)
             left, right = self.wheels[number]
@@ -163,7 +171,7 @@ class World:
         self.recorder.poses(poses)
         self.recorder.doing(self.commands)
         self._watch_progress(poses, events)
-        self._make_edits(events)
+        self._carry_out_plans(events)
         self.due |= self.tick % round(self.settings.rate) == 0
         if self.due:
             self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
@@ -176,22 +184,27 @@ class World:
 
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
         """Report robots that have stops left and make no progress for long, whatever the cause."""
-        for number in self.progress.look(self.time, poses, self._left):
+        for number in self.progress.look(self.time, poses, self.missions.under_way):
             name, command = self.robots[number], self.commands[number]
-            stop = self._label(number, self._left[number] or 0)
+            stop = self.missions.label(number, self.missions.left[number] or 0)
             waits = f", waits for {' and '.join(command.waits)}" if command.waits else ""
             events.append(self.event("stalled", f"made no progress towards {stop} for {STALLED:g} s{waits}", name))
 
-    def _make_edits(self, events: list[Event]) -> None:
-        """Make the scenario's own edits whose time has come; an edit that is refused becomes an event."""
-        for edit in self.planned.due(self.time):
+    def _carry_out_plans(self, events: list[Event]) -> None:
+        """Carry out the scenario's own edits and requests whose time has come; one that is refused becomes an event."""
+        for planned in self.planned.due(self.time):
             try:
-                changed = self.edit(edit)
+                changed = self.edit(edit := as_edit(planned))
             except ConfigError as fault:
                 events.append(self.event("edit_refused", str(fault)))
             else:
                 text = f"{edit.kind.value} from {edit.low} to {edit.high}{'' if changed else '; it changes nothing'}"
                 events.append(self.event("edit", text))
+        for asked in self.planned_orders.due(self.time):
+            try:
+                events += self.request(asked.robot, as_request(asked))[1]
+            except PeerError as fault:
+                events.append(self.event("request_refused", str(fault)))
 
     def _watch_traffic(self, commands: Mapping[str, Command]) -> list[Event]:
         events = []
@@ -208,45 +221,40 @@ class World:
     def _tick_off_stops(self) -> list[Event]:
         """Record the stops that robots are at: by their poses, whatever they say."""
         events = []
-        for number, pose in enumerate(self.poses()):
-            while (stop := self._left[number]) is not None:
-                if distance(pose, self._stops[number][stop]) > self.settings.reach:
-                    break
-                self.recorder.reached(number, stop, self.time)
-                given_up = self.commands[number].unreachable
-                self._left[number] = self.recorder.next_stop(number, given_up)
+        for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
+            for kind, text in self.missions.tick_off(number, pose, self.commands[number].unreachable, self.time):
                 self.verdict.clear()  # the jam did not stop the whole fleet
-                events.append(self.event("reached", f"is at {self._label(number, stop)}", self.robots[number]))
-                if self._left[number] is None and self._patrols and len(self._stops[number]) - len(given_up) >= LEAST:
-                    self.recorder.begin_lap(number)
-                    self._left[number] = self.recorder.next_stop(number, given_up)
-                    break
+                events.append(self.event(kind, text, name))
         return events
-
-    def _label(self, number: int, stop: int) -> str:
-        return stop_label(stop, len(self._stops[number]), self.returns)
 
     def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
         """Take in the commands; name what they say that is not so."""
         events = []
-        for name, command in sorted(commands.items()):
+        for name, said in sorted(commands.items()):
             number = self._number[name]
+            command = self.missions.of_these_stops(number, said)
             before, self.commands[number] = self.commands[number], command
-            for stop in command.unreachable:
-                if stop < len(self._stops[number]) and stop not in before.unreachable:
-                    text = f"gives up {self._label(number, stop)}: no path leads there"
-                    events.append(self.event("unreachable", text, name))
-            if command.unreachable != before.unreachable:
-                self._left[number] = self.recorder.next_stop(number, command.unreachable)
-            for stop, claimed in enumerate(command.reached[: len(self._stops[number])]):
-                if claimed and not self.recorder.is_reached(number, stop) and before.reached[stop : stop + 1] != [True]:
-                    away = distance(self.physics.pose(number), self._stops[number][stop])
-                    text = f"says it reached {self._label(number, stop)} but is {away:.2f} m away; not counted"
-                    events.append(self.event("false_claim", text, name))
-            if Activity.DONE is command.activity is not before.activity and (lacks := self._left[number]) is not None:
-                text = f"says it is done but has not reached {self._label(number, lacks)}; not counted"
-                events.append(self.event("false_claim", text, name))
+            for kind, text in self.missions.admit(number, before, command, self.physics.pose(number)):
+                events.append(self.event(kind, text, name))
         return events
+
+    def request(self, name: str, request: Order | RobotAction) -> tuple[str, list[Event]]:
+        """Carry out a request to a robot between two ticks; return the answer, and the events if it changes anything.
+
+        Raises:
+            PeerError: there is no such robot, or the request is refused; nothing has changed.
+        """
+        if name not in self._number:
+            raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
+        number = self._number[name]
+        here = self.physics.pose(number)[:2]
+        outcome = self.missions.take(number, request, here, self.floor, self.traffic.watch.cells)
+        if outcome.new_stops:
+            self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
+        if outcome.changed:
+            self.verdict.clear()
+            self.due = True
+        return outcome.text, [self.event(kind, text, name) for kind, text in outcome.events]
 
     def edit(self, edit: Edit) -> bool:
         """Add or remove walls; robots sense it at this tick. Return False, and do nothing, if it changes nothing.
@@ -284,13 +292,8 @@ class World:
 
     def stops(self, name: str) -> tuple[Point, ...]:
         """Return a robot's stops [m]."""
-        return self._stops[self._number[name]]
+        return self.missions.stops(self._number[name])
 
     def event(self, kind: str, text: str, robot: str | None = None) -> Event:
         """Return an event of this tick."""
         return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text)
-
-
-def stop_label(stop: int, stops: int, return_home: bool) -> str:
-    """Return the name of a stop for people: ``target 1``, ..., ``home``."""
-    return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"

@@ -51,6 +51,7 @@ class Request:
     message: Any
     query: zenoh.Query = field(repr=False)
     key: str
+    ids: dict[str, str] = field(default_factory=dict)  # the key's variable parts
 
     def accept(self, reply: Message) -> None:
         """Send the reply."""

@@ -69,12 +69,13 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
                     raise PeerError(f"{key}: expected the exact key {prefix}{topic.key} of a request, got wildcards")
                 if query.payload is None:
                     raise PeerError(f"{key}: expected a payload, got none")
+                ids = _ids(prefix, topic, key) if "{" in topic.key else {}
                 message = decode(query.payload.to_bytes(), topic.message, topic.limit)
             except PeerError as fault:
                 query.reply_err(str(fault).encode())
                 query.drop()
                 raise
-            return Request(topic, message, query, prefix + topic.key)
+            return Request(topic, message, query, prefix + topic.key.format(**ids), ids)
         case ("token", key, alive):
             parts = key.removeprefix(prefix).split("/")
             if len(parts) != 4 or not all(ID.match(part) for part in parts):

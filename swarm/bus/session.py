@@ -112,7 +112,12 @@ class Bus:
         return bool(self._publishers[key].matching_status)
 
     def ask(
-        self, topic: Topic[M], message: M, timeout: float = 5.0, fits: Callable[[Any], bool] = lambda reply: True
+        self,
+        topic: Topic[M],
+        message: M,
+        timeout: float = 5.0,
+        fits: Callable[[Any], bool] = lambda reply: True,
+        **ids: str,
     ) -> Any:  # noqa: ANN401, of REPLIES
         """Send a request and return the first answer that ``fits``, a message of the type ``REPLIES[topic.key]``.
 
@@ -121,7 +126,7 @@ class Bus:
         """
         reason = "expected an answer, got none; is that process running?"
         every = zenoh.ConsolidationMode.NONE  # by default only the last of several answers would come
-        key, payload = self._prefix + topic.key, encode(message)
+        key, payload = self._prefix + topic.key.format(**ids), encode(message)
         for reply in self._session.get(
             key, payload=payload, encoding=encoding(type(message)), timeout=timeout, consolidation=every
         ):

@@ -18,7 +18,6 @@ BUTTONS = {
     "pause": "stop the clock",
     "resume": "start the clock again",
     "restart": "put all robots back at their starts and clear the progress",
-    "stop": "end the run",
 }
 
 

@@ -7,10 +7,10 @@ refuses the whole message (``PeerError``) if a field is missing, has a wrong typ
 
 from typing import Final
 
-from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, Steering
+from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, RobotDo, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
 from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
+from swarm.messages.robot import Assigned, Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
@@ -23,6 +23,8 @@ from swarm.messages.world import (
     Join,
     Map,
     Mover,
+    Order,
+    RobotAction,
     RobotStatus,
     Seen,
     Status,
@@ -39,9 +41,11 @@ __all__ = [
     "EVENTS",
     "JOIN",
     "MAP",
+    "ORDER",
     "PLAN",
     "RADIO",
     "REPLIES",
+    "ROBOT_ACTION",
     "SENSE",
     "STATE",
     "STATUS",
@@ -51,6 +55,7 @@ __all__ = [
     "Accepted",
     "Action",
     "Activity",
+    "Assigned",
     "Body",
     "Broadcast",
     "Clock",
@@ -66,6 +71,7 @@ __all__ = [
     "Map",
     "Message",
     "Mover",
+    "Order",
     "PackedMap",
     "Phase",
     "Plan",
@@ -73,6 +79,8 @@ __all__ = [
     "ProfileOnWire",
     "Record",
     "Relayed",
+    "RobotAction",
+    "RobotDo",
     "RobotStatus",
     "ScenarioOnWire",
     "Seen",
@@ -104,7 +112,14 @@ MAP       = Topic("world/map",              Map,       0.0,  0.0,     True,     
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
 EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
+ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
+ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 # fmt: on
 
-TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN)
-REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome}
+TOPICS: Final = (
+    SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, ORDER,
+    ROBOT_ACTION,
+)  # fmt: skip
+REPLIES: Final[dict[str, type[Message]]] = {
+    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, ORDER.key: Accepted, ROBOT_ACTION.key: Accepted
+}  # fmt: skip

@@ -10,6 +10,7 @@ class Activity(StrEnum):
     DRIVE = "drive"  # drives to its target
     GIVE_WAY = "give_way"  # waits for another robot
     BLOCKED = "blocked"  # has no path now; it tries again and again
+    STOPPED = "stopped"  # was told to stop; it waits for the action `go_on`
     DONE = "done"  # all stops are finished, home included if the mission returns
 
 
@@ -49,6 +50,15 @@ class Do(StrEnum):
     RESUME = "resume"  # start the clock again
     RESTART = "restart"  # put all robots back to their starts and clear their progress
     STOP = "stop"  # end the run
+
+
+class RobotDo(StrEnum):
+    """The actions that a user can request of one robot."""
+
+    STOP = "stop"  # brake and stand until the action `go_on`, whatever the robot says
+    GO_ON = "go_on"  # end the stop
+    HOME = "home"  # drop the stops that are left, and drive home
+    CANCEL = "cancel"  # drop the stops that are left, and stay
 
 
 class Kind(StrEnum):

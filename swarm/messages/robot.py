@@ -1,10 +1,14 @@
 """The messages to and from one robot: sense, command, broadcast, state, plan."""
 
-from typing import Annotated
+from typing import Annotated, Final
+
+from msgspec import Meta, Struct
 
 from swarm.messages.enums import Activity, Kind
 from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Point, Scale, Seconds, Speed, Text, says
 from swarm.messages.traffic import TrafficBroadcast
+
+MOST_STOPS: Final = 1000  # that one robot is assigned
 
 
 class Edit(Message, frozen=True, kw_only=True):
@@ -13,6 +17,14 @@ class Edit(Message, frozen=True, kw_only=True):
     kind: Annotated[Kind, says("what the cells become")]
     low: Annotated[Point, says("m; one corner")]
     high: Annotated[Point, says("m; the opposite corner")]
+
+
+class Assigned(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The stops that the world has given a robot instead of the scenario's own."""
+
+    number: Annotated[Count, says("its number in this run, from 1; a robot that took it over says this number")]
+    stops: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; in order; none: the robot is done")]
+    home: Annotated[bool, says("the last stop is home")] = False
 
 
 class Sense(Message, frozen=True, kw_only=True):
@@ -39,6 +51,12 @@ class Sense(Message, frozen=True, kw_only=True):
     rays: Annotated[list[Length], says("m; every ray of the left, front and right sector, each from right to left")]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
+    assigned: Annotated[
+        Assigned | None, says("new stops; repeated until the robot's command has their number, null then")
+    ] = None
+    stopped: Annotated[
+        bool, says("the world ignores the robot's wheel speeds and brakes, until the action `go_on`")
+    ] = False
 
 
 class Command(Message, frozen=True, kw_only=True):
@@ -60,6 +78,7 @@ class Command(Message, frozen=True, kw_only=True):
     notes: Annotated[list[tuple[Id, Text]], says("events: (kind, text)")] = []
     sent: Annotated[bool, says("a broadcast of this tick was sent before this command")]
     replans: Annotated[Count, says("paths planned so far")]
+    assignment: Annotated[Count, says("number of the stops that `reached` is about; 0: the scenario's")] = 0
 
 
 class Broadcast(Message, frozen=True, kw_only=True):
@@ -96,6 +115,7 @@ class State(Message, frozen=True, kw_only=True):
     distance: Annotated[Length, says("m; to the stop, along its path")]
     replans: Annotated[Count, says("paths planned so far")]
     laps: Annotated[Count, says("rounds of a patrol that are complete")] = 0
+    assignment: Annotated[Count, says("number of the stops that `reached` is about; 0: the scenario's")] = 0
 
 
 class Plan(Message, frozen=True, kw_only=True):

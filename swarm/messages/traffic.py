@@ -117,6 +117,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     collect: Annotated[Collect | None, says("its call for a joint plan")] = None
     plan: Annotated[JointPlan | None, says("the joint plan that it has made")] = None
     refusal: Annotated[Refusal | None, says("its refusal of a joint plan")] = None
+    stands: Annotated[bool, says("it was told to stop: it stays until it is told to go on")] = False
     listens: Annotated[bool, says("it has just started or woken and claims nothing yet; robots near it answer")] = False
     seen: Annotated[tuple[Sighting, ...], says("what it has seen in cells, newest first")] = ()
     moving: Annotated[tuple[Moving, ...], says("unexpected obstacles that it has lately seen to move")] = ()

@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
-from swarm.messages.enums import Activity, Do, Liveness, Phase, Steering
-from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Scale, Seconds, Speed, Text, says
+from msgspec import Meta
+
+from swarm.messages.enums import Activity, Do, Liveness, Phase, RobotDo, Steering
+from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Point, Scale, Seconds, Speed, Text, says
 from swarm.messages.floor import PackedMap, ScenarioOnWire
-from swarm.messages.robot import State
+from swarm.messages.robot import MOST_STOPS, Assigned, State
 
 
 class Body(Message, frozen=True, kw_only=True):
@@ -124,6 +126,24 @@ class Action(Message, frozen=True, kw_only=True):
     """A request of a user: one of the buttons."""
 
     do: Annotated[Do, says("which one")]
+    id: Annotated[Id | None, says("name of the request: the same one said again is carried out once")] = None
+
+
+class Order(Message, frozen=True, kw_only=True):
+    """A request of a user: the stops of one robot from now on, instead of those that it has."""
+
+    id: Annotated[Id, says("name of the order, chosen by who gives it; the same order said again changes nothing")]
+    update: Annotated[Count, says("version of the order: a higher one replaces a lower one")] = 0
+    targets: Annotated[
+        list[Point], Meta(max_length=MOST_STOPS, description="m; to be visited in order; at most 100 are accepted")
+    ]
+    home: Annotated[bool, says("drive home after the last target")] = False
+
+
+class RobotAction(Message, frozen=True, kw_only=True):
+    """A request of a user to one robot."""
+
+    do: Annotated[RobotDo, says("which one")]
 
 
 class Join(Message, frozen=True, kw_only=True):
@@ -147,6 +167,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     state: Annotated[
         State | None, says("progress of its mission, by the world's own record; null: the run has not begun")
     ]
+    assigned: Annotated[Assigned | None, says("the stops that it has now; null: those of the scenario")] = None
 
 
 class Accepted(Message, frozen=True, kw_only=True):

@@ -1,12 +1,13 @@
 """The robot's decisions. ``Robot.step`` uses nothing but the robot's state and its inputs."""
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.messages import RADIO, STATE, Activity, Broadcast, Command, Plan, Sense, State
+from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
 from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.ground import Ground
@@ -61,8 +62,7 @@ class Robot:
         if run and not settings.map.known:
             self._ground = Ground(self._scenario)
         self.run = run
-        stops = self._scenario.stops(self._number, self._start[:2])
-        self.mission = Mission(stops, returns=settings.return_home, patrols=settings.patrol)
+        self.mission = Mission(self._own_stops, returns=settings.return_home, patrols=settings.patrol)
         self._navigator = Navigator(self._ground.grid, settings.robot.radius, settings.reach)
         self._pilot = self._new_pilot()
         self._others: dict[str, Broadcast] = {}
@@ -70,6 +70,10 @@ class Robot:
         self._planned_at = float("-inf")
         self._progress_at = (self._start[:2], 0.0)  # where and when [s] it last made progress
         self._forgot_for = -1  # the stop for which it last cleared its map
+        self._finished = 0  # stops of earlier assignments that it had finished
+        self._opened = False  # the map has changed: a way may lead to a stop that was given up
+        self._retry_at = 0.0  # s
+        self._retries: Counter[int] = Counter()  # of each stop
         self._told: tuple[object, ...] = ()
         self._told_at = float("-inf")
         self._plan_told: object = None
@@ -79,19 +83,32 @@ class Robot:
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         return CellPilot(self.name, self._number, settings, cells, self._controller)
 
-    def resume(self, state: State) -> None:
-        """Continue the mission where an earlier process of this robot left it."""
+    def resume(self, state: State, assigned: Assigned | None = None) -> None:
+        """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""
         self._begin(state.run)
-        if state.activity is not Activity.READY:
+        if assigned is not None:
+            self.mission.take(Occasion.GO)
+            self.mission.assign(assigned)
+        if state.activity is not Activity.READY and state.assignment == self.mission.number:
             self.mission.resume(state.reached, state.unreachable, state.laps)
 
     def fault_of(self, sense: Sense) -> str | None:
         """Return a sentence that says what in a sense does not fit the scenario; None: everything fits."""
-        rays, stops = 3 * self._settings.sensors.rays, len(self.mission.stops)
+        rays, stops = 3 * self._settings.sensors.rays, len(self._stops_of(sense))
         for name, found, expected in (("rays", sense.rays, rays), ("bearings", sense.bearings, stops)):
             if len(found) != expected:
                 return f"{name}: expected {expected}, got {len(found)}; do the robot and the world run one scenario?"
         return None
+
+    def _stops_of(self, sense: Sense) -> Sequence[Point]:
+        """Return the stops that a sense is about."""
+        if sense.assigned is not None:
+            return sense.assigned.stops
+        return self.mission.stops if sense.run == self.run else self._own_stops
+
+    @property
+    def _own_stops(self) -> Sequence[Point]:
+        return self._scenario.stops(self._number, self._start[:2])
 
     def missed(self, sense: Sense) -> bool:
         """Return True if the robot has missed edits of the map for good: then it needs the whole map again."""
@@ -103,6 +120,7 @@ class Robot:
         self._navigator.take_ground(self._ground.grid)
         self._navigator.clear()
         self._pilot.take_floor(self._ground.map)
+        self._opened = True
 
     def step(self, inputs: Inputs) -> Outputs:
         """Return what the robot does at one tick."""
@@ -111,10 +129,12 @@ class Robot:
             self._begin(sense.run)
         if self.mission.stage is Stage.READY:
             self.mission.take(Occasion.GO)
+        self._take_over(sense.assigned)
         self._hear(inputs)
         pose = Pose(sense.x, sense.y, sense.yaw)
         self._tick_off_stops(pose)
         self._learn(inputs)
+        self._take_up_stops((sense.x, sense.y), sense.time)
         return self._outputs(sense, self._drive(sense, pose, inputs.heard))
 
     # --- what it knows about others and about the floor ---
@@ -131,6 +151,7 @@ class Robot:
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
             self._navigator.clear()  # a removed wall may open a shorter way
+            self._opened = True
             self._pilot.take_floor(ground.map)
         if not self._settings.map.known:
             changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
@@ -144,6 +165,7 @@ class Robot:
     def _learn_cells(self, here: Point) -> None:
         """Update the cells from the learned map; drop the path if the cells no longer lead to the goal."""
         changed = self._pilot.learn(self._ground.map, self._ground.take_news())
+        self._opened |= changed
         if changed and self.mission.goal is not None and not self._pilot.can_reach(here, self.mission.goal):
             self._navigator.clear()
 
@@ -153,6 +175,31 @@ class Robot:
         return [other for other in self._others.values() if now - other.tick <= stale]
 
     # --- where it goes ---
+
+    def _take_over(self, assigned: Assigned | None) -> None:
+        """Take over the stops that the world has assigned, instead of those so far."""
+        if assigned is not None and assigned.number > self.mission.number:
+            self._finished += self.mission.target
+            self.mission.assign(assigned)
+            self._navigator.clear()
+            self._forgot_for, self._opened, self._retries = -1, False, Counter()
+
+    def _take_up_stops(self, here: Point, time: float) -> None:
+        """Take up the stops that were given up and that a path leads to now.
+
+        A robot that learns the floor and clears its map sees ways that are not there: it tries each stop a few times.
+        """
+        mission, settings = self.mission, self._settings
+        if not (self._opened and mission.unreachable and settings.retry_stops and time >= self._retry_at):
+            return
+        self._opened, self._retry_at = False, time + REPLAN.again
+        for stop in tuple(mission.unreachable):
+            goal = mission.stops[stop]
+            may = settings.map.known or self._retries[stop] < REPLAN.retries
+            if may and self._pilot.can_reach(here, goal) and self._navigator.leads_to(here, goal):
+                self._retries[stop] += 1
+                mission.take_up(stop)
+                self._navigator.clear()
 
     def _tick_off_stops(self, pose: Pose) -> None:
         mission, laps = self.mission, self.mission.laps
@@ -180,7 +227,7 @@ class Robot:
             return
         on_path = navigator.advance(pose)
         got_on = distance(self._progress_at[0], pose) > self._settings.robot.radius
-        if got_on or self._activity is Activity.GIVE_WAY:
+        if got_on or self._activity is Activity.GIVE_WAY or sense.stopped:
             self._progress_at = (here, sense.time)
         stuck = sense.time - self._progress_at[1] > REPLAN.stuck
         if (not on_path or stuck) and sense.time - self._planned_at > REPLAN.again:
@@ -199,8 +246,9 @@ class Robot:
         inputs = PilotInputs(
             sense=sense,
             pose=pose,
-            goal=mission.stops[-1] if goal is None else goal,
+            goal=goal or (mission.stops[-1] if mission.stops else pose[:2]),
             done=goal is None,
+            anywhere=goal is None and mission.number > 0,
             target=min(mission.target, len(mission.stops) - 1),
             navigator=self._navigator,
             heard=heard,
@@ -213,14 +261,14 @@ class Robot:
 
     def _outputs(self, sense: Sense, move: Move) -> Outputs:
         mission, navigator = self.mission, self._navigator
-        replans = max(0, navigator.plans - mission.target - 1)
+        replans = max(0, navigator.plans - self._finished - mission.target - 1)
         sends = move.traffic is not None
         command = Command(
             run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
             scale=move.scale, activity=self._activity, reached=list(mission.reached),
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
             held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
-            members=list(move.members), notes=list(move.notes),
+            members=list(move.members), notes=list(move.notes), assignment=mission.number,
         )  # fmt: skip
         broadcast = state = plan = None
         if sends:
@@ -230,13 +278,13 @@ class Robot:
                 reached=list(mission.reached), traffic=move.traffic,
                 walls=self._ground.tell() if self._settings.map.shared else [],
             )  # fmt: skip
-        news = (self.run, self._activity, mission.laps, mission.target, tuple(mission.reached), replans)
+        news = (self.run, self._activity, mission.number, mission.laps, mission.target, tuple(mission.reached), replans)
         if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:
             self._told, self._told_at = news, sense.time
             state = State(
                 robot=self.name, run=self.run, tick=sense.tick, activity=self._activity, target=mission.target,
                 reached=list(mission.reached), unreachable=list(mission.unreachable), distance=navigator.remaining,
-                replans=replans, laps=mission.laps,
+                replans=replans, laps=mission.laps, assignment=mission.number,
             )  # fmt: skip
         if navigator.path is not None and navigator.path is not self._plan_told:
             self._plan_told = navigator.path

@@ -72,7 +72,7 @@ class CellPilot:
     def drive(self, inputs: PilotInputs) -> Move:
         """Return what the robot does at one tick."""
         sense, pose = inputs.sense, inputs.pose
-        idle = inputs.done and self._cells.cell_of(*inputs.goal) in self._wanted
+        idle = inputs.done and (inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
         path = inputs.navigator.path
         scan = self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
@@ -87,6 +87,7 @@ class CellPilot:
                 done=inputs.done,
                 path=() if path is None or inputs.done else path.points,
                 heard=[broadcast.traffic for broadcast in inputs.heard if broadcast.traffic is not None],
+                stands=sense.stopped,
                 mute=[
                     Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw))
                     for said in inputs.heard
@@ -94,7 +95,7 @@ class CellPilot:
                 ],
             )
         )
-        speeds, heading = self._wheels(inputs, granted, body)
+        speeds, heading = (STAND, 0.0) if sense.stopped else self._wheels(inputs, granted, body)
         self._lateness.command((speeds.left, speeds.right))
         self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.unconstrained else 0
         self._last = speeds.left, speeds.right
@@ -150,7 +151,7 @@ class CellPilot:
             error = bearing(pose, granted.face)
             return self._filter.face(body, error), error
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
-        seen = sense.bearings[inputs.target] if distance(aim, inputs.goal) < 1e-9 else None
+        seen = sense.bearings[inputs.target] if inputs.target >= 0 and distance(aim, inputs.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         self._drawn_to = (
             aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
@@ -236,6 +237,8 @@ class CellPilot:
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):
             return Activity.DONE
+        if inputs.sense.stopped:
+            return Activity.STOPPED
         if granted.activity is TrafficActivity.CUT_OFF:
             return Activity.BLOCKED
         return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Final
 
 from swarm.maps.occupancy import Point
+from swarm.messages import Assigned
 
 LEAST: Final = 2  # stops of a patrol that were not given up; with fewer it ends
 
@@ -28,6 +29,10 @@ class Occasion(StrEnum):
     TARGET_LEFT = "stop done, another target left"  # the stop was reached, or no path leads there
     TARGETS_DONE = "stop done, home is next"
     ALL_DONE = "stop done, none left"
+    TAKEN_UP = "a way opens to a stop that was given up"
+    ASSIGNED = "other stops are assigned"
+    SENT_HOME = "only home is assigned or taken up"
+    NO_STOPS = "no stops are assigned"
     RESTART = "restart"
 
 
@@ -35,9 +40,15 @@ class Occasion(StrEnum):
 TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
     Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY},
     Stage.OUTBOUND:  {Occasion.TARGET_LEFT: Stage.OUTBOUND, Occasion.TARGETS_DONE: Stage.RETURNING,
-                      Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY},
-    Stage.RETURNING: {Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY},
-    Stage.DONE:      {Occasion.RESTART: Stage.READY},
+                      Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
+                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
+                      Occasion.NO_STOPS: Stage.DONE},
+    Stage.RETURNING: {Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
+                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
+                      Occasion.NO_STOPS: Stage.DONE},
+    Stage.DONE:      {Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
+                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
+                      Occasion.NO_STOPS: Stage.DONE},
 }
 # fmt: on
 
@@ -54,6 +65,7 @@ class Mission:
         self.unreachable: list[int] = []
         self.target = 0  # index of the stop under way; the number of stops when none is left
         self.laps = 0  # of a patrol, complete
+        self.number = 0  # of the stops, as the world has numbered them; 0: those of the scenario
 
     @property
     def goal(self) -> Point | None:
@@ -73,28 +85,55 @@ class Mission:
             raise ValueError(f"mission: expected one of ({allowed}) in stage {self.stage}, got {occasion}")
         self.stage = row[occasion]
 
+    def assign(self, assigned: Assigned) -> None:
+        """Take over other stops; nothing of those before counts any more."""
+        targets = len(assigned.stops) - assigned.home
+        home = Occasion.SENT_HOME if assigned.stops else Occasion.NO_STOPS
+        self.take(Occasion.ASSIGNED if targets else home)
+        self.stops, self.number = tuple(assigned.stops), assigned.number
+        self._returns, self._patrols = assigned.home, False
+        self.reached, self.unreachable, self.target, self.laps = [False] * len(self.stops), [], 0, 0
+
+    def take_up(self, stop: int) -> None:
+        """Take up a stop that was given up. If the mission returns, the robot drives home once more."""
+        self.unreachable.remove(stop)
+        if self._returns:
+            self.reached[-1] = False
+        self.target = self._next_from(0)
+        home = self._returns and self.target == len(self.stops) - 1
+        self.take(Occasion.SENT_HOME if home else Occasion.TAKEN_UP)
+
     def finish_stop(self, reached: bool) -> None:
         """Finish the current stop: it was reached, or it is given up because no path leads there."""
         if reached:
             self.reached[self.target] = True
         else:
             self.unreachable.append(self.target)
-        self.target += 1
+        self.target = self._next_from(self.target + 1)
         if self._patrols:
             self._turn()
         self._move_on()
 
     def resume(self, reached: Sequence[bool], unreachable: Sequence[int], laps: int = 0) -> None:
         """Continue the mission where an earlier process left it."""
-        self.take(Occasion.GO)
+        if self.stage is Stage.READY:
+            self.take(Occasion.GO)
         self.laps = laps
-        for stop in range(len(self.stops)):
-            if stop < len(reached) and reached[stop]:
-                self.finish_stop(reached=True)
-            elif stop in unreachable:
-                self.finish_stop(reached=False)
-            else:
-                return
+        self.reached = [*reached[: len(self.stops)], *[False] * (len(self.stops) - len(reached))]
+        stops = enumerate(self.reached)
+        self.unreachable = [stop for stop, was_there in stops if stop in unreachable and not was_there]
+        if any(self.reached) or self.unreachable:
+            self.target = self._next_from(0)
+            if self._patrols:
+                self._turn()
+            self._move_on()
+
+    def _next_from(self, first: int) -> int:
+        """Return the first stop from ``first`` on that is neither reached nor given up; the number of stops if none."""
+        stops = range(first, len(self.stops))
+        return next(
+            (stop for stop in stops if not self.reached[stop] and stop not in self.unreachable), len(self.stops)
+        )
 
     def _turn(self) -> None:
         """Go past stops that were given up; begin the next lap if none is left in this one, and it has enough."""

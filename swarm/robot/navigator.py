@@ -44,14 +44,22 @@ class Navigator:
         """
         around = [body for body in standing if distance(body, here) > 2 * self._radius]
         grid = self.grid.with_discs(around, self._radius + REPLAN.body_gap) if around else self.grid
-        path = plan(grid, here, goal)
-        if path is None and not self.grid.is_free(*goal) and (beside := self._beside(goal)) is not None:
-            path = plan(grid, here, beside)
+        path = self._path(grid, here, goal)
         if path is None:
             return False
         self.path, self._along = path, 0.0
         self.plans += 1
         return True
+
+    def leads_to(self, here: Point, goal: Point) -> bool:
+        """Return True if there is a path to a goal; the path to follow stays as it is."""
+        return self._path(self.grid, here, goal) is not None
+
+    def _path(self, grid: Grid, here: Point, goal: Point) -> Path | None:
+        path = plan(grid, here, goal)
+        if path is None and not self.grid.is_free(*goal) and (beside := self._beside(goal)) is not None:
+            path = plan(grid, here, beside)
+        return path
 
     def _beside(self, goal: Point) -> Point | None:
         """Return the free place nearest to a goal, well within ``reach`` of it."""

@@ -21,7 +21,8 @@ class PilotInputs(NamedTuple):
     pose: Pose
     goal: Point  # m, the current stop; the last one when all are done
     done: bool  # no stop is left: the robot stands or makes room
-    target: int  # index of that stop
+    anywhere: bool  # it is done, and need not keep its place
+    target: int  # index of that stop; -1: there is none
     navigator: Navigator  # the robot's path to the goal
     heard: Sequence[Broadcast]  # broadcasts that arrived at this tick
 

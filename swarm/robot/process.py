@@ -201,7 +201,7 @@ class Crew:
         settings, name, start = shared.scenario.settings, welcome.robot, Pose(*welcome.start)
         robot = Robot(name, number_of(name), shared.scenario, start, None, shared.controller, edits=welcome.edits)
         if welcome.state is not None:
-            robot.resume(welcome.state)
+            robot.resume(welcome.state, welcome.assigned)
         ear = Ear(self._inbox.radio, settings.radio.range)
         ear.tune(start.x, start.y)
         self._inbox.seats[name] = Seat(robot, ear, round(KEPT * settings.rate), self._log, welcome.world)

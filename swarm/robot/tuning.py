@@ -123,6 +123,7 @@ class ReplanTuning(NamedTuple):
 
     again: float = 1.0  # s; shortest time between two plans for the same reason
     stuck: float = 4.0  # s without progress before the robot plans again: 1 s more than DETOUR.patience
+    retries: int = 3  # times that a robot that learns the floor takes up a stop that it gave up
     strayed: float = 0.8  # m from the path; a robot farther away plans again
     jump: float = 2.0  # m; most progress along the path between two ticks
     body_gap: float = 0.15  # m, that a path keeps to robots that stand in the way

@@ -42,6 +42,12 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
     for name, targets in zip(names(robots), settings.own_targets, strict=False):
         for number, target in enumerate(targets, start=1):
             _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
+    for number, asked in enumerate(settings.orders):
+        if asked.robot not in names(robots):
+            raise ConfigError(
+                f"{settings.name}: orders[{number}].robot: expected one of {', '.join(names(robots))}, "
+                f"got {asked.robot!r}; correct it"
+            )
     poses = starts(scenario, robots, seed)
     for name, pose in zip(names(robots), poses, strict=True):
         _standable(scenario, grid, pose[:2], f"start of {name}")
@@ -118,7 +124,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
             f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
             "`traffic.cell`"
         )
-    pieces = _pieces(cells)
+    number_of = pieces(cells)
     for where, here, there in _legs(scenario, poses):
         if (short := short_of(cells, there, settings)) > settings.reach:
             raise ConfigError(
@@ -126,7 +132,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
                 f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, the nearest is "
                 f"{short:.2f} m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"
             )
-        joined = pieces[cells.cell_of(*here)] == pieces[cells.cell_of(*there)] != NOWHERE
+        joined = number_of[cells.cell_of(*here)] == number_of[cells.cell_of(*there)] != NOWHERE
         if not joined and not comes_near(cells, here, there, settings):
             raise ConfigError(
                 f"{where}: expected a way over "
@@ -135,21 +141,21 @@ def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
             )
 
 
-def _pieces(cells: CellMap) -> list[int]:
-    """Number the cells so that those joined by a way have the same number; those not to stand in have none.
+def pieces(cells: CellMap) -> list[int]:
+    """Return a number for each cell: cells joined by a way have the same; those not to stand in have none.
 
     The list ends with the number of the place outside of all cells, whose index is -1.
     """
-    pieces = [NOWHERE] * len(cells)
+    numbers = [NOWHERE] * len(cells)
     for first, stands in enumerate(cells.stands):
-        if stands and pieces[first] == NOWHERE:
-            pieces[first], ready = first, [first]
+        if stands and numbers[first] == NOWHERE:
+            numbers[first], ready = first, [first]
             for cell in ready:
                 for other in cells.neighbours[cell]:
-                    if pieces[other] == NOWHERE:
-                        pieces[other] = first
+                    if numbers[other] == NOWHERE:
+                        numbers[other] = first
                         ready.append(other)
-    return [*pieces, NOWHERE]
+    return [*numbers, NOWHERE]
 
 
 def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:

@@ -122,6 +122,9 @@ def checked(raw: object, where: str) -> Settings:
             f"{where}: radio.line_of_sight: expected false where `map.known` is false, got true: a robot that has "
             "not learned a corner does not know that nobody hears it behind the corner; change one of them"
         )
+    for number, asked in enumerate(settings.orders):
+        if (asked.targets is None) == (asked.do is None):
+            raise ConfigError(f"{where}: orders[{number}]: expected either `targets` or `do`; give one")
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
     if settings.patrol:

@@ -15,8 +15,10 @@ from swarm.messages import (
     EVENTS,
     JOIN,
     MAP,
+    ORDER,
     PLAN,
     RADIO,
+    ROBOT_ACTION,
     SENSE,
     STATE,
     STATUS,
@@ -54,7 +56,7 @@ LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keep
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
-        answers=(ACTION, EDIT, JOIN, *LAST),
+        answers=(ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION, *LAST),
         hears=(COMMAND, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
@@ -69,7 +71,9 @@ RIGHTS: Final = {
         sees="world",
     ),
     WATCHER: Rights(sends=(), answers=(), hears=None, asks=LAST, present_as="dashboard", sees="*"),
-    OPERATOR: Rights(sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT), present_as=None, sees="*"),
+    OPERATOR: Rights(
+        sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION), present_as=None, sees="*"
+    ),
 }
 
 

@@ -101,6 +101,11 @@ class JointPlanning:
         """Stop following the plan."""
         self.following = None
 
+    def stand(self) -> Decision:
+        """Take part in no plan and no call: the robot was told to stop."""
+        self.void()
+        return Decision()
+
     def void(self) -> None:
         """Drop the plan followed and the call taken part in: they were for another floor."""
         self.leave()

@@ -24,7 +24,7 @@ def named(part: Part, call: Free, situation: Situation) -> Move | None:
     part.shut = {join: until for join, until in part.shut.items() if until > situation.tick}
     for refusal in refusals:
         part.shut.update(dict.fromkeys(refusal.shut, situation.tick + part.settings.obstacle))
-    return Move(Collecting(Collect(Epoch(situation.tick, part.me), tuple(sorted([part.me, *situation.fresh])))))
+    return Move(Collecting(Collect(Epoch(situation.tick, part.me), _called(part, situation))))
 
 
 def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None:
@@ -115,6 +115,11 @@ def carried(part: Part, situation: Situation) -> JointPlan | None:
     plan, fresh = published.plan, situation.fresh
     all_follow = all(robot == part.me or (robot in fresh and fresh[robot].epoch == plan.epoch) for robot in plan.ways)
     return None if all_follow else plan
+
+
+def _called(part: Part, situation: Situation) -> tuple[str, ...]:
+    """Return the robots in hearing that can follow a plan: those that were told to stop cannot."""
+    return tuple(sorted([part.me, *(robot for robot, record in situation.fresh.items() if not record.stands)]))
 
 
 def _refusals(part: Part, situation: Situation) -> list[Refusal]:

@@ -16,7 +16,7 @@ def named_leader(part: Part, free: Free, situation: Situation) -> Free:
 
     A leader that does not answer is passed over.
     """
-    candidates = sorted([part.me, *situation.fresh])
+    candidates = sorted([part.me, *(robot for robot, one in situation.fresh.items() if not one.stands)])
     leader = next((robot for robot in candidates if part.passed_over.get(robot, NEVER) < situation.tick), part.me)
     if leader == part.me:
         return free._replace(need=leader)
@@ -34,7 +34,7 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
     strangers = [robot for robot in own.waits if robot in situation.fresh and not _same_plan(robot, own, situation)]
     for robot in strangers:
         record = situation.fresh[robot]
-        if record.frozen is not None:
+        if record.frozen is not None or record.stands:
             continue
         if own.ahead[0] in record.held and _rests(record, situation.tick, settings):
             return "rest"
@@ -43,6 +43,8 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
         if _circle(own, robot, situation):
             return "circle"
     for record in situation.fresh.values():
+        if record.stands:
+            continue  # no plan moves it
         if record.frozen is None and own.epoch is None and record.epoch is None and _will_meet(own, record):
             return "will meet"
     if own.epoch is None:

@@ -51,6 +51,7 @@ class Telling:
             collect=joint.collect,
             plan=joint.carried(doing.situation),
             refusal=joint.refused(inputs.tick),
+            stands=inputs.stands,
             listens=doing.listens,
             seen=seen,
             moving=moving,

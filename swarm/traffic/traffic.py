@@ -41,6 +41,7 @@ from swarm.traffic.route_progress import RouteProgress
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 from swarm.traffic.sightings import Sightings
 from swarm.traffic.situation import Situation
+from swarm.traffic.stopped import brought_to_rest, kept_cells
 from swarm.traffic.telling import Telling
 from swarm.traffic.threat import Kept, Threat
 
@@ -101,10 +102,8 @@ class Traffic:
         self._sightings.hear(tick, fresh.values())
 
         # layer 0: the cells that the body needs, and unexpected obstacles
-        waits_here = (
-            listens or self._joint.frozen is not None or not progress.route
-        )  # so it comes to rest in held cells
-        shut_in = waits_here or self.settings.in_sight
+        waits_here = listens or self._joint.frozen is not None or not progress.route or inputs.stands
+        shut_in = waits_here or self.settings.in_sight  # it comes to rest in held cells
         free_drive = () if shut_in else free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
         if free_drive:
             progress, body = spread(progress, inputs, self.cells, self.settings)
@@ -125,14 +124,15 @@ class Traffic:
         if other_goal or not progress.following:
             self._joint.leave()
         situation = self._situation(inputs, progress, fresh)
-        decision = self._joint.step(situation)
+        decision = self._joint.stand() if inputs.stands else self._joint.step(situation)
         events += (*halted, *decision.events)
-        progress = self._find_way(progress, situation, decision.way, inputs)
+        found = self._find_way(progress, situation, decision.way, inputs) if not inputs.stands else progress
+        progress = brought_to_rest(progress, body, self.cells) if inputs.stands else found
 
         # layer 1: which of its cells
         waits: tuple[str, ...] = ()
         face = None
-        if self._joint.frozen is not None:
+        if self._joint.frozen is not None or inputs.stands:
             progress = progress.without_claims()
         elif not listens:
             progress, waits, took = self._claiming.step(progress, self._joint.following, situation, body, room)
@@ -228,7 +228,7 @@ class Traffic:
             goal=self._goal.cell,
             idle=inputs.goal is None,
             moved=self._moved,
-            blocked=self._sightings.occupied(),
+            blocked=self._sightings.occupied() | kept_cells(fresh),
             cleared=self._sightings.cleared(others, self._peers.heard_lately(inputs.tick)),
             others=others,
             fresh=fresh,
@@ -273,7 +273,7 @@ class Traffic:
         if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
             return None
         own = self._telling.record(doing, self._sightings.told(), self._halting.moving())
-        need = self._joint.ask(own, doing.situation)
+        need = None if own.stands else self._joint.ask(own, doing.situation)
         if need is not None:
             own = replace(own, need=need)
         return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from swarm.robot.mission import TRANSITIONS, Mission, Occasion, Stage
 
+UNDER_WAY = (Stage.OUTBOUND, Stage.RETURNING, Stage.DONE)
 # fmt: off
 ALLOWED = {  # written down apart from the code's own table
     (Stage.READY, Occasion.GO): Stage.OUTBOUND,
@@ -19,6 +20,10 @@ ALLOWED = {  # written down apart from the code's own table
     (Stage.RETURNING, Occasion.ALL_DONE): Stage.DONE,
     (Stage.RETURNING, Occasion.RESTART): Stage.READY,
     (Stage.DONE, Occasion.RESTART): Stage.READY,
+    **{(stage, Occasion.TAKEN_UP): Stage.OUTBOUND for stage in UNDER_WAY},
+    **{(stage, Occasion.ASSIGNED): Stage.OUTBOUND for stage in UNDER_WAY},
+    **{(stage, Occasion.SENT_HOME): Stage.RETURNING for stage in UNDER_WAY},
+    **{(stage, Occasion.NO_STOPS): Stage.DONE for stage in UNDER_WAY},
 }
 # fmt: on
 STOPS = [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (0.0, 0.0)]

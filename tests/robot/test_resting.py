@@ -82,7 +82,7 @@ SAYS = {  # idle, done, from the goal [m], what traffic says: what the robot say
 @pytest.mark.parametrize("name", SAYS)
 def test_what_a_robot_says_that_it_does(name: str) -> None:
     idle, done, away, activity, says = SAYS[name]
-    inputs = Mock(pose=AT, goal=(AT.x + away, AT.y), done=done)
+    inputs = Mock(pose=AT, goal=(AT.x + away, AT.y), done=done, sense=Mock(stopped=False))
     assert pilot()._activity(inputs, Mock(activity=activity), idle=idle) is says
 
 

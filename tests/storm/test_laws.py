@@ -7,7 +7,7 @@ from math import cos, sin, sqrt
 import pytest
 from msgspec.structs import replace as changed
 
-from swarm.messages import Broadcast, Command, Event
+from swarm.messages import Assigned, Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
 from swarm.traffic.cells import OUTSIDE
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
@@ -253,6 +253,22 @@ def pushed_into_a_wall(history: History, *, left: bool) -> History:
     return replace(touched, contacts=contacts)
 
 
+def sensing(history: History, from_tick: int, **fields: object) -> History:
+    """Change what r1 senses from a tick on."""
+
+    def plant(moment: Moment) -> Moment:
+        if moment.tick < from_tick or "r1" not in moment.senses:
+            return moment
+        return moment._replace(senses={**moment.senses, "r1": changed(moment.senses["r1"], **fields)})
+
+    return with_moments(history, plant)
+
+
+def older_number(history: History) -> History:
+    first = sensing(history, 0, assigned=Assigned(number=2, stops=[]))
+    return sensing(first, TICK, assigned=Assigned(number=1, stops=[]))
+
+
 # fmt: off
 PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the law that speaks, how to plant it
     ("an exception", "no exception", lambda h: replace(h, crash="Traceback\nValueError: no such cell")),
@@ -286,6 +302,9 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("a path too long", "the report agrees", lambda h: with_report(h, "r1", path_length=1.01 * path_length(h))),
     ("a stop reached too soon", "the report agrees", lambda h: with_report(h, "r1", reached=[1.0])),
     ("a gap too wide", "the report agrees", lambda h: with_report(h, clearance_min=h.report["clearance_min"] + 9.0)),
+    ("stops that nobody asked for", "orders are kept", lambda h: sensing(h, TICK, assigned=Assigned(number=1, stops=[(9.0, 9.0)]))),
+    ("an older number", "orders are kept", older_number),
+    ("it drives although it was stopped", "orders are kept", lambda h: sensing(h, 0, stopped=True)),
     ("a command that no world would take", "passes the wire", unheard_of_scale),
     ("a broadcast that no robot would take", "passes the wire", lambda h: with_words(h, backwards)),
 ]

@@ -14,15 +14,21 @@ from swarm.messages import (
     CLOCK,
     EDIT,
     JOIN,
+    ORDER,
+    ROBOT_ACTION,
     Accepted,
     Action,
     Activity,
+    Assigned,
     Command,
     Do,
     Edit,
     Join,
     Kind,
+    Order,
     Phase,
+    RobotAction,
+    RobotDo,
     Welcome,
 )
 from tests.conftest import MakeBus
@@ -50,8 +56,8 @@ def come(one: Course, name: str, session: str, world: str | None = None) -> Any:
     return reply
 
 
-def ask(one: Course, topic: Any, message: Any) -> Any:  # noqa: ANN401
-    request = Mock(spec=Request, topic=topic, message=message)
+def ask(one: Course, topic: Any, message: Any, **ids: str) -> Any:  # noqa: ANN401
+    request = Mock(spec=Request, topic=topic, message=message, ids=ids)
     answer(request, one, "the world")
     return request.accept.call_args.args[0] if request.accept.called else request.refuse.call_args.args[0]
 
@@ -61,6 +67,62 @@ def step(one: Course, **fields: dict[str, Any]) -> None:
         command: Command = msgspec.structs.replace(REST, run=one.world.run, tick=one.world.tick, **said)
         one.last.take(name, command, one.world.run, one.world.tick)
     one.step()
+
+
+# --- buttons ---
+
+
+@pytest.mark.parametrize(
+    ("before", "again"),
+    [(Phase.RUNNING, Do.GO), (Phase.RUNNING, Do.RESUME), (Phase.PAUSED, Do.PAUSE), (Phase.OVER, Do.STOP)],
+)
+def test_a_button_whose_phase_is_reached_changes_nothing(before: Phase, again: Do) -> None:
+    one = course()
+    one.go_to(before)
+    world = one.world
+    assert ask(one, ACTION, Action(do=again)) == Accepted(text=f"the run is {before.value} already")
+    assert (one.phase, one.world is world) == (before, True)
+
+
+def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(tmp_path: Path) -> None:
+    file = tmp_path / "world.snapshot"
+    one = course(file)
+    for name, session in (("r1", "a"), ("r2", "b")):
+        come(one, name, session)
+    one.go_to(Phase.RUNNING)
+    first = ask(one, ACTION, Action(do=Do.RESTART, id="x"))
+    assert ask(one, ACTION, Action(do=Do.RESTART, id="x")) == first
+    assert one.world.run == 1
+    assert ask(one, ACTION, Action(do=Do.RESTART)) == first
+    assert one.world.run == 2
+    other = course(file)
+    assert ask(other, ACTION, Action(do=Do.RESTART, id="x")) == first
+    assert other.world.run == 2
+
+
+# --- orders ---
+
+
+def test_an_order_is_answered_after_it_was_saved(tmp_path: Path) -> None:
+    file = tmp_path / "world.snapshot"
+    one = course(file)
+    come(one, "r1", "a")
+    one.go_to(Phase.RUNNING)
+    step(one, r1={"left": 0.3, "right": 0.3})
+    order = Order(id="a", targets=[(7.5, 3.5)])
+    answered = ask(one, ORDER, order, robot="r1")
+    assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target")
+    other = course(file)
+    assert other.world.missions.orders.rows == one.world.missions.orders.rows
+    assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
+    assert ask(other, ORDER, order, robot="r1") == answered
+    assert "r1 was given an order or an action at 0.05 s" in one.repeatable.reasons
+
+
+def test_a_robot_that_is_lost_gets_no_order() -> None:
+    one = course()
+    one.lobby._away["r1"] = LOST
+    assert "it is lost: absent for 20 s" in ask(one, ROBOT_ACTION, RobotAction(do=RobotDo.STOP), robot="r1")
 
 
 # --- who is lost ---

@@ -31,11 +31,11 @@ class Desk:
         self.now += self.seconds
         self.answered.append(one)
 
-    def tick(self, *, idle: bool = False, edits: bool = True) -> int:
+    def tick(self, *, idle: bool = False, between: bool = True) -> int:
         """Return how many requests a tick answers."""
         before = len(self.answered)
         self.line.renew(idle=idle)
-        self.line.serve(self.answer, edits=edits)
+        self.line.serve(self.answer, between=between)
         return len(self.answered) - before
 
 
@@ -83,6 +83,6 @@ def test_within_a_tick_edits_wait_and_let_the_others_pass(monkeypatch: pytest.Mo
     edit, join, press = request(EDIT), request(JOIN), request(ACTION)
     for one in (edit, join, press):
         desk.line.add(one)
-    assert desk.tick(edits=False) == 2
+    assert desk.tick(between=False) == 2
     assert desk.answered == [join, press]
     assert desk.tick() == 1

@@ -27,6 +27,14 @@ EDITS = [
     {"at": 3.0, "kind": "wall", "low": [6.2, 1.2], "high": [6.8, 1.8]},
     {"at": 9.0, "kind": "free", "low": [6.2, 1.2], "high": [6.8, 1.8]},
 ]
+ORDERS = [
+    {"at": 2.0, "robot": "r1", "targets": [[7.5, 2.5], [4.5, 4.5]]},
+    {"at": 3.0, "robot": "r2", "do": "stop"},
+    {"at": 4.0, "robot": "r3", "do": "home"},
+    {"at": 5.0, "robot": "r1", "update": 1, "targets": [[4.5, 2.5]], "home": True},
+    {"at": 7.0, "robot": "r2", "do": "go_on"},
+    {"at": 8.0, "robot": "r3", "do": "cancel"},
+]
 NOISE: dict[str, Any] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}
 LENGTH = 12.0  # s
 
@@ -38,6 +46,7 @@ RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenari
     "movers that run into robots": ({"movers": MOVERS}, 4, Faults(held_up=4.0)),
     "suspended, dead, late":   (NOISE, 4, Faults(suspended=8.0, killed={"r2": 6.0}, late=0.1)),
     "patrol":                  (NOISE | {"patrol": True, "targets": [[7.5, 2.5], [4.5, 4.5]]}, 3, Faults()),
+    "orders":                  ({"orders": ORDERS}, 4, Faults()),
     "all":                     (NOISE | {"movers": MOVERS, "edits": EDITS}, 4, Faults(held_up=6.0, suspended=9.0)),
 }
 # fmt: on
@@ -46,7 +55,7 @@ RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenari
 def host(phase: Phase = Phase.RUNNING) -> HostState:
     return HostState(
         phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
-        tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"],
+        tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"], pressed={"a": "b"},
         events=[Event(run=0, tick=1, time=0.05, robot=None, kind="edit", text="wall")],
         seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"},
     )  # fmt: skip
@@ -185,10 +194,13 @@ def test_the_snapshot_of_a_changed_scenario_is_refused(fields: dict[str, Any], t
 
 # fmt: off
 FROM_THE_START = {  # attributes that are not saved: they follow from scenario, starts, seed and floor, or are caches
-    "world": {"robots", "starts", "identity", "run", "due", "dt", "returns", "settings", "_drive", "_top_speed", "floor",
-              "physics", "_movers", "_patrols", "sensing", "_radio", "radio", "_stops", "_stop_places", "_number", "distances",
+    "world": {"robots", "starts", "identity", "run", "due", "dt", "settings", "_drive", "_top_speed", "floor",
+              "physics", "_movers", "sensing", "_radio", "radio", "_number", "distances", "missions", "planned_orders",
               "traffic", "verdict", "planned", "progress", "steering", "recorder"},
-    "planned": {"_edits"},
+    "planned": {"_plans"},
+    "planned_orders": {"_plans"},
+    "missions": {"_robots", "_homes", "_reach", "_patrols", "_recorder", "_reachable", "orders", "_places"},
+    "orders": {"_robots"},
     "recorder": {"_dt", "judge"},
     "judge": {"_radius", "_pairs", "_block", "_tree", "_solid"},
     "verdict": set(),

@@ -81,6 +81,8 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
         raw["movers"] = [_mover(cells, piece, chance)]
         if _shuts_off(raw, cells, piece):
             return None
+    if profile.orders and chance.random() < profile.orders:  # other profiles draw as before
+        raw["orders"] = _orders(cells, robots, chance)
     try:
         settings = checked(raw, "storm")
         plan = StormPlan(
@@ -180,6 +182,25 @@ def _edits(columns: int, rows: int, chance: Random) -> list[dict[str, Any]]:
         if kind != "free" and chance.random() < 0.5:
             edits.append({"at": round(time + chance.uniform(5.0, 30.0), 2), "kind": "free", "low": low, "high": high})
     return sorted(edits, key=lambda edit: edit["at"])
+
+
+def _orders(cells: CellMap, robots: int, chance: Random) -> list[dict[str, Any]]:
+    """Draw requests to robots; whoever is stopped goes on later. Some are refused: no way leads there, or too old."""
+    orders: list[dict[str, Any]] = []
+    stand = [cell for cell in range(len(cells)) if cells.stands[cell]]
+    for robot in names(robots):
+        for time in sorted(chance.uniform(1.0, 60.0) for _ in range(chance.randint(0, 4))):
+            asked: dict[str, Any] = {"at": round(time, 2), "robot": robot}
+            what = chance.choice(("order", "order", "order", "stop", "home", "cancel"))
+            if what == "order":
+                stops = [_point(cells, chance.choice(stand), chance) for _ in range(chance.randint(1, 3))]
+                more = {"id": chance.choice("ab"), "update": chance.randrange(4), "home": chance.random() < 0.3}
+                orders.append(asked | {"targets": stops} | more)
+                continue
+            orders.append(asked | {"do": what})
+            if what == "stop":
+                orders.append({"at": round(time + chance.uniform(1.0, 40.0), 2), "robot": robot, "do": "go_on"})
+    return sorted(orders, key=lambda asked: asked["at"])
 
 
 def _mover(cells: CellMap, piece: list[int], chance: Random) -> dict[str, Any]:

@@ -100,6 +100,8 @@ def record(plan: StormPlan) -> History:
 def _hopeless(simulation: Simulation) -> bool:
     """Return True if each robot with stops left is dead or has made no progress for ``HOPELESS``."""
     world = simulation.world
+    if world.missions.any_stopped or world.planned_orders.left:
+        return False
     dead = simulation.drill.dead
     stands = world.progress.standing(world.time)
     return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (

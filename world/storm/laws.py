@@ -26,6 +26,7 @@ from world.storm.laws_mission import (
     report_agrees,
     truthful,
 )
+from world.storm.laws_orders import orders_are_kept
 from world.storm.laws_wire import passes_the_wire
 from world.storm.seen import Law
 
@@ -59,13 +60,21 @@ LAWS: Final[Mapping[str, Law]] = {
     "nobody stands unnamed": nobody_stands_unnamed,
     "the report agrees": report_agrees,
     "passes the wire": passes_the_wire,
+    "orders are kept": orders_are_kept,
 }
+
+# laws about the scenario's own stops; in a run with orders, robots have others
+OWN_STOPS: Final = frozenset(
+    {"flags stay", "all arrive", "it ends", "truthful", "nobody stands unnamed", "the report agrees"}
+)
 
 
 def judge(history: History) -> list[Violation]:
-    """Check a run against every law; return the first violation of each law by each robot."""
+    """Check a run against every law that fits it; return the first violation of each law by each robot."""
     found = []
     for law, function in LAWS.items():
+        if history.settings.orders and law in OWN_STOPS:
+            continue
         blamed = set()
         for tick, robots, text in function(history):
             if robots not in blamed:

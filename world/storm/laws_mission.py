@@ -21,17 +21,18 @@ def no_exception(history: History) -> Found:
 
 
 def flags_stay(history: History) -> Found:
-    """Check that a stop once reached stays reached."""
-    flags: dict[str, tuple[int, list[bool]]] = {}
+    """Check that a stop once reached stays reached, but for home, if the robot takes up a stop that it gave up."""
+    flags: dict[str, tuple[int, list[bool], list[int]]] = {}
     for moment in history.moments:
         for name, command in moment.commands.items():
-            run, was = flags.get(name, (command.run, []))
-            if run == command.run and was == command.reached:
+            run, was, given_up = flags.get(name, (command.run, [], []))
+            if run == command.run and was == command.reached and given_up == command.unreachable:
                 continue
             lost = [stop for stop, (a, b) in enumerate(zip(was, command.reached, strict=False)) if a and not b]
-            if run == command.run and lost:
+            taken_up = set(given_up).difference(command.unreachable)
+            if run == command.run and lost and not (taken_up and lost == [len(was) - 1]):
                 yield moment.tick, (name,), f"{name} takes back that it reached stop {lost[0] + 1}"
-            flags[name] = command.run, command.reached
+            flags[name] = command.run, command.reached, command.unreachable
 
 
 def all_arrive(history: History) -> Found:

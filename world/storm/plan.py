@@ -71,6 +71,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "leader killed": self.kill_leader_at is not None,
             "edits": bool(settings.edits),
             "movers": bool(settings.movers),
+            "orders": bool(settings.orders),
             "shared targets": bool(settings.targets),
             "unknown floor": not settings.map.known,
             **{name: kind in kinds for kind, name in FAULTS.items()},

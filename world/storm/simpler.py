@@ -37,7 +37,7 @@ def size(plan: StormPlan) -> tuple[int, int, int, int]:
     """Count robots, faults, stops, and characters of free floor."""
     scenario = plan.scenario
     wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late) + len(plan.mute)
-    wrong += len(scenario.edits) + len(scenario.movers)
+    wrong += len(scenario.edits) + len(scenario.movers) + len(scenario.orders)
     stops = sum(map(len, scenario.own_targets)) or len(scenario.targets)
     return plan.robots, wrong, stops, (scenario.map.text or "").count(".")
 
@@ -77,6 +77,9 @@ def robots(raw: Raw) -> Iterator[Raw]:
         if scenario["own_targets"]:
             scenario["own_targets"] = [scenario["own_targets"][number] for number in stay]
         names = {f"r{number + 1}": f"r{place}" for place, number in enumerate(stay, start=1)}
+        scenario["orders"] = [
+            one | {"robot": names[one["robot"]]} for one in scenario["orders"] if one["robot"] in names
+        ]
         new["faults"] = [fault | {"robot": names[fault["robot"]]} for fault in new["faults"] if fault["robot"] in names]
         new["mute"] = [names[robot] for robot in new["mute"] if robot in names]
         yield new
@@ -102,8 +105,8 @@ def conditions(raw: Raw) -> Iterator[Raw]:
 
 
 def changes(raw: Raw) -> Iterator[Raw]:
-    """Leave edits and movers out."""
-    for name in ("movers", "edits"):
+    """Leave edits, movers and orders out."""
+    for name in ("movers", "edits", "orders"):
         for stay in _fewer(raw["scenario"][name]):
             yield _with(raw, f"scenario.{name}", stay)
 

@@ -1,0 +1,113 @@
+"""Orders over real processes: given by command, kept when processes are killed, the same run bit for bit in lockstep."""
+
+from pathlib import Path
+
+import pytest
+
+from swarm.cli import main
+from swarm.messages import EVENT, Order, Phase, RobotAction, RobotDo
+from swarm.scenario.load import load
+from tests.launch.actors import (
+    SMALL,
+    Fleet,
+    assert_the_same_run,
+    await_event,
+    await_phase,
+    await_tick,
+    in_process,
+)
+from world.simulate import Simulation
+
+pytestmark = pytest.mark.processes
+ROBOTS = 3
+PLANNED = """\
+limit: 300
+radio: {loss: 0.3}
+orders:
+- {at: 3.0, robot: r1, targets: [[9.5, 4.0], [2.5, 6.0]]}
+- {at: 4.0, robot: r2, do: stop}
+- {at: 6.0, robot: r3, do: home}
+- {at: 7.0, robot: r1, update: 1, targets: [[2.5, 6.0]], home: true}
+- {at: 20.0, robot: r2, do: go_on}
+"""
+
+
+@pytest.fixture
+def planned(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "planned.yaml"
+    path.write_text(SMALL.replace("limit: 300\n", PLANNED))
+    return path
+
+
+@pytest.fixture
+def plain(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "plain.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+def test_planned_orders_give_the_same_run_over_processes_also_if_the_world_is_killed(
+    planned: Path, tmp_runtime: Path
+) -> None:
+    expected = in_process(load(planned), ROBOTS, 1)
+    assert expected["per_robot"]["r1"]["orders"] == {"done": 1, "superseded": 2, "cancelled": 0, "open": 0}
+    for tick in (0, 95):
+        with Fleet(planned, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+            fleet.await_all(bus)
+            if tick:
+                await_tick(bus, tick)
+                fleet.member("world").kill()
+                fleet.await_line("world was ended by signal 9; started again")
+            assert fleet.end() == 0, fleet.text
+            assert_the_same_run(fleet.report(), expected)
+
+
+def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
+    plain: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulation = Simulation.of(load(plain), ROBOTS, 1)
+    simulation.world.request("r2", Order(id="a", update=2, targets=[(9.5, 4.0)], home=True))
+    simulation.world.request("r3", RobotAction(do=RobotDo.CANCEL))
+    with Fleet(plain, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        asked = ["order", "r2", "9.5,4.0", "--home", "--id", "a", "--update", "2"]
+        for _ in range(2):
+            assert main(asked) == 0
+            assert capsys.readouterr().out == "r2: order a update 2 is number 1: 1 target, then home\n"
+        assert main(["order", "r2", "9.5,4.0", "--id", "a", "--update", "1"]) == 2
+        assert "expected update 2 or a newer one" in capsys.readouterr().err
+        assert main(["order", "r9", "9.5,4.0"]) == 2
+        assert "expected one of r1, r2, r3, got 'r9'" in capsys.readouterr().err
+        assert main(["cancel", "r3"]) == 0
+        assert main(["go"]) == 0
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert_the_same_run(report, simulation.run())
+    assert report["reproducible"]
+
+
+def test_an_order_and_a_stop_outlive_the_robot_and_the_world(plain: Path, tmp_runtime: Path) -> None:
+    with Fleet(plain, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        bus.listen(EVENT)
+        assert main(["go"]) == 0
+        await_phase(bus, Phase.RUNNING)
+        assert main(["stop", "r2"]) == 0
+        assert main(["order", "r1", "9.5,4.0", "2.5,6.0", "9.5,2.0", "--id", "a"]) == 0
+        fleet.member("r1").kill()
+        fleet.await_line("r1 was ended by signal 9; started again")
+        await_event(bus, lambda event: event.kind == "reached" and event.robot == "r1")
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        await_event(bus, lambda event: event.robot == "r1" and event.text == "is at target 3")
+        assert main(["go-on", "r2"]) == 0
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert report["complete"]
+    assert [(one["number"], one["fate"]) for one in report["per_robot"]["r1"]["history"]] == [
+        (0, "superseded"), (1, "done"),
+    ]  # fmt: skip
+    reached = report["per_robot"]["r1"]["reached"]
+    assert reached == sorted(reached)
+    assert min(report["per_robot"]["r2"]["reached"]) > max(reached), "it stood until then"
+    assert any("was given an order" in reason for reason in report["not_reproducible"])

@@ -1,0 +1,226 @@
+"""The book of orders: which stops each robot has now, what became of those before, and who is stopped.
+
+The book is pure: it knows no clock, no map and no bus. It numbers all new stops of a run from 1; 0 are the scenario's.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Final, Literal, NamedTuple
+
+from msgspec import Struct
+
+from swarm.errors import PeerError
+from swarm.maps.occupancy import Point
+from swarm.messages import Assigned, Order, RobotAction, RobotDo
+
+MOST_TARGETS: Final = 100  # of an order; each sense carries a bearing for each stop
+REMEMBERED: Final = 64  # ids of orders to one robot: a retry that comes later than so many others counts as new
+
+Fate = Literal["open", "done", "superseded", "cancelled"]
+FATES: Final[tuple[Fate, ...]] = ("done", "superseded", "cancelled")
+
+
+class Given(Struct, kw_only=True, forbid_unknown_fields=True):
+    """The newest update of an order that was accepted."""
+
+    update: int
+    number: int
+    targets: list[Point]
+    home: bool
+
+
+class Past(Struct, kw_only=True, forbid_unknown_fields=True):
+    """Stops that a robot had, and what became of them."""
+
+    number: int
+    what: str
+    stops: list[Point]
+    reached: list[float | None]  # s
+    laps: int
+    fate: Fate
+
+
+class Row(Struct, kw_only=True, forbid_unknown_fields=True):
+    """The stops that one robot has now."""
+
+    number: int = 0
+    what: str  # for people
+    stops: list[Point]
+    home: bool  # the last stop is home
+    order: bool = False  # they come from an order, not from the scenario or an action
+    stopped: bool = False
+    given: dict[str, Given]  # by id, the newest last
+    past: list[Past]
+
+
+class Outcome(NamedTuple):
+    """What a request has changed."""
+
+    text: str  # for who asked
+    new_stops: bool = False
+    changed: bool = False
+    events: tuple[tuple[str, str], ...] = ()  # kind, text
+
+
+class Progress(NamedTuple):
+    """How far a robot is with its stops."""
+
+    reached: Sequence[float | None]  # s
+    laps: int
+
+    @property
+    def done(self) -> bool:
+        """True if the robot has been at every stop."""
+        return bool(self.laps) or None not in self.reached
+
+
+class Orders:
+    """The book of one run."""
+
+    def __init__(self, robots: Sequence[str], stops: Sequence[Sequence[Point]], *, returns: bool) -> None:
+        self._robots = robots
+        self.last = 0  # the newest number
+        self.rows = [
+            Row(what="the scenario's stops", stops=list(row), home=returns, given={}, past=[]) for row in stops
+        ]
+
+    def assigned(self, robot: int) -> Assigned | None:
+        """Return the stops that a robot has instead of the scenario's; None: it has those."""
+        row = self.rows[robot]
+        return Assigned(number=row.number, stops=row.stops, home=row.home) if row.number else None
+
+    def take(
+        self,
+        robot: int,
+        request: Order | RobotAction,
+        now: Progress,
+        home: Point,
+        check: Callable[[Sequence[Point]], None],
+    ) -> Outcome:
+        """Carry out a request; ``home`` [m] is the robot's, ``check`` raises for targets that it cannot reach.
+
+        A request that was carried out before changes nothing and has the same answer.
+
+        Raises:
+            PeerError: the order is older than one that was accepted, was given with other targets, was replaced, or its
+                targets are wrong.
+        """
+        return (
+            self._order(robot, request, now, home, check)
+            if isinstance(request, Order)
+            else self._act(robot, request.do, now, home)
+        )
+
+    # --- orders ---
+
+    def _order(
+        self, robot: int, order: Order, now: Progress, home: Point, check: Callable[[Sequence[Point]], None]
+    ) -> Outcome:
+        row, known = self.rows[robot], self.rows[robot].given.get(order.id)
+        name, what = self._robots[robot], _named(order.id, order.update)
+        if known is not None and order.update <= known.update:
+            self._again(robot, order, known)
+            return Outcome(_accepted(name, what, known))
+        if not 1 <= len(order.targets) <= MOST_TARGETS:
+            raise PeerError(
+                f"{name}: {what}: expected 1 to {MOST_TARGETS} targets, got {len(order.targets)}; "
+                "send the others in a later order"
+            )
+        check(order.targets)
+        given = Given(update=order.update, number=self.last + 1, targets=list(order.targets), home=order.home)
+        stops = [*order.targets, *((home,) if order.home else ())]
+        events = self._replace(robot, now, what, stops, order.home, "superseded")
+        row = self.rows[robot]
+        row.order = True
+        row.given.pop(order.id, None)
+        row.given[order.id] = given
+        if len(row.given) > REMEMBERED:
+            del row.given[next(iter(row.given))]
+        text = _accepted(name, what, given)
+        told = text.removeprefix(f"{name}: ") + ("; it is stopped, and waits for `go_on`" if row.stopped else "")
+        return Outcome(text, new_stops=True, changed=True, events=(*events, ("order", told)))
+
+    def _again(self, robot: int, order: Order, known: Given) -> None:
+        """Check an order whose id is known and whose update is not newer.
+
+        Raises:
+            PeerError: it is not the same as the newest one with that id, or that one was replaced by another order.
+        """
+        row, name, what = self.rows[robot], self._robots[robot], _named(order.id, order.update)
+        if order.update < known.update:
+            raise PeerError(
+                f"{name}: {what}: expected update {known.update} or a newer one, which has been accepted (number "
+                f"{known.number}); this one is void"
+            )
+        if (list(order.targets), order.home) != (known.targets, known.home):
+            raise PeerError(
+                f"{name}: {what}: expected the targets that were accepted with it (number {known.number}), got others; "
+                "raise the update"
+            )
+        past = next((one for one in row.past if one.number == known.number), None)
+        if past is not None and past.fate in {"superseded", "cancelled"}:
+            raise PeerError(
+                f"{name}: {what}: expected an order that is not over, number {known.number} was {past.fate}; "
+                "raise the update to give it again"
+            )
+
+    # --- actions ---
+
+    def _act(self, robot: int, do: RobotDo, now: Progress, home: Point) -> Outcome:
+        row, name = self.rows[robot], self._robots[robot]
+        match do:
+            case RobotDo.STOP | RobotDo.GO_ON:
+                stop = do is RobotDo.STOP
+                said, already = ("stops", "is stopped already") if stop else ("goes on", "is not stopped")
+                if row.stopped is stop:
+                    return Outcome(f"{name} {already}")
+                row.stopped = stop
+                return Outcome(f"{name} {said}", changed=True, events=((do.value, f"{said} by request"),))
+            case RobotDo.HOME:
+                if row.home and len(row.stops) == 1 and row.number and not row.order:
+                    return Outcome(f"{name} drives home already, or is there")
+                what, stops = "the way home", [home]
+            case RobotDo.CANCEL:
+                if now.done:
+                    return Outcome(f"{name} has no stop left")
+                what, stops = "no stops", []
+        events = self._replace(robot, now, what, stops, bool(stops), "cancelled")
+        text = f"{name} has {what} now, number {self.last}"
+        return Outcome(text, new_stops=True, changed=True, events=(*events, (do.value, text.removeprefix(f"{name} "))))
+
+    def _replace(
+        self, robot: int, now: Progress, what: str, stops: Sequence[Point], home: bool, fate: Fate
+    ) -> tuple[tuple[str, str], ...]:
+        """Give a robot new stops; return the event that names those it had, if some of them are left."""
+        row = self.rows[robot]
+        ended: Fate = "done" if now.done else fate
+        past = Past(
+            number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps, fate=ended
+        )
+        self.last += 1
+        row.past.append(past)
+        row.number, row.what, row.stops, row.home, row.order = self.last, what, list(stops), home, False
+        if now.done:
+            return ()
+        left = sum(time is None for time in now.reached)
+        text = f"{past.what} (number {past.number}): {left} left; {fate} by {what} (number {self.last})"
+        return ((fate, text),)
+
+    # --- the report ---
+
+    def history(self, robot: int, now: Progress) -> list[Past]:
+        """Return all stops that a robot has had, in order; the last ones are those of now."""
+        row = self.rows[robot]
+        present = Past(
+            number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps,
+            fate="done" if now.done else "open",
+        )  # fmt: skip
+        return [*row.past, present]
+
+
+def _named(name: str, update: int) -> str:
+    return f"order {name} update {update}"
+
+
+def _accepted(robot: str, what: str, given: Given) -> str:
+    count = len(given.targets)
+    return f"{robot}: {what} is number {given.number}: {count} target{'s' * (count > 1)}{', then home' * given.home}"
