@@ -8,8 +8,8 @@ from typing import Final
 
 from dashboard import naming
 from dashboard.overlays import Overlay
-from dashboard.progress import Heard, Progress
-from swarm.messages import Activity, Clock, Event, Message, Phase, Plan, Point, Truth
+from dashboard.progress import Progress
+from swarm.messages import Activity, Clock, Event, Liveness, Message, Phase, Plan, Point, Truth
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
 ROWS: Final = 40  # robots in the summary
@@ -115,7 +115,7 @@ def summary(progress: Progress, home: bool) -> str:
     for name in progress.order[:ROWS]:
         robot = progress.robot(name)
         heard = progress.heard(name)
-        doing = naming.words(robot.activity) if heard is Heard.ALIVE else f"**{heard.value}**"
+        doing = naming.words(robot.activity) if heard is Liveness.ALIVE else f"**{heard.value}**"
         to = naming.stop_name(robot.target, robot.stops, home) if robot.stops else "-"
         left = f"{robot.distance:.1f} m" if robot.stops and robot.activity is not Activity.DONE else "-"
         waited = f"{progress.seconds(robot.waited):.0f} s"

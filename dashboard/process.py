@@ -16,7 +16,7 @@ from dashboard.show import Show
 from dashboard.view import Recorder
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
@@ -25,7 +25,7 @@ SERVED: Final = 20.0  # s, wall time for the program that serves the page to sta
 SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
-CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, EVENTS, STATE, PLAN, TRUTH)
 
 
 def run(

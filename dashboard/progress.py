@@ -5,25 +5,30 @@ reached stays reached; of everything else the latest tick wins.
 """
 
 from collections.abc import Mapping
-from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
 
 import msgspec
 
-from swarm.messages import RADIO, STATE, Activity, Broadcast, Clock, Event, Message, Phase, Plan, Point, State, Truth
+from swarm.messages import (
+    RADIO,
+    STATE,
+    Activity,
+    Broadcast,
+    Clock,
+    Event,
+    Liveness,
+    Message,
+    Phase,
+    Plan,
+    Point,
+    State,
+    Truth,
+)
 
 WAITING: Final = frozenset({Activity.GIVE_WAY, Activity.BLOCKED})
 EVENTS_KEPT: Final = 100
 RATE: Final = 20.0  # Hz, control steps per second, until the world's time and tick tell the real rate
-
-
-class Heard(StrEnum):
-    """The freshness of what a robot said last."""
-
-    ALIVE = "alive"
-    STALE = "stale"  # silent for longer than its topics' timeouts
-    GONE = "gone"  # its process is not present
 
 
 class Robot(msgspec.Struct, frozen=True, kw_only=True):
@@ -65,6 +70,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
     clock_tick: int = -1
     order: tuple[str, ...] = ()  # the fleet, in the order of its colours
     present: frozenset[str] | None = None  # robots whose process is present, as the world says
+    lost: frozenset[str] = frozenset()  # robots that have been absent for long, as the world says
     tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
     robots: Mapping[str, Robot] = MappingProxyType({})
     events: tuple[Event, ...] = ()  # the last ones, in the order they came
@@ -91,19 +97,19 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         robot = self.robot(name)
         return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
 
-    def heard(self, name: str) -> Heard:
+    def heard(self, name: str) -> Liveness:
         """Return how fresh a robot's messages are; a broadcast and a state each have their own timeout."""
         announced = bool(self.tokens.get(name))
         if not (announced if self.tokens else self.present is None or name in self.present):
-            return Heard.GONE
+            return Liveness.LOST if name in self.lost else Liveness.GONE
         robot = self.robot(name)
         if self.phase is not Phase.RUNNING:
-            return Heard.ALIVE
+            return Liveness.ALIVE
         fresh = (
             self.seconds(self.tick - max(0, robot.broadcast_tick)) <= RADIO.timeout
             or self.seconds(self.tick - max(0, robot.state_tick)) <= STATE.timeout
         )
-        return Heard.ALIVE if fresh else Heard.STALE
+        return Liveness.ALIVE if fresh else Liveness.STALE
 
 
 def fold(progress: Progress, message: Message) -> Progress:
@@ -155,6 +161,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
         phase=message.phase,
         order=tuple(message.robots),
         present=frozenset(message.present),
+        lost=frozenset(name for name, seen in message.presence.items() if seen.liveness is Liveness.LOST),
     )
 
 

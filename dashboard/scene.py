@@ -1,17 +1,14 @@
 """The parts of a run that stand still, as the world sends them."""
 
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import msgspec
+from msgspec import UNSET
 
-from swarm.errors import PeerError
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.wire import unpack
 from swarm.messages import Map
 from swarm.settings import Settings
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,18 +27,11 @@ class Scene:
 
 
 def scene_of(floor: Map) -> Scene:
-    """Return the scene of a ``Map``; its ``scenario`` has ``settings``, and may have ``profile`` and ``starts``.
+    """Return the scene of a ``Map``.
 
     Raises:
-        PeerError: the message does not hold settings and a map.
+        PeerError: its packed map is not valid.
     """
-    settings = _converted(floor.scenario.get("settings"), Settings)
-    starts = _converted(floor.scenario.get("starts", {}), dict[str, tuple[float, float, float]])
-    return Scene(settings, unpack(floor.packed), starts, floor.scenario.get("profile"))
-
-
-def _converted(raw: object, kind: type[T]) -> T:
-    try:
-        return msgspec.convert(raw, kind)
-    except msgspec.ValidationError as fault:
-        raise PeerError(f"floor: {fault}") from None
+    told = floor.scenario
+    starts = {} if told.starts is UNSET else told.starts
+    return Scene(told.settings, unpack(floor.packed), starts, msgspec.to_builtins(told.profile))

@@ -9,7 +9,7 @@ from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
-from swarm.messages import Broadcast, Event, Map, Message, Truth
+from swarm.messages import Broadcast, Event, Events, Map, Message, Truth
 
 OVERLAY: Final = 0.75  # s, simulated, at least between two overlays within a drawing; every drawing ends with one
 OVERLAYS: Final = 10  # most overlays in one drawing, about, if time runs faster
@@ -54,6 +54,10 @@ class Show:
         """Fold a message and collect what it changes."""
         if isinstance(message, Map):
             self._take_floor(message)
+            return
+        if isinstance(message, Events):
+            for event in message.events:
+                self.take(event)
             return
         before = self.progress
         self.progress = fold(before, message)

@@ -12,9 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from dashboard import naming, palette
-from dashboard.progress import Heard, Progress, Robot, fold, presence
+from dashboard.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
-from swarm.messages import Activity, Phase
+from swarm.messages import Activity, Liveness, Message, Phase
 
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
@@ -54,9 +54,13 @@ class Terminal:
         """Take in what ``Bus.receive`` returned."""
         match arrived:
             case Arrival(message=message):
-                self.progress = fold(self.progress, message)
+                self.take(message)
             case Presence(role="robot"):
                 self.progress = presence(self.progress, arrived.id, arrived.session, arrived.alive)
+
+    def take(self, message: Message) -> None:
+        """Take in a message."""
+        self.progress = fold(self.progress, message)
 
     def refresh(self, *, final: bool = False) -> None:
         """Show the progress if it is time to, or if it is the ``final`` call."""
@@ -118,7 +122,7 @@ class Terminal:
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
         heard = self.progress.heard(name)
-        if heard is not Heard.ALIVE:
+        if heard is not Liveness.ALIVE:
             return heard.value, "bold red"
         waits = self.progress.waits(name)
         if waits:

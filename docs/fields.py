@@ -1,7 +1,6 @@
-"""Makes the tables of fields from the types of scenario files and of the wire, and the JSON Schema of the wire."""
+"""Makes the tables of fields from the types of scenario files and of the wire."""
 
 import inspect
-import json
 import re
 from enum import StrEnum
 from typing import Any, Final
@@ -9,11 +8,11 @@ from typing import Any, Final
 import msgspec
 
 from docs.markdown import rows
-from swarm.messages import REPLIES, TOPICS, VERSION, enums
+from swarm.messages import REPLIES, TOPICS, enums
+from swarm.messages.schema import types
 from swarm.settings import Section, Settings
 
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"  # (.*)$')
-SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
 
 
 def topics() -> str:
@@ -50,17 +49,6 @@ def messages() -> str:
     return "\n\n".join(parts)
 
 
-def schema() -> str:
-    """Return the wire as one JSON Schema: `topics` maps a key to its message and answer, `$defs` has every type."""
-    keys = {
-        topic.key: {"message": {"$ref": f"#/$defs/{topic.message.__name__}"}}
-        | ({"answer": {"$ref": f"#/$defs/{REPLIES[topic.key].__name__}"}} if topic.key in REPLIES else {})
-        for topic in TOPICS
-    }
-    whole = {"$schema": SCHEMA, "title": f"swarm/v{VERSION}", "topics": keys, "$defs": _wire_shapes()}
-    return json.dumps(whole, indent=1).replace("\\\\Z", "$") + "\n"  # JSON Schema writes the end of a text as $
-
-
 def scenario() -> str:
     """Return the sections on a scenario file, field by field."""
     _, shapes = msgspec.json.schema_components([Settings])
@@ -78,9 +66,10 @@ HEAD: Final = ("field", "type", "range", "default", "unit and meaning")
 
 
 def _wire_shapes() -> dict[str, dict[str, Any]]:
-    roots = [topic.message for topic in TOPICS] + list(REPLIES.values())
-    _, shapes = msgspec.json.schema_components(dict.fromkeys(roots))
-    return shapes
+    """Return the schemas of the wire's types; those of a scenario file have a page of their own."""
+    kinds: list[type[Any]] = [Settings, *Section.__subclasses__()]
+    own = {kind.__name__ for kind in kinds}
+    return {name: shape for name, shape in types().items() if name not in own}
 
 
 def _meanings() -> dict[str, list[tuple[str, str]]]:
@@ -137,10 +126,14 @@ def _one_type(part: dict[str, Any]) -> str:
     reference = part.get("$ref") or next((item["$ref"] for item in part.get("allOf", [])), None)
     if reference is not None:
         name = reference.rsplit("/", 1)[1]
+        if name == "Settings":
+            return "[settings](scenarios.md)"
         return "section" if name.endswith("Settings") else _link(name)
     if "enum" in part:
         return " or ".join(f"`{value}`" for value in part["enum"])
     kind: str = part.get("type", "")
+    if "contentEncoding" in part:
+        return "bytes"
     if kind == "array" and "prefixItems" in part:
         inner = [_type(item) for item in part["prefixItems"]]
         return f"{len(inner)} numbers" if set(inner) == {"number"} else f"({', '.join(inner)})"

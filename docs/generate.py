@@ -11,20 +11,25 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, fields, figure5, speeds
+from docs import concepts, contract, fields, figure5, speeds
 from docs.markdown import rows, said
 from swarm.launch import table as processes
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
+from swarm.messages import schema
 from swarm.secure import access
 from world.storm.laws import LAWS
 from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = ("architecture.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md", "wire.md")
+PAGES: Final = (
+    "architecture.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md", "traffic-contract.md",
+    "wire.md",
+)  # fmt: skip
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -156,6 +161,9 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "drill-laws": drill_laws,
     "rooms": rooms,
     "rights": rights,
+    "traffic-rules": contract.rules,
+    "traffic-calls": contract.transitions,
+    "traffic-constants": contract.constants,
     "laws": laws,
     "profiles": profiles,
     "speeds": speeds.numbers,
@@ -164,7 +172,8 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
 FILES: Final[dict[str, Callable[[], str]]] = {
     "mission.svg": figure5.svg,
     "speeds.svg": speeds.svg,
-    "../schemas/wire.json": fields.schema,
+    "../schemas/wire.json": schema.index,
+    **{f"../schemas/{name}.json": partial(schema.schema_of, kind) for name, kind in schema.kinds().items()},
     **concepts.PICTURES,
 }
 

@@ -98,7 +98,7 @@ class MoverSettings(Section, frozen=True, kw_only=True):
     waypoints: Annotated[list[Coordinates], Meta(min_length=2, max_length=1000, description="m")]
     speed: Annotated[float, Meta(gt=0, le=5, description="m/s")]
     radius: Annotated[float, _metres(0, 10, "of a disc")] | None = None
-    size: Annotated[tuple[float, float], Meta(description="m; length along its way and width of a box")] | None = None
+    size: Annotated[tuple[Metres, Metres], Meta(description="m; length along its way and width of a box")] | None = None
     loop: Annotated[bool, Meta(description="closes the way from the last waypoint; otherwise back and forth")] = False
 
 

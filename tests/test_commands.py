@@ -55,11 +55,15 @@ PARSED: Final = {  # command: why it is not run
                    "the same; tests/dashboard/test_process.py runs the dashboard",
     "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
+    "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
+    "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
     "docker compose run --build --rm keys": "the same",
     "docker compose up --build --exit-code-from secure-world secure-world": "the same",
 }
 FLEET: Final = "swarm run office --wait"  # runs meanwhile; these talk to it:
-TALK: Final = ("swarm go", "swarm status", "swarm edit ", "swarm stop")
+TALK: Final = (
+    "swarm go", "swarm status", "swarm edit ", "swarm stop", "swarm ls", "swarm topics", "swarm hz ", "swarm echo ",
+)
 SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm storm":                                     "--seeds 2 --jobs 1",
     "swarm storm --seeds 100":                         "--seeds 2 --jobs 1",
@@ -123,8 +127,10 @@ def test_a_command_of_the_pages_does_what_it_says(command: str, folder: Path) ->
 
 @pytest.mark.processes
 def test_the_commands_that_talk_to_a_fleet_are_answered(folder: Path) -> None:
-    talk = [command for command in COMMANDS if command.startswith(TALK)]
-    assert {command.split()[1] for command in talk} == {"go", "status", "edit", "stop"}
+    talk = [command for command in COMMANDS if command.startswith(TALK) and command not in PARSED]
+    assert {command.split()[1] for command in talk} == {
+        "go", "status", "edit", "stop", "ls", "topics", "hz", "echo",
+    }  # fmt: skip
     talk.sort(key=lambda command: command == "swarm stop")  # ground.md edits a fleet too
     scenario, *arguments = FLEET.removeprefix("swarm run ").split()
     with Fleet(Path(scenario), *arguments, "--pace", "4", runtime=folder / "fleets") as fleet, fleet.bus() as bus:

@@ -18,6 +18,8 @@ LONGEST: Final = 300  # lines of a file
 ORDER: Final = (
     "swarm.errors",
     "swarm.stopping",
+    "swarm.process_name",
+    "swarm.awake",
     "swarm.geometry",
     "swarm.compiled",
     "swarm.garbage",

@@ -1,7 +1,5 @@
 """The answers to requests: buttons, edits of the map, and robots that want to join."""
 
-from time import monotonic
-
 from swarm.bus import Request
 from swarm.errors import SwarmError
 from swarm.messages import Accepted, Action, Do, Edit, Join, Message, Welcome
@@ -53,7 +51,7 @@ def _edit(edit: Edit, course: Course) -> Accepted:
 
 def _join(join: Join, course: Course, session: str) -> Welcome:
     """Assign a robot process its place in the fleet."""
-    name = course.lobby.place(join.robot, join.session, monotonic())
+    name = course.lobby.place(join.robot, join.session, course.awake.now())
     if join.world != course.world.identity:
         course.repeatable.no_longer(f"{name} has started again without its memory", course.world.time)
     return welcome(name, course.world, course.speaker, session)

@@ -1,13 +1,14 @@
 """The run of one fleet's world: its phase, its state beside the world's own, and everything that changes it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic
-from typing import Final
+from threading import Lock
 
+from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
-from swarm.messages import Clock, Phase
+from swarm.messages import Clock, Phase, State, Status, Truth
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
@@ -17,13 +18,14 @@ from world.pace import Stopwatch, Times, Timetable
 from world.repeatable import Repeatable
 from world.report import missing, report
 from world.rival import new_identity
+from world.roll import LOST, Roll
 from world.saving import Saver
 from world.snapshot import HostState, Snapshot, restore
 from world.snapshot_file import read
 from world.speaker import Speaker
+from world.status import states, status
+from world.truth import truth
 from world.world import World
-
-LOST: Final = 20.0  # s of absence after which the run ends without a robot, if all others are finished
 
 
 class Course:
@@ -47,7 +49,10 @@ class Course:
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
         self.world = World(scenario, starts, seed, identity=new_identity())
-        self.lobby = Lobby(self.world.robots, watchers, monotonic())
+        self.awake = Awake()
+        self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
+        self.roll = Roll(self.world.robots, self.awake.now())
+        self._moving = Lock()  # held while bodies move: others read the poses of one tick
         self.repeatable = Repeatable(lockstep=self.lockstep)
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
@@ -61,6 +66,14 @@ class Course:
         if snapshot is not None and snapshot.exists():
             self._resume(read(snapshot, scenario, robots, seed))
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
+        self.world.poses()
+
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Keep other threads from reading while bodies change; then read all poses: who reads later changes nothing."""
+        with self._moving:
+            yield
+            self.world.poses()
 
     @property
     def lockstep(self) -> bool:
@@ -79,8 +92,10 @@ class Course:
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
         self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
         self.repeatable.reasons = host.not_reproducible
+        self.speaker.events = tuple(host.events)
+        self.roll.restore(host.seen, host.left)
         self.lobby.most_in_one = host.most_in_one
-        self.lobby.expect(host.present, monotonic() + BACK)
+        self.lobby.expect(host.present, self.awake.now() + BACK)
 
     # --- saving ---
 
@@ -88,7 +103,8 @@ class Course:
         """Save the state if it has changed and no tick is under way."""
         if self._unsaved and not self.in_tick:
             self._unsaved = False
-            self._saver.save(self.world, self._state)
+            with self._changing():
+                self._saver.save(self.world, self._state)
 
     def save_soon(self) -> None:
         """Save the state now, or after the tick that is under way."""
@@ -101,14 +117,32 @@ class Course:
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
             present=self.lobby.members, most_in_one=self.lobby.most_in_one, late=self.last.late,
             states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
-            not_reproducible=self.repeatable.reasons,
+            not_reproducible=self.repeatable.reasons, events=list(self.speaker.events),
+            seen=dict(self.roll.seen), left=self.roll.left,
         )  # fmt: skip
 
-    # --- telling ---
+    # --- telling; what only reads may be called from any thread ---
 
     def clock(self) -> Clock:
         """Return the message with the time and phase of the run."""
-        return self.speaker.clock(self.world, self.phase, self.lobby.present)
+        return self.speaker.clock(self.world, self.phase, self.lobby.present, self.roll.seen)
+
+    def truth(self) -> Truth:
+        """Return the true state of all bodies."""
+        with self._moving:
+            return truth(self.world)
+
+    def states(self) -> dict[str, State]:
+        """Return the state of every robot; of one that is not there, its last."""
+        with self._moving:
+            return states(self.world, self.last.states)
+
+    def status(self) -> Status:
+        """Return the status of the run."""
+        with self._moving:
+            world, over = self.world, self.phase is Phase.OVER
+            reason = self._reason or missing(world) if over and not world.complete else ""
+            return status(world, self.phase, reason, self.roll.seen, self.last.states, self.speaker.events)
 
     def tell_clock(self) -> None:
         """Send the time and phase of the run."""
@@ -127,7 +161,9 @@ class Course:
 
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
-        for event in self.world.step(self.last.commands):
+        with self._changing():
+            events = self.world.step(self.last.commands)
+        for event in events:
             self.speaker.tell(event)
             self.repeatable.hear(event)
         self.last.carried_out()
@@ -154,6 +190,7 @@ class Course:
         self.timetable.start()
         self.tell("phase", f"the run is {phase.value}")
         self.tell_clock()
+        self.speaker.tell_status(self.truth(), self.status())
         self.save_soon()
 
     def end(self, reason: str) -> None:
@@ -164,10 +201,12 @@ class Course:
     def restart(self) -> None:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self.world
-        self.world = World(self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity)
+        with self._changing():
+            self.world = World(self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity)
         self.last, self.stopwatch = LastMessages(), Stopwatch()
         self.timetable.times = Times()
         self.repeatable.begin()
+        self.roll.begin()
         self.in_tick = False
 
     def report(self) -> dict[str, object]:

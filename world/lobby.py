@@ -68,6 +68,11 @@ class Lobby:
         """True if the clock waits for a robot to come back."""
         return bool(self._expected)
 
+    @property
+    def awaited(self) -> list[str]:
+        """Robots that were present before the router or the world went away, and are expected back."""
+        return list(self._expected)
+
     def away(self, name: str) -> float:
         """Return for how long [s] a robot has been absent while the clock ran."""
         return self._away.get(name, 0.0)

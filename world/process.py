@@ -3,11 +3,26 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event as Flag
-from time import monotonic
 from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
-from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, JOIN, MAP, PLAN, SENSE, STATE, TRUTH, Phase, Sense
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EDIT,
+    EVENTS,
+    JOIN,
+    MAP,
+    PLAN,
+    SENSE,
+    STATE,
+    STATUS,
+    TRUTH,
+    Events,
+    Phase,
+    Sense,
+)
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
@@ -17,7 +32,6 @@ from world.course import Course
 from world.report import write
 from world.requests import Requests
 from world.rival import check_alone
-from world.truth import truth
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
@@ -78,7 +92,10 @@ class Host:
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
-        bus.keep(STATE, lambda: {STATE.key.format(robot=name): s for name, s in list(course.last.states.items())})
+        bus.keep(TRUTH, lambda: {TRUTH.key: course.truth()})
+        bus.keep(STATUS, lambda: {STATUS.key: course.status()})
+        bus.keep(EVENTS, lambda: {EVENTS.key: Events(events=list(course.speaker.events))})
+        bus.keep(STATE, lambda: {STATE.key.format(robot=name): state for name, state in course.states().items()})
         bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(course.last.plans.items())})
         bus.watch_presence()
         bus.announce("world", "world")
@@ -97,14 +114,13 @@ class Host:
             elif stands:
                 course.stopwatch.halt()
                 self._receive(LOOK)
-                if course.phase is Phase.WAITING and not course.held and course.lobby.ready(monotonic()):
+                if course.phase is Phase.WAITING and not course.held and course.lobby.ready(course.awake.now()):
                     course.go_to(Phase.RUNNING)
             elif course.phase is Phase.RUNNING:
                 self._tick(stop)
             if course.speaker.clock_is_due:
                 course.tell_clock()
         course.stopwatch.halt()
-        self._bus.send(TRUTH, truth(course.world))
         course.tell_clock()
 
     def _is_over(self) -> bool:
@@ -122,7 +138,7 @@ class Host:
             self._senses, course.in_tick = world.senses(course.lockstep), True
         for name in course.lobby.present:
             self._bus.send(SENSE, self._senses[name], robot=name)
-        course.speaker.tell_truth(world)
+        course.speaker.tell_truth(world.tick, course.truth)
         if course.lockstep:
             self._await_all(stop)
         else:
@@ -133,7 +149,7 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         course, last = self._course, self._course.last
-        world, asked = course.world, Asked(course.lobby.present, monotonic())
+        world, asked = course.world, Asked(course.lobby.present, course.awake.now())
         self._asked = asked
         while course.in_tick and course.world is world and self._linked and not stop.is_set():
             present = course.lobby.present
@@ -143,9 +159,9 @@ class Host:
                 return
             if not lacking:
                 return
-            for name in asked.again(lacking, monotonic()):
+            for name in asked.again(lacking, course.awake.now()):
                 self._bus.send(SENSE, self._senses[name], robot=name)
-            for name in asked.overdue(lacking, monotonic()):
+            for name in asked.overdue(lacking, course.awake.now()):
                 last.deaf.add(name)
                 text = f"has not answered for {SILENT:g} s; the run goes on without it"
                 course.tell("silent", text, name)
@@ -168,6 +184,7 @@ class Host:
         arrived = self._bus.receive(min(timeout, PEEK) if course.lobby.unsettled else timeout)
         match arrived:
             case Arrival(ids=ids, message=message) if course.lobby.knows(ids["robot"]):
+                course.roll.heard(ids["robot"])
                 course.last.take(ids["robot"], message, course.world.run, course.world.tick)
             case Presence():
                 self._take_presence(arrived)
@@ -176,7 +193,7 @@ class Host:
                 self._requests.serve(self._answer, edits=False)
             case Link(up=up):
                 self._linked = up
-                course.lobby.link(up, monotonic())
+                course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
         if self._linked:
             self._look_who_has_gone()
@@ -184,7 +201,7 @@ class Host:
 
     def _take_presence(self, presence: Presence) -> None:
         course = self._course
-        note = course.lobby.take(presence, monotonic())
+        note = course.lobby.take(presence, course.awake.now())
         if note is not None:
             course.tell(*note)
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
@@ -193,9 +210,17 @@ class Host:
 
     def _look_who_has_gone(self) -> None:
         course = self._course
-        running = course.phase is Phase.RUNNING and not course.lobby.expected
-        for note in course.lobby.look(monotonic(), running=running):
-            if course.phase is Phase.RUNNING:
-                course.tell(*note)
-                course.repeatable.no_longer(f"{note.robot} has lost its process", course.world.time)
+        lobby, roll, now = course.lobby, course.roll, course.awake.now()
+        running = course.phase is Phase.RUNNING and not lobby.expected
+        gone = lobby.look(now, running=running)
+        told = gone if course.phase is Phase.RUNNING else []
+        before, away = roll.seen, {name: lobby.away(name) for name in lobby.absent}
+        names = [note.robot for note in told]
+        time = course.world.time
+        changed = roll.look(now, time, away, running=running, gone=names, expected=lobby.awaited)
+        for note in told:
+            course.repeatable.no_longer(f"{note.robot} has lost its process", time)
+        for note in (*told, *changed):
+            course.tell(*note)
+        if gone or roll.seen is not before:
             course.tell_clock()

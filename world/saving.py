@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from swarm.maps.wire import pack
+from swarm.messages import PackedMap
 from swarm.scenario.load import Scenario
 from world.snapshot import HostState, Snapshot, saved
 from world.snapshot_file import fingerprint, write
@@ -17,7 +18,7 @@ class Saver:
         self._path, self._log = path, log
         self._scenario = fingerprint(scenario) if path is not None else ""
         self._seed = seed
-        self._floor: tuple[int, dict[str, object]] | None = None  # number of edits, packed map
+        self._floor: tuple[int, PackedMap] | None = None  # number of edits, map
         self._failed = False
 
     def save(self, world: World, host: Callable[[], HostState]) -> None:

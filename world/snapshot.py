@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Command, Edit, Id, Phase, Plan, Sense, State, Steering
+from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Seen, Sense, State, Steering
 from swarm.traffic.watch import Fault
 from world.physics import Contact, PhysicsState
 from world.world import World
@@ -179,6 +179,9 @@ class HostState(Table):
     late: int
     states: dict[str, State]
     plans: dict[str, Plan]
+    events: list[Event]  # the last ones
+    seen: dict[str, Seen]
+    left: set[str]
     tick_bins: list[int]
     tick_longest: float  # s
     not_reproducible: list[str]
@@ -192,7 +195,7 @@ class Snapshot(Table):
     seed: int
     identity: Id  # of the run's world
     run: int
-    floor: dict[str, Any] | None  # the packed map; None: it is as in the scenario
+    floor: PackedMap | None  # None: it is as in the scenario
     state: WorldState
     host: HostState
 

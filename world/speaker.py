@@ -1,15 +1,19 @@
 """What the world sends to all listeners: the map, the clock, the truth, and events."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import monotonic
+from typing import Final
+
+from msgspec.structs import replace as replace_fields
 
 from swarm.bus import Bus
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Clock, Event, Map, Phase
+from swarm.messages import CLOCK, EVENT, MAP, STATUS, TRUTH, Clock, Event, Map, Phase, Seen, Status, Truth
 from swarm.scenario.load import Scenario
-from world.truth import truth
 from world.world import World
+
+EVENTS_KEPT: Final = 100  # the last ones, for processes that come late
 
 
 class Speaker:
@@ -19,6 +23,7 @@ class Speaker:
         self._bus, self._log = bus, log
         self.scenario = scenario
         self.settings, self.packed = scenario.to_wire()
+        self.events: tuple[Event, ...] = ()  # the last ones; replaced as a whole, never changed
         self._clock_told = float("-inf")
         self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
 
@@ -30,17 +35,18 @@ class Speaker:
     def floor(self, world: World) -> Map:
         """Return the map with the scenario's settings and the start of each robot."""
         homes = dict(zip(world.robots, world.starts, strict=True))
-        return Map(packed=self.packed, scenario=self.settings | {"starts": homes}, edits=world.edits)
+        return Map(packed=self.packed, scenario=replace_fields(self.settings, starts=homes), edits=world.edits)
 
     def tell_map(self, world: World) -> None:
         """Send the map."""
         self._bus.send(MAP, self.floor(world))
 
-    def clock(self, world: World, phase: Phase, present: list[str]) -> Clock:
+    def clock(self, world: World, phase: Phase, present: list[str], seen: Mapping[str, Seen]) -> Clock:
         """Return the message with the time and phase of the run."""
         return Clock(
-            run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present
-        )
+            run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present,
+            presence=dict(seen),
+        )  # fmt: skip
 
     def tell_clock(self, clock: Clock) -> None:
         """Send the time and phase of the run."""
@@ -52,12 +58,18 @@ class Speaker:
         """True if it is time to send the clock again."""
         return monotonic() - self._clock_told >= 1.0 / CLOCK.rate
 
-    def tell_truth(self, world: World) -> None:
+    def tell_truth(self, tick: int, truth: Callable[[], Truth]) -> None:
         """Send all true poses at the topic's rate, if anybody listens."""
-        if world.tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
-            self._bus.send(TRUTH, truth(world))
+        if tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
+            self._bus.send(TRUTH, truth())
+
+    def tell_status(self, truth: Truth, status: Status) -> None:
+        """Send all true poses and the status, as at a change of the phase."""
+        self._bus.send(TRUTH, truth)
+        self._bus.send(STATUS, status)
 
     def tell(self, event: Event) -> None:
         """Send and log an event."""
+        self.events = (*self.events, event)[-EVENTS_KEPT:]
         self._bus.send(EVENT, event)
         self._log(f"{event.time:8.2f} s  {event.robot + ' ' if event.robot else ''}{event.text}")

@@ -3,5 +3,6 @@
 from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.session import Bus
 from swarm.bus.settings import Endpoint
+from swarm.bus.tap import Sample, Tap, fleets
 
-__all__ = ["Arrival", "Bus", "Endpoint", "Link", "Presence", "Request"]
+__all__ = ["Arrival", "Bus", "Endpoint", "Link", "Presence", "Request", "Sample", "Tap", "fleets"]

@@ -1,12 +1,20 @@
 """The kinds of arrival in the inbox: a message, a request, a process that came or went, a change of the link."""
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import zenoh
 
 from swarm.bus.codec import encode
 from swarm.messages import Message, Topic
+from swarm.messages.topic import encoding_of
+
+
+@cache
+def encoding(kind: type[Message], as_json: bool = False) -> zenoh.Encoding:
+    """Return what is told beside the payload of a message."""
+    return zenoh.Encoding(encoding_of(kind, as_json))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +54,7 @@ class Request:
 
     def accept(self, reply: Message) -> None:
         """Send the reply."""
-        self.query.reply(self.key, encode(reply))
+        self.query.reply(self.key, encode(reply), encoding=encoding(type(reply)))
         self.query.drop()  # type: ignore[no-untyped-call]
 
     def refuse(self, reason: str) -> None:

@@ -4,7 +4,7 @@ from functools import cache
 from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 import msgpack
-from msgspec import DecodeError, Meta, Raw, Struct, ValidationError
+from msgspec import DecodeError, Meta, Raw, Struct, ValidationError, json
 from msgspec.msgpack import Decoder, Encoder
 
 from swarm.bus.records import OpenedRecords
@@ -34,8 +34,10 @@ SEALED: Final = Decoder(SealedBroadcast)
 OTHER_FIELDS: Final = tuple(name for name in Broadcast.__struct_fields__ if name != "traffic")
 
 
-def encode(message: Message) -> bytes:
-    """Pack a message as a MessagePack map; records that came in bytes go out as the same bytes."""
+def encode(message: Message, as_json: bool = False) -> bytes:
+    """Pack a message as a MessagePack map, or as JSON text; records that came in bytes go out as the same bytes."""
+    if as_json:
+        return json.encode(message)
     if isinstance(message, Broadcast) and message.traffic is not None and message.traffic.others:
         own, others = message.traffic.own, message.traffic.others
         packed: Any = tuple([(hops, RECORDS.packed(record)) for hops, record in others])
@@ -43,20 +45,23 @@ def encode(message: Message) -> bytes:
     return ENCODER.encode(message)
 
 
-def decode(payload: bytes, kind: type[M], limit: int) -> M:
-    """Unpack and check a message of a known kind.
+def decode(payload: bytes, kind: type[M], limit: int, as_json: bool = False) -> M:
+    """Unpack and check a message of a known kind: a MessagePack map, or JSON text.
 
     Raises:
-        PeerError: the payload is longer than ``limit`` bytes, is not a MessagePack map, or has another version or kind.
+        PeerError: the payload is longer than ``limit`` bytes, is neither, or has another version or kind.
     """
     if len(payload) > limit:
         raise PeerError(f"{kind.__name__.lower()}: expected at most {limit} bytes, got {len(payload)}")
     try:
-        if "v" not in FIELDS.decode(payload):  # the decoders of messages would let it be missing
+        if "v" not in (json.decode(payload, type=dict[str, Raw]) if as_json else FIELDS.decode(payload)):
+            # the decoders of messages would let it be missing
             raise ValidationError("expected a version, `v`, got none")
+        if as_json:
+            return json.decode(payload, type=kind)
         message: Any = _opened(SEALED.decode(payload)) if kind is Broadcast else _decoder(kind).decode(payload)
     except (DecodeError, RecursionError, UnicodeDecodeError) as fault:
-        raise PeerError(f"{kind.__name__.lower()}: {_reason(payload, fault)}") from None
+        raise PeerError(f"{kind.__name__.lower()}: {fault if as_json else _reason(payload, fault)}") from None
     found: M = message
     return found
 

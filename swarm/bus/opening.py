@@ -7,6 +7,7 @@ import zenoh
 
 from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.codec import decode
+from swarm.bus.gaps import Gaps
 from swarm.errors import PeerError, SwarmError
 from swarm.messages import Topic
 
@@ -15,11 +16,34 @@ ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
 Item = tuple[Any, ...]  # "sample", "query", "token" or "link", and what Zenoh gave
 
 
-def sampled(topic: Topic[Any], sample: zenoh.Sample) -> Item:
+def sampled(topic: Topic[Any], gaps: Gaps, sample: zenoh.Sample) -> Item:
     """Return a sample for the inbox; of a payload that is too large, only its size."""
-    payload = sample.payload
+    payload, attached = sample.payload, sample.attachment
     size = len(payload)
-    return "sample", topic, str(sample.key_expr), payload.to_bytes() if size <= topic.limit else size
+    return (
+        "sample",
+        topic,
+        str(sample.key_expr),
+        payload.to_bytes() if size <= topic.limit else size,
+        gaps,
+        None if attached is None else attached.to_bytes(),
+    )
+
+
+def lost_before(item: Item) -> int:
+    """Return how many messages were lost right before a sample.
+
+    Raises:
+        PeerError: what is attached to the sample is no ``Sequence``.
+    """
+    _, _, key, _, gaps, attached = item
+    count: int = gaps.lost(key, attached)
+    return count
+
+
+def browses(query: zenoh.Query) -> bool:
+    """Return True if a query only looks for what is kept on many keys: then a request's key has no answer."""
+    return query.payload is None and "*" in str(query.key_expr)
 
 
 def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
@@ -29,11 +53,11 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
         PeerError: the key or the payload is not what the topic says; a request has been refused with the reason.
     """
     match item:
-        case ("sample", topic, key, payload):
+        case ("sample", topic, key, payload, *_):
             ids = _ids(prefix, topic, key)
             if isinstance(payload, int):
                 raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
-            message = decode(payload, topic.message, topic.limit)
+            message = decode(payload, topic.message, topic.limit, topic.json)
             claimed = getattr(message, "robot", None)
             if "robot" in ids and claimed is not None and claimed != ids["robot"]:
                 raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")
@@ -41,6 +65,8 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
         case ("query", topic, query):
             key = str(query.key_expr)
             try:
+                if "*" in key:
+                    raise PeerError(f"{key}: expected the exact key {prefix}{topic.key} of a request, got wildcards")
                 if query.payload is None:
                     raise PeerError(f"{key}: expected a payload, got none")
                 message = decode(query.payload.to_bytes(), topic.message, topic.limit)

@@ -7,6 +7,7 @@ import zenoh
 
 from swarm.bus import settings
 from swarm.bus.audit import audited
+from swarm.bus.connecting import plain
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
 
@@ -27,6 +28,8 @@ def run(endpoint: settings.Endpoint, wait: Callable[[], object]) -> None:
     try:
         session = zenoh.open(settings.router(endpoint))
     except zenoh.ZError as fault:
-        raise ConfigError(f"router: expected to listen on {endpoint}, got {fault}; is the port in use?") from None
+        raise ConfigError(
+            f"router: expected to listen on {endpoint}, got: {plain(str(fault))}; is the port in use?"
+        ) from None
     with session:
         wait()

@@ -18,23 +18,20 @@ from typing import Any, Final, TypeVar
 import zenoh
 
 from swarm.bus import settings
-from swarm.bus.arrivals import Arrival, Link, Presence, Request
+from swarm.bus.arrivals import Arrival, Link, Presence, Request, encoding
 from swarm.bus.codec import decode, encode
-from swarm.bus.opening import ID, Item, opened, sampled
+from swarm.bus.connecting import channel, connect
+from swarm.bus.gaps import Gaps, Numbers
+from swarm.bus.ledger import Ledger
+from swarm.bus.opening import ID, Item, browses, lost_before, opened, sampled
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import REPLIES, Accepted, Message, Topic
 from swarm.messages.topic import below
 
 INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
-CHANNEL_LIMIT: Final = 50_000  # arrivals of one key that wait for Python; if there are more, their senders have to wait
 
 M = TypeVar("M", bound=Message)
 D = TypeVar("D", bound=Any)  # a subscriber, a queryable or a listener
-
-
-def channel() -> "zenoh.handlers.FifoChannel[Any]":
-    """Return where Zenoh puts what arrives until a thread of ours takes it."""
-    return zenoh.handlers.FifoChannel(CHANNEL_LIMIT)
 
 
 class Bus:
@@ -45,27 +42,18 @@ class Bus:
             raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
         self._prefix = below(fleet)
         self._endpoint = endpoint
-        self._log = log
         self._inbox: SimpleQueue[Item] = SimpleQueue()
-        self._quiet: dict[str, tuple[Topic[Any], Callable[[], zenoh.Sample | None]]] = {}  # by key: how to get the next
+        self._quiet: dict[str, tuple[Topic[Any], Gaps, Callable[[], zenoh.Sample | None]]] = {}  # by key; how to poll
         self._taken: deque[Item] = deque()  # quiet arrivals, for the next calls of ``receive``
         self._declared: dict[str, Any] = {}
         self._readers: list[tuple[Any, Thread]] = []
         self._publishers: dict[str, Any] = {}
-        self._refused_since_log: Counter[str] = Counter()
-        self._last_refusal = ""
-        self._logged_at = float("-inf")
-        self.refused: Counter[str] = Counter()  # messages dropped, by topic key
+        self._ledger = Ledger(log)
+        self._numbers = Numbers()
         self.overflowed = 0  # arrivals dropped because the inbox was full
 
     def __enter__(self) -> "Bus":
-        try:
-            self._session = zenoh.open(settings.client(self._endpoint))
-        except zenoh.ZError as fault:
-            start = "`swarm router`" + (" with keys of the same `swarm keys`" if self._endpoint.identity else "")
-            raise ConfigError(
-                f"endpoint {self._endpoint}: expected a running router, got {fault}; start one with {start}"
-            ) from None
+        self._session = connect(self._endpoint)
         self._session.__enter__()
         self._reading(
             self._session.info.declare_transport_events_listener(channel(), history=False),
@@ -76,7 +64,7 @@ class Bus:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._flush_refusals()
+        self._ledger.flush()
         for declared, reader in self._readers:
             with suppress(zenoh.ZError):
                 declared.undeclare()  # it closes the channel, and so ends the thread
@@ -88,6 +76,16 @@ class Bus:
         """This session's own id."""
         return str(self._session.zid())
 
+    @property
+    def refused(self) -> Counter[str]:
+        """Messages dropped because they are bad, by topic key."""
+        return self._ledger.refused.counts
+
+    @property
+    def lost(self) -> Counter[str]:
+        """Messages lost on the way or in a full inbox, by topic key; those of the radio model are not among them."""
+        return self._ledger.lost.counts
+
     # --- out ---
 
     def send(self, topic: Topic[M], message: M, *, sure: bool = False, **ids: str | int) -> None:
@@ -97,11 +95,13 @@ class Bus:
         topic waits. Messages keep their order and may share a packet: Zenoh's "express" mode would cost a packet, and
         a wake-up of the receiver, for each message.
         """
-        wait = sure or topic.reliable
+        wait, key = sure or topic.reliable, self._prefix + topic.key.format(**ids)
         self._session.put(
-            self._prefix + topic.key.format(**ids),
-            encode(message),
+            key,
+            encode(message, topic.json),
+            encoding=encoding(type(message), topic.json),
             congestion_control=zenoh.CongestionControl.BLOCK if wait else zenoh.CongestionControl.DROP,
+            attachment=self._numbers.attachment(key),
         )
 
     def wanted(self, topic: Topic[Any], **ids: str | int) -> bool:
@@ -122,7 +122,9 @@ class Bus:
         reason = "expected an answer, got none; is that process running?"
         every = zenoh.ConsolidationMode.NONE  # by default only the last of several answers would come
         key, payload = self._prefix + topic.key, encode(message)
-        for reply in self._session.get(key, payload=payload, timeout=timeout, consolidation=every):
+        for reply in self._session.get(
+            key, payload=payload, encoding=encoding(type(message)), timeout=timeout, consolidation=every
+        ):
             if reply.ok is not None:
                 try:
                     answer = decode(reply.ok.payload.to_bytes(), REPLIES.get(topic.key, Accepted), topic.limit)
@@ -142,9 +144,9 @@ class Bus:
         for reply in self._session.get(self._key(topic, ids), timeout=timeout):
             if reply.ok is not None:
                 try:
-                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit))
+                    found.append(decode(reply.ok.payload.to_bytes(), topic.message, topic.limit, topic.json))
                 except PeerError as fault:
-                    self._refuse(topic.key, fault)
+                    self._ledger.refuse(topic.key, fault)
         return found
 
     def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
@@ -172,11 +174,11 @@ class Bus:
         key = self._key(topic, ids)
         if key in self._declared:
             return
-        subscriber = self._session.declare_subscriber(key, channel())
+        subscriber, gaps = self._session.declare_subscriber(key, channel()), Gaps()
         if quiet:
-            self._declared[key], self._quiet[key] = subscriber, (topic, subscriber.handler.try_recv)
+            self._declared[key], self._quiet[key] = subscriber, (topic, gaps, subscriber.handler.try_recv)
         else:
-            self._declared[key] = self._reading(subscriber, lambda sample: self._put(sampled(topic, sample)))
+            self._declared[key] = self._reading(subscriber, lambda sample: self._put(sampled(topic, gaps, sample)))
 
     def unlisten(self, topic: Topic[Any], **ids: str | int) -> None:
         """Stop listening to a topic; the arguments are those of ``listen``. What has arrived is kept."""
@@ -186,9 +188,9 @@ class Bus:
             self._take_quiet(*self._quiet.pop(key))
 
     def serve(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Put requests on a topic into the inbox, as ``Request``."""
+        """Put requests on a topic into the inbox, as ``Request``; one on a key with wildcards is refused."""
         queryable = self._session.declare_queryable(self._key(topic, ids), channel())
-        self._reading(queryable, lambda query: self._inbox.put(("query", topic, query)))
+        self._reading(queryable, lambda query: None if browses(query) else self._inbox.put(("query", topic, query)))
 
     def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
         """Answer ``fetch`` with the messages that ``last()`` returns, each under its full key below the fleet."""
@@ -197,7 +199,9 @@ class Bus:
         def answer(query: zenoh.Query) -> None:
             for name, message in last().items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
-                    query.reply(prefix + name, encode(message))
+                    query.reply(
+                        prefix + name, encode(message, topic.json), encoding=encoding(type(message), topic.json)
+                    )
             query.drop()  # type: ignore[no-untyped-call]
 
         queryable = self._session.declare_queryable(self._key(topic, ids), channel())
@@ -215,20 +219,22 @@ class Bus:
         """Return the next arrival, or None if nothing arrives within ``timeout`` [s] (None: wait for ever).
 
         A message that is malformed, too large, or of a wrong type or version is counted in ``refused``, logged at most
-        once a second, and skipped.
+        once a second, and skipped. A gap in the numbers of a sender's messages is counted in ``lost``, and logged so.
         """
         deadline = None if timeout is None else monotonic() + timeout
         while True:
             if not self._taken:
                 self._take(deadline)
             if not self._taken:
-                self._flush_refusals()
+                self._ledger.flush()
                 return None
             item = self._taken.popleft()
             try:
+                if item[0] == "sample" and (lost := lost_before(item)):
+                    self._ledger.miss(item[1].key, item[2], lost)
                 return opened(self._prefix, item)
             except PeerError as fault:
-                self._refuse(item[1].key if item[0] != "token" else "alive", fault)
+                self._ledger.refuse(item[1].key if item[0] != "token" else "alive", fault)
 
     # --- inside ---
 
@@ -243,14 +249,14 @@ class Bus:
             woken = [self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()]
         except Empty:
             woken = []
-        for topic, poll in self._quiet.values():
-            self._take_quiet(topic, poll)
+        for quiet in self._quiet.values():
+            self._take_quiet(*quiet)
         self._taken.extend(woken)
 
-    def _take_quiet(self, topic: Topic[Any], poll: Callable[[], zenoh.Sample | None]) -> None:
+    def _take_quiet(self, topic: Topic[Any], gaps: Gaps, poll: Callable[[], zenoh.Sample | None]) -> None:
         try:
             while (sample := poll()) is not None:
-                self._taken.append(sampled(topic, sample))
+                self._taken.append(sampled(topic, gaps, sample))
         except zenoh.ZError:
             pass  # the subscription has ended, and its last message is taken
 
@@ -273,16 +279,3 @@ class Bus:
         reader.start()
         self._readers = [*(one for one in self._readers if one[1].is_alive()), (declared, reader)]
         return declared
-
-    def _refuse(self, where: str, fault: PeerError) -> None:
-        self.refused[where] += 1
-        self._refused_since_log[where] += 1
-        self._last_refusal = str(fault)
-        self._flush_refusals()
-
-    def _flush_refusals(self) -> None:
-        if self._refused_since_log and monotonic() - self._logged_at >= 1.0:
-            count = sum(self._refused_since_log.values())
-            self._log(f"dropped {count} bad message{'s' * (count > 1)}; the last one: {self._last_refusal}")
-            self._logged_at = monotonic()
-            self._refused_since_log.clear()

@@ -24,20 +24,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     # imported here, so that a Ctrl-C meanwhile is one sentence too
-    from swarm.cli import control, drill, fleet, keys, storm, tools
+    from swarm.cli import control, drill, echo, fleet, hz, keys, ls, schema, storm, tools, topics, watch
     from swarm.cli.parsing import Parser, Version, joined
     from swarm.errors import SwarmError
+    from swarm.process_name import name_process
 
     top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")
     top.add_argument(
         "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
     )
-    commands = top.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, keys, control, drill, storm, tools):
+    commands = top.add_subparsers(required=True, dest="called", metavar="COMMAND", parser_class=Parser)
+    for room in (fleet, keys, control, ls, topics, echo, hz, watch, drill, storm, schema, tools):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))
+        name_process(getattr(options, "id", None) or options.called)
         return int(options.command(options))
     except SwarmError as fault:
-        print(f"swarm: {fault}", file=sys.stderr)
+        said = str(fault).removeprefix("swarm: ").removeprefix("swarm ")  # the parser begins with the command too
+        print(f"swarm: {said}", file=sys.stderr)
         return 2

@@ -1,12 +1,12 @@
 """Commands to a running fleet: the paper's buttons, edits of the floor, and its status."""
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from swarm.cli.parsing import Commands, Parser, endpoint, point, secure
+from swarm.cli.finding import of_a_client, place
+from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.secure.identity import OPERATOR, WATCHER
 
@@ -45,38 +45,27 @@ def edit(options: argparse.Namespace) -> int:
 
 
 def status(options: argparse.Namespace) -> int:
-    """Print the status of a running fleet as JSON."""
-    from swarm.messages import CLOCK, STATE
+    """Print the status of a running fleet: the phase, and where each robot is and what it does."""
+    from swarm.cli.status import shown
+    from swarm.messages import STATUS
 
     with fleet_bus(options, WATCHER) as bus:
-        clocks = bus.fetch(CLOCK)
-        if not clocks:
-            raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
-        states = {state.robot: msgspec.to_builtins(state) for state in bus.fetch(STATE)}
-    print(json.dumps({"clock": msgspec.to_builtins(clocks[0]), "robots": dict(sorted(states.items()))}, indent=1))
+        found = bus.fetch(STATUS)
+    if not found:
+        raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
+    print(msgspec.json.encode(found[0]).decode() if options.json else shown(found[0]))
     return 0
 
 
 def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
-    """Return a member's bus of the fleet given by --connect, or of the fleet that runs on this machine.
+    """Return a member's bus of the fleet that the options mean.
 
     Raises:
-        ConfigError: the endpoint is wrong, or no fleet or several fleets run on this machine.
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
     """
     from swarm.bus import Bus
-    from swarm.launch.running import find
 
-    if options.connect is not None:
-        return Bus(endpoint(options.connect, options.secure, member), options.fleet or "fleet")
-    card = find(options.fleet)
-    return Bus(endpoint(card.endpoint, options.secure, member), card.fleet)
-
-
-def of_a_client(parser: Parser) -> None:
-    """Add the options that choose a fleet."""
-    parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
-    parser.add_argument("--fleet", metavar="NAME")
-    secure(parser)
+    return Bus(*place(options, member))
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -91,6 +80,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
-    one = commands.add_parser("status", help="print the status of a running fleet as JSON")
+    one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
     of_a_client(one)
+    one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
     one.set_defaults(command=status)

@@ -73,6 +73,7 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Run the world."""
+    from swarm.launch.running import named
     from swarm.scenario.check import check
     from swarm.scenario.load import load
     from swarm.scenario.shipped import found
@@ -85,9 +86,11 @@ def world(options: argparse.Namespace) -> int:
         raise ConfigError(
             f"--resume {options.resume}: expected a snapshot, found none; begin a run with --snapshot FILE"
         )
+    fleet = options.fleet or named(scenario.settings.name)
+    print(f"fleet {fleet}", flush=True)
     return run_world(
         endpoint(options.connect, options.secure, WORLD),
-        options.fleet,
+        fleet,
         scenario,
         robots,
         seed,
@@ -101,6 +104,7 @@ def world(options: argparse.Namespace) -> int:
 
 def robot(options: argparse.Namespace) -> int:
     """Run one robot, or more of them in this process."""
+    from swarm.cli.finding import awaited
     from swarm.robot.process import run as be_robots
 
     count = _at_least_one("--count", options.count)
@@ -111,7 +115,9 @@ def robot(options: argparse.Namespace) -> int:
             "--secure: expected one robot with --id, since a robot's keys are for its name only; "
             "start a process for each robot, such as `swarm robot --id r1`"
         )
-    return be_robots(endpoint(options.connect, options.secure, options.id), options.fleet, [options.id] * count)
+    router = endpoint(options.connect, options.secure, options.id)
+    fleet = options.fleet or awaited(router)
+    return 0 if fleet is None else be_robots(router, fleet, [options.id] * count)
 
 
 def _at_least_one(option: str, robots: int) -> int:
@@ -147,7 +153,7 @@ def add(commands: "Commands[Parser]") -> None:
     launch.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     launch.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
-    launch.add_argument("--fleet", help="name of the fleet; by default the scenario's")
+    launch.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
     secure(launch)
     launch.set_defaults(command=run)
 
@@ -162,7 +168,7 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("world", help="run the world of a fleet")
     one.add_argument("scenario", type=Path)
     _of_a_run(one)
-    _of_a_process(one)
+    _of_a_process(one, "USER-SCENARIO")
     text = "save the run here each second; if the file exists, the run in it goes on"
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
@@ -172,7 +178,7 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
     one.add_argument("--id", help="its name, such as r1; by default the first free one")
     one.add_argument("--count", type=int, default=1, metavar="K", help="robots in this process, 1 by default")
-    _of_a_process(one)
+    _of_a_process(one, "the only one on the router; the robot waits for it")
     one.set_defaults(command=robot)
 
 
@@ -185,7 +191,7 @@ def _of_a_run(parser: Parser) -> None:
     parser.add_argument("--report", type=Path, metavar="FILE.json")
 
 
-def _of_a_process(parser: Parser) -> None:
+def _of_a_process(parser: Parser, fleet: str) -> None:
     parser.add_argument("--connect", metavar="ENDPOINT", help="the router; tcp/127.0.0.1:7447 by default")
-    parser.add_argument("--fleet", default="fleet", metavar="NAME")
+    parser.add_argument("--fleet", metavar="NAME", help=f"name of the fleet; by default {fleet}")
     secure(parser)

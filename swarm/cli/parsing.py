@@ -70,6 +70,21 @@ def point(text: str) -> "Point":
     return x, y
 
 
+def seconds(text: str) -> float:
+    """Read how long a tool listens [s].
+
+    Raises:
+        ConfigError: the text is no number from 0.1 to 1e6.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.1 <= number <= 1e6:
+        raise ConfigError(f"--seconds: expected 0.1 to 1e6 s, got {text!r}")
+    return number
+
+
 def secure(parser: Parser) -> None:
     """Add the option that names the folder with the keys."""
     text = "folder with the keys of this fleet (`swarm keys`); without it the fleet is open to all on this machine"

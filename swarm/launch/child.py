@@ -14,6 +14,7 @@ from typing import Any
 
 from swarm.errors import SwarmError
 from swarm.launch.table import CRASHED
+from swarm.process_name import name_process
 from swarm.stopping import leave_terminal_to_parent
 
 
@@ -31,6 +32,7 @@ class Log(io.FileIO):
 def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log: Path) -> None:
     """Call the function of this process and end with the exit status that it returns."""
     leave_terminal_to_parent()
+    name_process(log.stem)
     try:
         output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
     except OSError:  # the folder is gone or full: the process does its work without a log

@@ -19,7 +19,7 @@ from dashboard.terminal import Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet, check_open_files
-from swarm.launch.running import CARD, registered
+from swarm.launch.running import CARD, named, registered
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
 from swarm.messages import CLOCK, EVENT, STATE
@@ -75,7 +75,13 @@ def run(options: Options) -> int:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
-    with told_to_stop() as stop, registered(options.fleet or options.scenario.settings.name, endpoint) as (name, home):
+    with (
+        told_to_stop() as stop,
+        registered(options.fleet or named(options.scenario.settings.name), endpoint) as (
+            name,
+            home,
+        ),
+    ):
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
         say = console.print if console.is_terminal else partial(print, file=output, flush=True)

@@ -4,11 +4,12 @@ A fleet's launcher holds a lock on the fleet's card for as long as it lives: the
 """
 
 import fcntl
+import getpass
 import os
 import re
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from shutil import rmtree
@@ -17,7 +18,7 @@ from typing import Final
 import msgspec
 
 from swarm.bus import Endpoint
-from swarm.errors import ConfigError, nearest
+from swarm.errors import ConfigError
 
 CARD: Final = "fleet.json"
 NAME: Final = r"[A-Za-z0-9_.:-]{1,60}\Z"
@@ -123,20 +124,48 @@ def find(fleet: str | None) -> Card:
     Raises:
         ConfigError: no such fleet runs, or several fleets run and none is named.
     """
-    cards = [card for home in sorted(folder().glob("*/")) if (card := _read(home))]
-    names = [card.fleet for card in cards]
-    if fleet is not None:
-        if fleet not in names:
-            hint = nearest(fleet, names) if names else "start one with `swarm run`"
-            raise ConfigError(f"--fleet: expected a running fleet, got {fleet!r}; {hint}")
-        return cards[names.index(fleet)]
-    if not cards:
-        raise ConfigError(
-            "expected a fleet running on this machine, found none; start one, or give --connect and --fleet"
-        )
-    if len(cards) > 1:
-        raise ConfigError(f"expected one running fleet, found {', '.join(names)}; name one with --fleet")
-    return cards[0]
+    found = {card.fleet: card for card in cards()}
+    return found[chosen(fleet, list(found), "on this machine")]
+
+
+def cards() -> list[Card]:
+    """Return the cards of all fleets that this user runs on this machine, by name."""
+    return [card for home in sorted(folder().glob("*/")) if (card := _read(home))]
+
+
+def chosen(wanted: str | None, names: Sequence[str], where: str) -> str:
+    """Return the wanted fleet if it is among the names of those that run, or the only one if none is wanted.
+
+    Raises:
+        ConfigError: it is not, none runs, or several run and none is wanted.
+    """
+    known = ", ".join(names)
+    if wanted is not None:
+        if wanted not in names:
+            hint = f"running {where}: {known}" if names else f"none runs {where}; start one with `swarm run`"
+            raise ConfigError(f"--fleet: expected a running fleet, got {wanted!r}; {hint}")
+        return wanted
+    if not names:
+        raise ConfigError(f"expected a fleet running {where}, found none; start one, or give --connect and --fleet")
+    if len(names) > 1:
+        raise ConfigError(f"expected one running fleet {where}, found {known}; name one with --fleet")
+    return names[0]
+
+
+def named(scenario: str, user: str | None = None) -> str:
+    """Return the name of a fleet that is told none: user and scenario, so that two users of a router do not meet.
+
+    It is the same each time: a world that is started again, and its robots, find each other under it.
+
+    >>> named("paper", "Anna Meier")
+    'Anna-Meier-paper'
+    """
+    if user is None:
+        try:
+            user = getpass.getuser()
+        except (KeyError, OSError):  # a container may run as a number that has no name
+            user = str(os.getuid())
+    return f"{re.sub(r'[^A-Za-z0-9_.:]+', '-', user)[:20] or 'user'}-{scenario}"[:56]
 
 
 def _read(home: Path) -> Card | None:

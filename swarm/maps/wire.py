@@ -1,7 +1,6 @@
-"""Packs a map into builtins for the network, and unpacks it with every number checked."""
+"""Packs a map for the wire, and unpacks it with every number checked."""
 
 import zlib
-from typing import Final
 
 import numpy as np
 
@@ -9,54 +8,40 @@ from swarm.errors import ConfigError, PeerError
 from swarm.geometry import Pose
 from swarm.maps.limits import COORDINATE_MAX, check_cell, check_size
 from swarm.maps.occupancy import UNKNOWN, OccupancyMap
+from swarm.messages import PackedMap
 
-KEYS: Final = frozenset({"rows", "columns", "resolution", "origin", "cells"})
 
-
-def pack(map: OccupancyMap) -> dict[str, object]:  # noqa: A002
-    """Return a map as builtins; ``cells`` are its bytes, row by row from the bottom, compressed with zlib."""
+def pack(map: OccupancyMap) -> PackedMap:  # noqa: A002
+    """Return a map for the wire."""
     rows, columns = map.shape
-    return {
-        "rows": rows,
-        "columns": columns,
-        "resolution": map.resolution,
-        "origin": [map.origin.x, map.origin.y, map.origin.yaw],
-        "cells": zlib.compress(np.ascontiguousarray(map.cells).tobytes(), 6),
-    }
+    return PackedMap(
+        rows=rows,
+        columns=columns,
+        resolution=map.resolution,
+        origin=(map.origin.x, map.origin.y, map.origin.yaw),
+        cells=zlib.compress(np.ascontiguousarray(map.cells).tobytes(), 6),
+    )
 
 
-def unpack(packed: object) -> OccupancyMap:
+def unpack(packed: PackedMap) -> OccupancyMap:
     """Return the map that ``pack`` packed; never inflate more bytes than its rows and columns need.
 
     Raises:
         PeerError: the packed map is not valid.
     """
-    if not isinstance(packed, dict) or packed.keys() != KEYS:
-        raise PeerError(f"map: expected the keys {', '.join(sorted(KEYS))}, got others; the sender's version differs")
-    rows, columns, resolution, cells = (packed[key] for key in ("rows", "columns", "resolution", "cells"))
-    if type(rows) is not int or type(columns) is not int:
-        raise PeerError("map: expected whole numbers of rows and columns, got others; the sender is at fault")
+    rows, columns = packed.rows, packed.columns
     try:
         check_size(rows, columns, "map")
-        check_cell(resolution, "map: resolution")
+        check_cell(packed.resolution, "map: resolution")
     except ConfigError as error:
         raise PeerError(str(error)) from error
-    return OccupancyMap(_cells(cells, rows, columns), float(resolution), _origin(packed["origin"]))
-
-
-def _origin(origin: object) -> Pose:
-    numbers = [each for each in origin if type(each) in (int, float)] if isinstance(origin, list | tuple) else []
-    # compare before float(): an int may be too large for a float
-    if len(numbers) != 3 or len(origin) != 3 or not all(abs(each) <= COORDINATE_MAX for each in numbers):  # type: ignore[arg-type]
+    if not all(abs(each) <= COORDINATE_MAX for each in packed.origin):
         raise PeerError("map: origin: expected [x, y, yaw], finite, got something else; the sender is at fault")
-    x, y, yaw = (float(each) for each in numbers)
-    return Pose(x, y, yaw)
+    return OccupancyMap(_cells(packed.cells, rows, columns), float(packed.resolution), Pose(*packed.origin))
 
 
-def _cells(cells: object, rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
+def _cells(cells: bytes, rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
     expected = rows * columns
-    if not isinstance(cells, bytes):
-        raise PeerError("map: cells: expected bytes, got something else; the sender is at fault")
     inflater = zlib.decompressobj()
     try:
         content = inflater.decompress(cells, expected + 1)

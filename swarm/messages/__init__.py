@@ -7,8 +7,9 @@ refuses the whole message (``PeerError``) if a field is missing, has a wrong typ
 
 from typing import Final
 
-from swarm.messages.enums import Activity, Do, Kind, Phase, Steering
+from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
+from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
 from swarm.messages.robot import Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
@@ -18,9 +19,13 @@ from swarm.messages.world import (
     Body,
     Clock,
     Event,
+    Events,
     Join,
     Map,
     Mover,
+    RobotStatus,
+    Seen,
+    Status,
     Truth,
     Welcome,
 )
@@ -31,6 +36,7 @@ __all__ = [
     "COMMAND",
     "EDIT",
     "EVENT",
+    "EVENTS",
     "JOIN",
     "MAP",
     "PLAN",
@@ -38,6 +44,7 @@ __all__ = [
     "REPLIES",
     "SENSE",
     "STATE",
+    "STATUS",
     "TOPICS",
     "TRUTH",
     "VERSION",
@@ -51,19 +58,27 @@ __all__ = [
     "Do",
     "Edit",
     "Event",
+    "Events",
     "Id",
     "Join",
     "Kind",
+    "Liveness",
     "Map",
     "Message",
     "Mover",
+    "PackedMap",
     "Phase",
     "Plan",
     "Point",
+    "ProfileOnWire",
     "Record",
     "Relayed",
+    "RobotStatus",
+    "ScenarioOnWire",
+    "Seen",
     "Sense",
     "State",
+    "Status",
     "Steering",
     "Topic",
     "TrafficBroadcast",
@@ -82,6 +97,8 @@ PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     
 TRUTH     = Topic("world/truth",            Truth,     10.0, 1.0,     False,    1_048_576)
 CLOCK     = Topic("world/clock",            Clock,     1.0,  3.0,     True,     131_072)
 EVENT     = Topic("world/event",            Event,     0.0,  0.0,     True)
+EVENTS    = Topic("world/events",           Events,    0.0,  0.0,     True,     1_048_576)
+STATUS    = Topic("world/status",           Status,    0.0,  0.0,     True,     4_194_304, json=True)
 MAP       = Topic("world/map",              Map,       0.0,  0.0,     True,     8_388_608)
 # queries: the message is the request; the answer is in REPLIES
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
@@ -89,5 +106,5 @@ EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
 # fmt: on
 
-TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, ACTION, EDIT, JOIN)
+TOPICS: Final = (SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN)
 REPLIES: Final[dict[str, type[Message]]] = {ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome}

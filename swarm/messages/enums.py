@@ -32,6 +32,15 @@ class Phase(StrEnum):
     OVER = "over"  # complete, given up or stopped
 
 
+class Liveness(StrEnum):
+    """Whether a robot's process is there and speaks, as the world sees it."""
+
+    ALIVE = "alive"  # its process is present, and has spoken lately or is not asked to
+    STALE = "stale"  # its process is present, but has said nothing for longer than `state` is valid while the clock ran
+    GONE = "gone"  # its process is not present
+    LOST = "lost"  # its process has been absent for so long that the run may end without it
+
+
 class Do(StrEnum):
     """The actions that a user can request: the paper's buttons and some more."""
 

@@ -31,9 +31,12 @@ class Sense(Message, frozen=True, kw_only=True):
     left: Annotated[Length, says("m; free distance from the robot's edge: the nearest hit of the left sector's rays")]
     front: Annotated[Length, says("m; the same of the front sector")]
     right: Annotated[Length, says("m; the same of the right sector")]
-    bearings: Annotated[list[Angle | None], says("rad; bearing of each stop, null if it is out of sight")]
+    bearings: Annotated[
+        list[Angle | None],
+        says("rad; of each *stop*, home too, relative to the heading, left positive; null: out of sight"),
+    ]
     hears: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that reach this robot")]
-    rays: Annotated[list[Length], says("m; every ray of the left, front and right sector in turn")]
+    rays: Annotated[list[Length], says("m; every ray of the left, front and right sector, each from right to left")]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
 
@@ -81,7 +84,7 @@ class Broadcast(Message, frozen=True, kw_only=True):
 
 
 class State(Message, frozen=True, kw_only=True):
-    """The progress of one robot's mission: sent on change and at least once a second."""
+    """The progress of one robot's mission: sent on change and once a second of the run's clock."""
 
     robot: Annotated[Id, says("whose mission")]
     run: Annotated[Count, says("increases with each restart")]

@@ -1,16 +1,32 @@
-"""A row of the table of topics, which is in the package's ``__init__``."""
+"""A row of the table of topics, which is in the package's ``__init__``, and what travels beside a payload."""
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Annotated, Generic, NamedTuple, TypeVar
 
-from swarm.messages.fields import Message
+from msgspec import Meta
+
+from swarm.messages.fields import VERSION, Count, Message, says
 
 M = TypeVar("M", bound=Message)
 
 
 def below(fleet: str) -> str:
     """Return the beginning of every key of a fleet."""
-    return f"swarm/v1/{fleet}/"
+    return f"swarm/v{VERSION}/{fleet}/"
+
+
+def encoding_of(kind: type[Message], as_json: bool = False) -> str:
+    """Return the encoding that Zenoh tells beside a payload: for tools; a receiver goes by the key."""
+    return "application/json" if as_json else f"application/msgpack;swarm.v{VERSION}.{kind.__name__}"
+
+
+class Sequence(NamedTuple):
+    """What is attached to each message, so that a receiver tells a lost message from silence."""
+
+    sender: Annotated[
+        int, Meta(ge=0, lt=2**32, description="drawn by chance when the sender starts; another one: count anew")
+    ]
+    number: Annotated[Count, says("of this message: each sender counts its messages on each key, from 0")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,3 +39,9 @@ class Topic(Generic[M]):
     timeout: float  # s; an older message is stale; 0: never stale
     reliable: bool = False  # a full queue makes the sender wait; otherwise it drops the message
     limit: int = 16_384  # bytes; a longer payload is refused without decoding
+    json: bool = False  # the payload is JSON text, for programs without MessagePack
+
+    @property
+    def encoding(self) -> str:
+        """The encoding of its messages."""
+        return encoding_of(self.message, self.json)

@@ -1,9 +1,10 @@
 """The messages of the world (truth, clock, events, map) and the requests to it (action, join)."""
 
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
-from swarm.messages.enums import Activity, Do, Phase, Steering
+from swarm.messages.enums import Activity, Do, Liveness, Phase, Steering
 from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Scale, Seconds, Speed, Text, says
+from swarm.messages.floor import PackedMap, ScenarioOnWire
 from swarm.messages.robot import State
 
 
@@ -48,6 +49,13 @@ class Truth(Message, frozen=True, kw_only=True):
     movers: Annotated[list[Mover], says("moving obstacles")] = []
 
 
+class Seen(NamedTuple):
+    """Whether a robot is there, and since when."""
+
+    liveness: Annotated[Liveness, says("whether its process is there and speaks")]
+    since: Annotated[Seconds, says("s; time of the run at which that began; 0: before the run")]
+
+
 class Clock(Message, frozen=True, kw_only=True):
     """The state of the run: sent on change and once a second."""
 
@@ -57,6 +65,7 @@ class Clock(Message, frozen=True, kw_only=True):
     phase: Annotated[Phase, says("phase of the run")]
     robots: Annotated[list[Id], says("all robots of the run")]
     present: Annotated[list[Id], says("robots whose process is connected now")]
+    presence: Annotated[dict[Id, Seen], says("whether each robot is there, and since when")] = {}
 
 
 class Event(Message, frozen=True, kw_only=True):
@@ -70,11 +79,44 @@ class Event(Message, frozen=True, kw_only=True):
     text: Annotated[Text, says("what happened, for people")]
 
 
+class Events(Message, frozen=True, kw_only=True):
+    """The last 100 events, also of the runs before."""
+
+    events: Annotated[list[Event], says("in their order, the newest last")]
+
+
+class RobotStatus(Message, frozen=True, kw_only=True):
+    """All that is known of one robot; of one that is not there, what was known last."""
+
+    robot: Annotated[Id, says("its name")]
+    liveness: Annotated[Liveness, says("whether its process is there and speaks")]
+    since: Annotated[Seconds, says("s; time of the run at which that began; 0: before the run")]
+    pose: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its true pose")]
+    state: Annotated[State, says("its progress; before it has spoken, as the world has recorded it")]
+    waits: Annotated[list[Id], says("robots that it waits for")]
+    event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
+
+
+class Status(Message, frozen=True, kw_only=True):
+    """The run in one message, as JSON: sent at each change of the phase, the end included, and kept for a `get`."""
+
+    scenario: Annotated[Text, says("name of the scenario")]
+    run: Annotated[Count, says("increases with each restart")]
+    tick: Annotated[Count, says("ticks since the run began")]
+    time: Annotated[Seconds, says("s; since the run began")]
+    phase: Annotated[Phase, says("phase of the run")]
+    complete: Annotated[bool, says("every robot has been at all its stops")]
+    reason: Annotated[Text, says("why a run that is over is not complete; else empty")]
+    edits: Annotated[Count, says("number of edits of the map so far")]
+    robots: Annotated[list[RobotStatus], says("all robots, in the order of their numbers")]
+    events: Annotated[list[Event], says("the last 100 events, the newest last")]
+
+
 class Map(Message, frozen=True, kw_only=True):
     """The map, the scenario's settings and the fuzzy profile."""
 
-    packed: Annotated[dict[str, Any], says("the map: rows, columns, cells, resolution, origin (`swarm/maps/wire.py`)")]
-    scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, `profile` and `starts`")]
+    packed: Annotated[PackedMap, says("the map")]
+    scenario: Annotated[ScenarioOnWire, says("the settings, the fuzzy profile and the start of each robot")]
     edits: Annotated[Count, says("number of edits that the map includes")] = 0
 
 
@@ -98,8 +140,8 @@ class Welcome(Message, frozen=True, kw_only=True):
     robot: Annotated[Id, says("name of the robot")]
     world: Annotated[Id, says("identity of the world; a robot that is in a run of the same one goes on with it")]
     session: Annotated[Id, says("Zenoh session of the world: it has the token `alive/world/world/<session>`")]
-    scenario: Annotated[dict[str, Any], says("`settings`, as in a scenario file, and `profile`")]
-    packed: Annotated[dict[str, Any], says("the map, as in Map")]
+    scenario: Annotated[ScenarioOnWire, says("the settings and the fuzzy profile")]
+    packed: Annotated[PackedMap, says("the map")]
     edits: Annotated[Count, says("number of edits that the map includes")]
     start: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its pose when the run began: home")]
     state: Annotated[

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from threading import Event as Flag
-from time import monotonic
 from typing import Final, NamedTuple
 
+from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
@@ -120,7 +120,7 @@ class Crew:
     """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
 
     def __init__(self, bus: Bus, robots: Sequence[str | None], log: Callable[[str], None]) -> None:
-        self._bus, self._log = bus, log
+        self._bus, self._log, self._awake = bus, log, Awake()
         self._places = [Place(asked) for asked in robots]
         self._worlds: set[str] = set()  # sessions
         self._world: str | None = None  # identity
@@ -133,7 +133,7 @@ class Crew:
         wait = LOOK
         while not stop.is_set():
             arrived = self._bus.receive(wait)
-            now = monotonic()
+            now = self._awake.now()
             wait = 0.0
             if arrived is not None:
                 self._take(arrived, now)
@@ -184,7 +184,7 @@ class Crew:
             if welcome.world != self._world or not known:
                 self._sit_down(place, welcome)
         except SwarmError as fault:
-            if place.refused(str(fault), monotonic()):
+            if place.refused(str(fault), self._awake.now()):
                 self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
         else:
             place.session = welcome.session

@@ -3,7 +3,9 @@
 import re
 import reprlib
 from collections.abc import Hashable
+from contextlib import suppress
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -19,6 +21,8 @@ from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
+from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
+from swarm.scenario.shipped import shipped
 from swarm.settings import Section, Settings
 
 SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
@@ -46,22 +50,20 @@ class Scenario:
             targets = [(2 * x - start[0], 2 * y - start[1])]
         return (*targets, *((start[:2],) if settings.return_home else ()))
 
-    def to_wire(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return settings and profile, and the packed map, as plain values."""
-        return {
-            "settings": msgspec.to_builtins(self.settings),
-            "profile": self.profile.to_builtins(),
-        }, pack(self.map)
+    def to_wire(self) -> tuple[ScenarioOnWire, PackedMap]:
+        """Return settings and profile, and the packed map, as they cross the wire."""
+        profile = msgspec.convert(self.profile.to_builtins(), ProfileOnWire)
+        return ScenarioOnWire(settings=self.settings, profile=profile), pack(self.map)
 
     @classmethod
-    def from_wire(cls, scenario: dict[str, Any], packed: dict[str, Any]) -> "Scenario":
-        """Return the scenario from the values that ``to_wire`` returned.
+    def from_wire(cls, scenario: ScenarioOnWire, packed: PackedMap) -> "Scenario":
+        """Return the scenario that came over the wire.
 
         Raises:
-            SwarmError: the values do not have that form.
+            SwarmError: the settings contradict each other, or the profile or the map is not valid.
         """
-        settings = checked(scenario.get("settings"), "welcome")
-        return cls(settings, unpack(packed), Profile.from_builtins(scenario.get("profile")))
+        settings = checked(msgspec.to_builtins(scenario.settings), "welcome")
+        return cls(settings, unpack(packed), Profile.from_builtins(msgspec.to_builtins(scenario.profile)))
 
 
 def load(path: Path) -> Scenario:
@@ -151,11 +153,20 @@ class _Loader(yaml.CSafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _meant(path: Path) -> str:
+    """Return the scenario that was perhaps meant: one that is shipped, or a file beside ``path`` with a ``map``."""
+    known = {name: name for name in shipped()}
+    for file in path.parent.glob("*.yaml"):
+        with suppress(ConfigError):
+            if any(line.startswith("map:") for line in read_text(file, SIZE_LIMIT).splitlines()):
+                known[file.stem] = file.name
+    close = get_close_matches(path.stem, known, n=1)
+    return f"did you mean {known[close[0]]!r}?" if close else "check the path; `swarm run` lists those it comes with"
+
+
 def _read(path: Path) -> dict[str, Any]:
     if not path.exists():
-        near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
-        hint = nearest(path.name, near) if near else "check the path"
-        raise ConfigError(f"{path}: expected a scenario file, found none; {hint}")
+        raise ConfigError(f"{path}: expected a scenario file, found none; {_meant(path)}")
     text = read_text(path, SIZE_LIMIT)
     try:
         depth = 0

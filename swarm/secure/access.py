@@ -6,7 +6,23 @@ What is not listed is refused. Zenoh tells the refused process nothing: its mess
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
-from swarm.messages import ACTION, CLOCK, COMMAND, EDIT, EVENT, JOIN, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Topic
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EDIT,
+    EVENT,
+    EVENTS,
+    JOIN,
+    MAP,
+    PLAN,
+    RADIO,
+    SENSE,
+    STATE,
+    STATUS,
+    TRUTH,
+    Topic,
+)
 from swarm.messages.topic import below
 from swarm.secure.identity import OPERATOR, WATCHER, WORLD
 
@@ -34,10 +50,10 @@ class Rights(NamedTuple):
     sees: str  # the role in liveliness tokens that it sees; *: all
 
 
-LAST: Final = (CLOCK, STATE, PLAN, MAP)  # the world keeps their last messages
+LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keeps their last messages
 RIGHTS: Final = {
     WORLD: Rights(
-        sends=(SENSE, TRUTH, CLOCK, EVENT, MAP),
+        sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
         answers=(ACTION, EDIT, JOIN, *LAST),
         hears=(COMMAND, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one

@@ -2,10 +2,11 @@
 
 import ctypes
 
+import msgpack
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, ledger
 from swarm.bus import session as module
 from swarm.bus.codec import encode
 from swarm.bus.settings import COMMON, client
@@ -215,6 +216,78 @@ def test_a_malformed_question_is_refused_and_never_seen(make_bus: MakeBus, endpo
     assert answerer.refused[ACTION.key] == 2
 
 
+def test_a_question_on_a_key_with_wildcards_is_refused_and_never_seen(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    answerer = make_bus(fleet="exact")
+    answerer.serve(ACTION)
+    answerer.keep(CLOCK, lambda: {CLOCK.key: clock(1)})
+    settle(make_bus(fleet="exact"), answerer)
+    with zenoh.open(client(endpoint)) as stranger:
+        for key in ("swarm/v1/exact/world/*", "swarm/v1/exact/**", "swarm/*/exact/world/action"):
+            asked = stranger.get(key, payload=encode(Action(do=Do.GO)), timeout=PATIENCE)
+            assert answerer.receive(QUIET) is None
+            errors = [reply.err.payload.to_string() for reply in asked if reply.err is not None]
+            assert len(errors) == 1
+            assert "expected the exact key swarm/v1/exact/world/action of a request" in errors[0]
+        assert answerer.refused[ACTION.key] == 3
+        replies = list(stranger.get("swarm/v1/exact/world/*", timeout=PATIENCE))
+        assert [reply.ok and encode(clock(1)) == reply.ok.payload.to_bytes() for reply in replies] == [True]
+    assert answerer.receive(QUIET) is None
+    assert answerer.refused[ACTION.key] == 3, "who only looks for what is kept asks nothing"
+
+
+def test_what_travels_beside_a_payload(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    sender, keeper = make_bus(fleet="beside"), make_bus(fleet="beside")
+    keeper.keep(CLOCK, lambda: {CLOCK.key: clock(1)})
+    with zenoh.open(client(endpoint)) as stranger:
+        came = stranger.declare_subscriber("swarm/v1/beside/robot/*/plan", zenoh.handlers.FifoChannel(9))
+        settle(sender, keeper)
+        for robot in ("r1", "r2", "r1"):
+            sender.send(PLAN, plan(robot), robot=robot)
+        samples = [came.recv() for _ in range(3)]
+        assert {str(sample.encoding) for sample in samples} == {"application/msgpack;swarm.v1.Plan"}
+        numbers = [msgpack.unpackb(sample.attachment.to_bytes()) for sample in samples if sample.attachment is not None]
+        assert [number for _, number in numbers] == [0, 0, 1]
+        assert len({session for session, _ in numbers}) == 1
+        (reply,) = stranger.get("swarm/v1/beside/world/clock", timeout=PATIENCE)
+        assert reply.ok is not None
+        assert str(reply.ok.encoding) == "application/msgpack;swarm.v1.Clock"
+
+
+def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    said: list[str] = []
+    there = make_bus(said.append, fleet="loss")
+    there.listen(PLAN)
+    settle(make_bus(fleet="loss"), there)
+    with zenoh.open(client(endpoint)) as sender:
+        for number in (0, 1, 5, None, 6):
+            sender.put(
+                "swarm/v1/loss/robot/r1/plan",
+                encode(plan("r1", 9)),
+                attachment=None if number is None else msgpack.packb([77, number]),
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+            assert next_message(there) == plan("r1", 9)
+        sender.put("swarm/v1/loss/robot/r1/plan", encode(plan("r1")), attachment=b"no numbers")
+        assert there.receive(QUIET) is None
+    assert there.lost == {PLAN.key: 3}
+    assert there.refused == {PLAN.key: 1}
+    assert said[0] == "3 messages lost on the way; the last gap: 3 messages on swarm/v1/loss/robot/r1/plan"
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_who_stops_to_listen_and_listens_again_has_lost_nothing(make_bus: MakeBus, quiet: bool) -> None:
+    here, there = make_bus(), make_bus()
+    for heard in (True, False, True):
+        if heard:
+            there.listen(RADIO, quiet=quiet, zx=0, zy=0)
+        settle(here, there)
+        here.send(RADIO, broadcast("r1"), sure=True, zx=0, zy=0, robot="r1")
+        here.send(RADIO, broadcast("r1"), sure=True, zx=0, zy=0, robot="r1")
+        settle(here, there)
+        there.unlisten(RADIO, zx=0, zy=0) if heard else None
+    assert there.lost[RADIO.key] == 0
+
+
 def test_what_is_kept_is_fetched_all_or_one(make_bus: MakeBus) -> None:
     keeper, other = make_bus(), make_bus()
     kept = {STATE.key.format(robot=name): state(name) for name in ("r1", "r2", "r3")}
@@ -297,11 +370,10 @@ def test_rubbish_is_logged_once_a_second_at_the_most_and_counted_in_full(
     there.listen(PLAN)
     settle(here, there)
     now = 1000.0
-    monkeypatch.setattr(module, "monotonic", lambda: now)
+    monkeypatch.setattr(ledger, "monotonic", lambda: now)
     for _ in range(100):
         here.send(PLAN, plan("r1"), robot="r2")
     here.send(PLAN, plan("r2"), robot="r2")
-    monkeypatch.setattr(module, "monotonic", lambda: now)
     assert next_message(there) == plan("r2")
     assert there.refused[PLAN.key] == 100
     assert len(said) == 1, "one line, as no second has passed"

@@ -12,6 +12,7 @@ import pytest
 
 from swarm.cli import main, tools
 from swarm.cli.parsing import joined
+from swarm.messages.schema import kinds
 from tests.shared import PAPER, ROOT
 
 BENCHMARKS = ROOT.parent / "shared" / "data" / "movingai"
@@ -216,3 +217,27 @@ def test_the_version_says_whether_the_package_is_compiled(capsys: Capture) -> No
         main(["--version"])
     assert ended.value.code == 0
     assert re.fullmatch(r"zenoh-swarm [\d.]+ \((plain Python|compiled)\)\n", capsys.readouterr().out)
+
+
+def test_every_message_of_the_wire_is_listed_with_what_it_is(capsys: Capture) -> None:
+    assert main(["schema"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(kinds())
+    assert "Sense      Everything that the world tells one robot at one tick." in lines
+
+
+@pytest.mark.parametrize("name", kinds())
+def test_the_schema_of_a_message_describes_each_of_its_fields(name: str, capsys: Capture) -> None:
+    assert main(["schema", name]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    shape = schema["$defs"][name]
+    assert shape["properties"].keys() == {"v", *kinds()[name].__struct_fields__}
+    assert [field for field, told in shape["properties"].items() if field != "v" and "description" not in told] == []
+    references = re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema))
+    assert set(references) == set(schema["$defs"])
+
+
+def test_a_message_that_is_none_is_refused(capsys: Capture) -> None:
+    assert refused(capsys, "schema", "Sens").strip() == (
+        "swarm: swarm schema: expected the name of a message, got 'Sens'; did you mean 'Sense'?"
+    )

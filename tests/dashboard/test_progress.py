@@ -4,8 +4,8 @@ import pytest
 from msgspec.structs import replace
 
 from dashboard import naming
-from dashboard.progress import EVENTS_KEPT, Heard, Progress, fold, presence
-from swarm.messages import Activity, Body, Broadcast, Clock, Event, Message, Phase, Plan, State, Truth
+from dashboard.progress import EVENTS_KEPT, Progress, fold, presence
+from swarm.messages import Activity, Body, Broadcast, Clock, Event, Liveness, Message, Phase, Plan, State, Truth
 
 
 def clock(tick: int = 0, run: int = 1, phase: Phase = Phase.RUNNING, robots: tuple[str, ...] = ("a", "b")) -> Clock:
@@ -125,28 +125,28 @@ def test_seconds_follow_the_worlds_own_rate() -> None:
 @pytest.mark.parametrize(
     ("said", "expected"),
     [
-        ((broadcast(90), clock(100)), Heard.ALIVE),
-        ((broadcast(70), clock(100)), Heard.STALE),
-        ((broadcast(70), state(60), clock(100)), Heard.ALIVE),
-        ((broadcast(70), state(30), clock(100)), Heard.STALE),
-        ((broadcast(70), clock(100, phase=Phase.PAUSED)), Heard.ALIVE),
-        ((broadcast(99), clock(100, robots=("b",))), Heard.GONE),
-        ((clock(10),), Heard.ALIVE),
-        ((clock(100),), Heard.STALE),
+        ((broadcast(90), clock(100)), Liveness.ALIVE),
+        ((broadcast(70), clock(100)), Liveness.STALE),
+        ((broadcast(70), state(60), clock(100)), Liveness.ALIVE),
+        ((broadcast(70), state(30), clock(100)), Liveness.STALE),
+        ((broadcast(70), clock(100, phase=Phase.PAUSED)), Liveness.ALIVE),
+        ((broadcast(99), clock(100, robots=("b",))), Liveness.GONE),
+        ((clock(10),), Liveness.ALIVE),
+        ((clock(100),), Liveness.STALE),
     ],
 )
-def test_silence_makes_stale(said: tuple[Message, ...], expected: Heard) -> None:
+def test_silence_makes_stale(said: tuple[Message, ...], expected: Liveness) -> None:
     assert folded(clock(), *said).heard("a") is expected
 
 
 def test_tokens_say_who_is_gone_and_sessions_are_told_apart() -> None:
     progress = folded(clock(), broadcast(4))
     for session, alive, expected in (
-        ("one", True, Heard.ALIVE),
-        ("two", True, Heard.ALIVE),
-        ("one", False, Heard.ALIVE),
-        ("two", False, Heard.GONE),
-        ("three", True, Heard.ALIVE),
+        ("one", True, Liveness.ALIVE),
+        ("two", True, Liveness.ALIVE),
+        ("one", False, Liveness.ALIVE),
+        ("two", False, Liveness.GONE),
+        ("three", True, Liveness.ALIVE),
     ):
         progress = presence(progress, "a", session, alive)
         assert progress.heard("a") is expected

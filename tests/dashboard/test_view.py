@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from dashboard import palette
 from dashboard.collect import Batch
@@ -13,7 +14,7 @@ from dashboard.scene import scene_of
 from dashboard.show import Show
 from dashboard.view import Recorder
 from swarm.errors import ConfigError
-from swarm.messages import Event, Map, Message, Mover, Truth
+from swarm.messages import Event, Events, Map, Message, Mover, Phase, Truth
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import TARGETS, Rehearsal
 
@@ -216,7 +217,8 @@ def test_a_changed_map_is_drawn_anew(tmp_path: Path) -> None:
 def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
     said: list[str] = []
     show = Show(Recorder(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
-    show.take(Map(packed={}, scenario={}))
+    broken = floor(Rehearsal(2))
+    show.take(replace(broken, packed=replace(broken.packed, cells=b"")))
     assert show.scene is None
     assert len(said) == 1
 
@@ -235,6 +237,23 @@ def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
     assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")] == ["to 2"]
     assert len(recording.rows("/world/paths", "LineStrips2D:strips")) == 1
     assert "/world/homes" not in recording.entities
+
+
+def test_a_dashboard_that_comes_in_a_pause_shows_poses_and_each_event_once(tmp_path: Path) -> None:
+    """All that is fetched comes once more, as after a restart; nothing is drawn twice."""
+    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    show = Show(recorder, "test")
+    events = [Event(run=0, tick=n, time=n / 20, robot="r1", kind="note", text=f"number {n}") for n in range(5)]
+    kept: list[Message] = [replace(rehearsal.clock(600), phase=Phase.PAUSED), floor(rehearsal), Events(events=events)]
+    for message in (*kept, rehearsal.truth(600), *kept, events[-1]):
+        show.take(message)
+    show.draw()
+    recorder.close()
+    recording = Recording(tmp_path / "run.rrd")
+    assert len(recording.rows("/world/robots", "Points2D:positions")) == 1
+    assert show.progress.events == tuple(events)
+    texts = [text for _, [text] in recording.rows("/events", "TextLog:text")]
+    assert [text.count(event.text) for text, event in zip(texts, events, strict=True)] == [1] * 5
 
 
 def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:

@@ -52,12 +52,11 @@ def test_robots_join_late_one_by_one_and_a_third_finds_no_place(
                 assert third.end() == 0
                 assert third.text.count(reason) == 1, "each reason is told once"
 
-        assert main(["status", *wire]) == 0
+        assert main(["status", "--json", *wire]) == 0
         status = json.loads(capsys.readouterr().out)
-        assert status["clock"]["phase"] == "running"
-        assert status["clock"]["present"] == ["r1", "r2"]
-        assert sorted(status["robots"]) == ["r1", "r2"]
-        assert len(status["robots"]["r2"]["reached"]) == 3
+        assert status["phase"] == "running"
+        assert [(one["robot"], one["liveness"]) for one in status["robots"]] == [("r1", "alive"), ("r2", "alive")]
+        assert len(status["robots"][1]["state"]["reached"]) == 3
 
         second.process.kill()
         second.process.wait()
@@ -98,13 +97,16 @@ def test_a_robot_waits_for_its_world_and_finds_the_next_one(
 
 
 def test_status_of_no_fleet_is_a_sentence(
-    endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["status"]) == 2
     assert "expected a fleet running on this machine, found none" in capsys.readouterr().err
     assert main(["status", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert "expected a running fleet, got 'nobody'; " in capsys.readouterr().err
+    make_bus(fleet="no-world").announce("robot", "r1")
+    assert main(["status", "--connect", str(endpoint), "--fleet", "no-world"]) == 2
     assert "expected a world in that fleet, found none" in capsys.readouterr().err
-    assert main(["go", "--connect", str(endpoint), "--fleet", "nobody"]) == 2
+    assert main(["go", "--connect", str(endpoint), "--fleet", "no-world"]) == 2
     assert "expected an answer, got none" in capsys.readouterr().err
 
 

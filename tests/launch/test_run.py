@@ -7,6 +7,7 @@ import pytest
 
 from swarm.bus import Arrival
 from swarm.cli import main
+from swarm.launch.running import named
 from swarm.messages import EVENT, Phase
 from swarm.scenario.load import Scenario, load
 from tests.launch.actors import (
@@ -59,7 +60,7 @@ def test_two_fleets_at_once_do_not_meet(small: Path, tmp_runtime: Path) -> None:
         for fleet in (one, other):
             assert main(["go", "--fleet", fleet.name]) == 0
         assert (one.end(), other.end()) == (0, 0), one.text + other.text
-        assert {one.name, other.name} == {"small", "small-2"}
+        assert {one.name, other.name} == {named("small"), f"{named('small')}-2"}
         assert one.endpoint != other.endpoint
         for fleet in (one, other):
             assert_the_same_run(fleet.report(), expected)

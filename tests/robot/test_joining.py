@@ -5,10 +5,10 @@ from unittest.mock import Mock
 
 import pytest
 
+from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
 from swarm.messages import COMMAND, JOIN, SENSE, Welcome
-from swarm.robot import process
 from swarm.robot.process import ECHOES, FIRST, LONGEST, Crew, Place
 from tests.robot.shared import AT, FITS, scenario
 
@@ -139,9 +139,9 @@ def test_a_repeated_sense_is_answered_at_once_though_a_newer_one_waits() -> None
     assert ship.crew._inbox.waiting == {}
 
 
-def test_after_the_router_is_back_the_last_answers_are_said_again_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_the_router_is_back_the_last_answers_are_said_again_for_a_while() -> None:
     ship, clock = Ship(), [0.0]
-    monkeypatch.setattr(process, "monotonic", lambda: clock[0])
+    ship.crew._awake = Awake(lambda: clock[0])
     ship.world("s")
     ship.join(welcome(world="local"))
     seat = ship.crew._inbox.seats["r1"]

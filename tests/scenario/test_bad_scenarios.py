@@ -196,7 +196,7 @@ def test_aliases_that_multiply_are_refused_at_once(tmp_runtime: Path, capsys: py
 
 
 def test_a_missing_file_names_the_nearest_one(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_runtime / "paper.yaml").write_text("")
+    (tmp_runtime / "paper.yaml").write_text("map: {}\n")
     said = refused(["run", str(tmp_runtime / "papre.yaml")], capsys)
     assert "papre.yaml: expected a scenario file, found none; did you mean 'paper.yaml'?" in said
 

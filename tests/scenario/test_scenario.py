@@ -4,14 +4,17 @@ from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
-import msgpack
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from swarm.errors import ConfigError, SwarmError
+from swarm.bus.codec import decode, encode
+from swarm.errors import ConfigError, PeerError, SwarmError
 from swarm.geometry import distance
+from swarm.messages import MAP, Map
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from swarm.scenario.check import check
@@ -24,18 +27,38 @@ ALL = sorted((ROOT / "scenarios").glob("*.yaml"))
 
 
 def test_a_scenario_comes_back_from_the_wire_as_it_went(paper: Scenario) -> None:
-    settings, packed = msgpack.unpackb(msgpack.packb(paper.to_wire()))
-    back = Scenario.from_wire(settings, packed)
+    scenario, packed = paper.to_wire()
+    floor = decode(encode(Map(scenario=scenario, packed=packed)), Map, MAP.limit)
+    back = Scenario.from_wire(floor.scenario, floor.packed)
     assert back.settings == paper.settings
     assert back.profile == paper.profile
     assert np.array_equal(back.map.cells, paper.map.cells)
     assert (back.map.resolution, back.map.origin) == (paper.map.resolution, paper.map.origin)
 
 
-@pytest.mark.parametrize("broken", [{}, {"settings": {}}, {"settings": None}, {"settings": 3, "profile": 3}])
-def test_a_broken_scenario_on_the_wire_is_refused(paper: Scenario, broken: dict[str, object]) -> None:
-    with pytest.raises(SwarmError):
-        Scenario.from_wire(broken, paper.to_wire()[1])
+BROKEN: dict[str, dict[str, Any]] = {
+    "nothing": {"settings": None, "profile": None},
+    "no settings": {"settings": {}},
+    "numbers": {"settings": 3, "profile": 3},
+    "a setting of the future": {"settings": {"name": "x", "map": {}, "start": {}, "wings": 2}},
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_scenario_on_the_wire_is_refused_on_arrival(paper: Scenario, name: str) -> None:
+    scenario, packed = paper.to_wire()
+    message = {"v": 1, "scenario": msgspec.to_builtins(scenario) | BROKEN[name], "packed": packed}
+    with pytest.raises(PeerError, match="scenario"):
+        decode(msgspec.msgpack.encode(message), Map, MAP.limit)
+
+
+def test_settings_and_rules_on_the_wire_that_contradict_each_other_are_refused(paper: Scenario) -> None:
+    scenario, packed = paper.to_wire()
+    settings = replace(scenario.settings, targets=[], own_targets=[])
+    with pytest.raises(SwarmError, match="expected either `targets`"):
+        Scenario.from_wire(replace(scenario, settings=settings), packed)
+    with pytest.raises(SwarmError, match="behaviours"):
+        Scenario.from_wire(replace(scenario, profile=replace(scenario.profile, behaviours={"a": "no rules"})), packed)
 
 
 @pytest.mark.parametrize("seed", range(1, 6))

@@ -33,7 +33,9 @@ def test_every_topic_has_one_role_that_sends_or_answers_it(topic: Topic) -> None
     if topic.key in REPLIES:
         assert (senders, answering) == ([], ["world"])
     else:
-        assert len(senders) == 1, "give a new topic its row in swarm/secure/access.py"
+        assert len(senders) == 1 or (senders, answering) == ([], ["world"]), (
+            "give a new topic its row in swarm/secure/access.py"
+        )
 
 
 # fmt: off

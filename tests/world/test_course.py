@@ -28,9 +28,10 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from world.answering import answer
-from world.course import LOST, Course
+from world.course import Course
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
+from world.roll import LOST
 from world.world import REST
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}

@@ -10,7 +10,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Edit, Kind, Phase
+from swarm.messages import Edit, Event, Kind, Liveness, Phase, Seen
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world import snapshot, snapshot_file
@@ -47,6 +47,8 @@ def host(phase: Phase = Phase.RUNNING) -> HostState:
     return HostState(
         phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
         tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"],
+        events=[Event(run=0, tick=1, time=0.05, robot=None, kind="edit", text="wall")],
+        seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"},
     )  # fmt: skip
 
 
@@ -131,7 +133,7 @@ BAD: dict[str, tuple[Callable[[bytes], bytes], str]] = {  # what becomes of a go
     "empty":            (lambda good: b"",                              "got another file"),
     "text":             (lambda good: b"hello\n",                       "got another file"),
     "pickle":           (lambda good: b"\x80\x04\x95",                  "got another file"),
-    "another version":  (lambda good: good.replace(b"snapshot 1", b"snapshot 9", 1), "got one of version b'9"),
+    "another version":  (lambda good: good.replace(b"snapshot 2", b"snapshot 9", 1), "got one of version b'9"),
     "only a head":      (lambda good: good[:len(snapshot_file.HEAD)],        "cut or changed"),
     "cut":              (lambda good: good[:-1],                        "cut or changed"),
     "longer":           (lambda good: good + b"\0",                     "cut or changed"),

@@ -7,10 +7,11 @@ import pytest
 
 from swarm.bus import Bus
 from swarm.geometry import Pose
-from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Event, Phase
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Event, Liveness, Phase, Seen
 from tests.shared import scenario_of
 from world import speaker
-from world.speaker import Speaker
+from world.speaker import EVENTS_KEPT, Speaker
+from world.truth import truth
 from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -50,7 +51,7 @@ def test_the_truth_is_told_at_its_rate_if_anybody_listens(rate: float, wanted: b
     one, world, _ = speaker_of(wire, rate)
     told = []
     for tick in range(10):
-        one.tell_truth(world)
+        one.tell_truth(world.tick, lambda: truth(world))
         told += [(tick, topic) for topic, _ in wire.sent]
         wire.sent.clear()
         world.step({})
@@ -64,7 +65,7 @@ def test_the_clock_is_due_at_first_and_then_once_a_period(monkeypatch: pytest.Mo
     monkeypatch.setattr(speaker, "monotonic", lambda: now[0])
     one, world, _ = speaker_of(wire)
     assert one.clock_is_due
-    clock = one.clock(world, Phase.RUNNING, ["r1"])
+    clock = one.clock(world, Phase.RUNNING, ["r1"], {"r1": Seen(Liveness.ALIVE, 0.0)})
     one.tell_clock(clock)
     assert wire.sent == [(often, clock)]
     assert (clock.tick, clock.robots, clock.present) == (0, ["r1"], ["r1"])
@@ -88,8 +89,16 @@ def test_the_map_has_the_starts_and_is_the_newest() -> None:
     one.tell_map(world)
     first = one.floor(world)
     assert wire.sent == [(MAP, first)]
-    assert first.scenario["starts"] == {"r1": AT}
+    assert first.scenario.starts == {"r1": AT}
     changed = world.floor.cells.copy()
     changed[2, 2] = 1
     one.take_map(replace(world.floor, cells=changed))
     assert one.floor(world).packed != first.packed
+
+
+def test_the_last_events_are_kept_in_their_order_and_no_more() -> None:
+    one, world, _ = speaker_of(Wire())
+    events = [world.event("edit", f"number {number}") for number in range(3 * EVENTS_KEPT)]
+    for count, event in enumerate(events, start=1):
+        one.tell(event)
+        assert one.events == tuple(events[:count][-EVENTS_KEPT:])

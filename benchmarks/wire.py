@@ -1,0 +1,255 @@
+"""What a tool waits for, and what the wire carries: ``python -m benchmarks.wire [--robots 8 32 64] [--requests 1000]``.
+
+Three tables, each of a real fleet in real time on this machine. A late joiner opens a session and asks for everything
+that the world keeps, before `go`, in mid-run and in a pause; the target is 0.3 s. Requests are timed from asking to the
+answer. Traffic is counted by a watcher of all topics.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from itertools import cycle
+from pathlib import Path
+from statistics import quantiles
+from time import monotonic, perf_counter, sleep
+from typing import Any, Final
+
+import msgspec
+import zenoh
+
+from benchmarks.measure import load, machine, printed
+from swarm.bus import Bus, Endpoint, settings
+from swarm.errors import ConfigError, PeerError
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    EDIT,
+    EVENTS,
+    MAP,
+    PLAN,
+    STATE,
+    STATUS,
+    TOPICS,
+    TRUTH,
+    Action,
+    Do,
+    Edit,
+    Kind,
+    Liveness,
+    Phase,
+    Topic,
+)
+from swarm.messages.topic import below
+
+ROOT: Final = Path(__file__).parents[1]
+FLEET: Final = "bench"
+ALL: Final[tuple[Topic[Any], ...]] = (CLOCK, TRUTH, STATE, PLAN, MAP, EVENTS, STATUS)
+TARGET: Final = 0.3  # s
+JOINED: Final = 16  # robots of the fleet that a tool joins late
+ASKED: Final = 8  # robots of the fleet that is asked
+START: Final = 120.0  # s for all robots to be there
+START_AREA: Final = [0.8, 0.8, 19.0, 12.0]  # m, nearly the whole floor: it takes many robots
+PLACES: Final = [Edit(kind=kind, low=(0.05, 0.05), high=(0.1, 0.1)) for kind in (Kind.OBSTACLE, Kind.WALL)]
+
+
+@contextmanager
+def fleet(robots: int) -> Iterator[Endpoint]:
+    """Run a fleet in real time inside the block; it waits for `go`."""
+    depot = ROOT / "scenarios" / "depot.yaml"
+    endpoint = Endpoint("127.0.0.1", 0).claim()
+    with tempfile.TemporaryDirectory() as folder:
+        scenario = Path(folder) / "depot.yaml"
+        raw = msgspec.yaml.decode(depot.read_bytes()) | {"patrol": True, "robots": robots}
+        raw["start"]["area"] = START_AREA
+        raw["map"]["file"] = "depot.map"
+        (Path(folder) / "depot.map").write_bytes((depot.parent / "maps" / "depot.map").read_bytes())
+        scenario.write_bytes(msgspec.yaml.encode(raw))
+        command = [
+            sys.executable, "-m", "swarm.cli", "run", str(scenario), "--robots", str(robots), "--dashboard", "off",
+            "--fleet", FLEET, "--port", str(endpoint.port), "--wait", "--report", str(Path(folder) / "r.json"),
+        ]  # fmt: skip
+        process = subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.DEVNULL, env=os.environ | {"XDG_RUNTIME_DIR": folder}
+        )
+        try:
+            yield endpoint
+        finally:
+            process.terminate()
+            process.wait(60.0)
+
+
+@contextmanager
+def joined(endpoint: Endpoint) -> Iterator[Bus]:
+    """Open a session of the fleet."""
+    with Bus(endpoint, FLEET, lambda line: None) as bus:
+        yield bus
+
+
+def opened(endpoint: Endpoint, robots: int) -> None:
+    """Wait until the fleet is complete.
+
+    Raises:
+        TimeoutError: it is not, for long.
+    """
+    until = monotonic() + START
+    while monotonic() < until:
+        with suppress(ConfigError), joined(endpoint) as bus:
+            while monotonic() < until:
+                clocks = bus.fetch(CLOCK)
+                if clocks and len(clocks[0].present) == robots:
+                    return
+    raise TimeoutError(f"expected {robots} robots within {START:g} s")
+
+
+def press(bus: Bus, do: Do) -> None:
+    """Press a button."""
+    bus.ask(ACTION, Action(do=do))
+
+
+def late(endpoint: Endpoint, robots: int, phase: Phase) -> float:
+    """Return the seconds from opening a session until it has everything.
+
+    Raises:
+        ValueError: something is missing.
+    """
+    began = perf_counter()
+    with joined(endpoint) as bus:
+        found = {topic.key: bus.fetch(topic) for topic in ALL}
+        seconds = perf_counter() - began
+    (status,) = found[STATUS.key]
+    wanted = {topic.key: 1 for topic in ALL} | {STATE.key: robots, PLAN.key: 0 if phase is Phase.WAITING else robots}
+    got = {key: len(messages) for key, messages in found.items()}
+    if got != wanted or status.phase is not phase or len(found[TRUTH.key][0].bodies) != robots:
+        raise ValueError(f"expected {wanted} while {phase.value}, got {got} while {status.phase.value}")
+    if any(one.liveness is not Liveness.ALIVE for one in status.robots):
+        raise ValueError(f"expected all alive, got {[one.liveness.value for one in status.robots]}")
+    return seconds
+
+
+def timed(case: Callable[[], object], count: int) -> list[float]:
+    """Return the seconds of each of ``count`` calls."""
+    seconds = []
+    for _ in range(count):
+        began = perf_counter()
+        case()
+        seconds.append(perf_counter() - began)
+    return seconds
+
+
+def cells(seconds: list[float]) -> list[str]:
+    """Return median, p99 and the longest in ms, and the load."""
+    cuts = quantiles(seconds, n=100, method="inclusive")
+    return [f"{1000 * value:.1f}" for value in (cuts[49], cuts[98], max(seconds))] + [load()]
+
+
+def refused(bus: Bus) -> None:
+    """Ask for what is refused.
+
+    Raises:
+        ValueError: it is not refused.
+    """
+    try:
+        bus.ask(ACTION, Action(do=Do.RESUME))
+    except PeerError:
+        return
+    raise ValueError("expected a refusal of `resume` while the run is running")
+
+
+def joining(robots: int, times: int) -> None:
+    """Print how long a late joiner takes."""
+    with fleet(robots) as endpoint:
+        opened(endpoint, robots)
+        with joined(endpoint) as bus:
+
+            def row(do: Do | None, phase: Phase) -> list[str]:
+                if do is not None:
+                    press(bus, do)
+                    until = monotonic() + START
+                    while phase is Phase.RUNNING and len(bus.fetch(PLAN)) < robots and monotonic() < until:
+                        pass
+                seconds = [late(endpoint, robots, phase) for _ in range(times)]
+                return [*cells(seconds), f"{sum(one <= TARGET for one in seconds)} of {times}"]
+
+            head = [
+                f"a late joiner has everything, {robots} robots",
+                "median [ms]", "p99 [ms]", "longest [ms]", "load", f"within {TARGET:g} s",
+            ]  # fmt: skip
+            printed(head, [
+                ("before go", lambda: row(None, Phase.WAITING)),
+                ("in mid-run", lambda: row(Do.GO, Phase.RUNNING)),
+                ("in a pause", lambda: row(Do.PAUSE, Phase.PAUSED)),
+            ])  # fmt: skip
+
+
+def asking(robots: int, requests: int) -> None:
+    """Print how long an answer takes while the fleet drives."""
+    with fleet(robots) as endpoint:
+        opened(endpoint, robots)
+        with joined(endpoint) as bus:
+            press(bus, Do.GO)
+            places = cycle(PLACES)
+            cases: dict[str, Callable[[], object]] = {
+                "an action, refused": lambda: refused(bus),
+                "an edit, accepted": lambda: bus.ask(EDIT, next(places)),
+                "one state": lambda: bus.fetch(STATE, robot="r1"),
+                "all states": lambda: bus.fetch(STATE),
+                "the status, JSON": lambda: bus.fetch(STATUS),
+            }
+            head = [f"{requests} requests, {robots} robots", "median [ms]", "p99 [ms]", "longest [ms]", "load"]
+            printed(head, [(name, lambda c=case: cells(timed(c, requests))) for name, case in cases.items()])
+
+
+def traffic(robots: int, seconds: float) -> None:
+    """Print messages and bytes a second by topic."""
+    with fleet(robots) as endpoint:
+        opened(endpoint, robots)
+        with joined(endpoint) as bus, zenoh.open(settings.client(endpoint)) as session:
+            press(bus, Do.GO)
+            prefix = below(FLEET)
+            topics = {topic: zenoh.KeyExpr(prefix + _pattern(topic)) for topic in TOPICS}
+            count, size = Counter[str](), Counter[str]()
+            with session.declare_subscriber(f"{prefix}**", zenoh.handlers.FifoChannel(100_000)) as heard:
+                began = monotonic()
+                while (left := began + seconds - monotonic()) > 0:
+                    sample = heard.handler.try_recv()
+                    if sample is None:
+                        sleep(min(left, 0.01))
+                        continue
+                    key = next((topic.key for topic, where in topics.items() if where.includes(sample.key_expr)), "?")
+                    count[key] += 1
+                    size[key] += len(sample.payload)
+            head = [f"topic, {robots} robots", "messages/s", "kB/s", "load"]
+            rows = [*sorted(count), "all"]
+            count["all"], size["all"] = count.total(), size.total()
+            printed(head, [
+                (key, lambda key=key: [f"{count[key] / seconds:.1f}", f"{size[key] / 1000 / seconds:.1f}", load()])
+                for key in rows
+            ])  # fmt: skip
+
+
+def _pattern(topic: Topic[Any]) -> str:
+    return topic.key.format(robot="*", zx="*", zy="*")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Joining late, asking, and what the wire carries.")
+    parser.add_argument("--robots", type=int, nargs="*", default=[8, 32, 64], help="fleets whose traffic is counted")
+    parser.add_argument("--joined", type=int, default=JOINED, help="robots of the fleet that a tool joins late")
+    parser.add_argument("--times", type=int, default=50, help="how often it joins in each phase")
+    parser.add_argument("--requests", type=int, default=1000)
+    parser.add_argument("--seconds", type=float, default=20.0, help="how long traffic is counted")
+    options = parser.parse_args()
+    print(machine(), "\n")
+    joining(options.joined, options.times)
+    asking(ASKED, options.requests)
+    for robots in options.robots:
+        traffic(robots, options.seconds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""Makes the tables of traffic-contract.md from the rules, the transitions and the constants of traffic."""
+
+import inspect
+import re
+from typing import Final
+
+from docs.markdown import rows, said
+from swarm.traffic.joint import TRANSITIONS
+from swarm.traffic.reservations import ASK, GRANT, TAKE, Rule
+from swarm.traffic.settings import TrafficSettings
+
+CONSTANT: Final = re.compile(r"^    (\w+): (?:int|float) = (\S+)(?:  # (.*))?$")
+# those that robots must agree on, or that tell when others answer
+AGREED: Final = (
+    "margin", "horizon", "ripe", "listen", "often", "fresh", "gap", "absent", "surmise",
+    "hops", "relay", "relay_silent", "keep", "relayed",
+    "ahead", "stuck", "calm", "gather", "gather_longest", "freeze", "carry", "unanswered", "pass_over",
+)  # fmt: skip
+
+
+def rules() -> str:
+    """Return the three tables of reservations."""
+    parts = []
+    tables: tuple[tuple[str, dict[str, Rule]], ...] = (
+        ("I acknowledge another's claim", GRANT),
+        ("I claim a cell", ASK),
+        ("my claim becomes a hold", TAKE),
+    )
+    for what, table in tables:
+        parts.append(rows((f"{what}, unless",), *((name,) for name in table)))
+    return "\n\n".join(parts)
+
+
+def transitions() -> str:
+    """Return the table of a robot's part in the calls for joint plans."""
+    body = [(f"`{one.of.__name__}`", said(one.happens).rstrip("."), f"`{one.to.__name__}`") for one in TRANSITIONS]
+    return rows(("in", "what happens", "then"), *body)
+
+
+def constants() -> str:
+    """Return the table of the constants that robots must agree on, with their comments in the code."""
+    found, comment = {}, ""
+    for line in inspect.getsource(TrafficSettings).splitlines():
+        if match := CONSTANT.match(line):
+            found[match[1]] = match[2], match[3] or comment.strip()
+        comment = f"{comment} {line.strip()[2:]}" if line.strip().startswith("# ") else ""
+    return rows(("constant", "value", "unit and meaning"), *((f"`{name}`", *found[name]) for name in AGREED))

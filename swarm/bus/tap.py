@@ -1,0 +1,92 @@
+"""What goes over a router, as bytes, for tools that count and show it; and the fleets that are on a router."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from threading import Thread
+from time import monotonic
+from types import TracebackType
+from typing import Final
+
+import zenoh
+
+from swarm.bus.connecting import channel, connect, plain
+from swarm.bus.opening import ID
+from swarm.bus.settings import Endpoint
+from swarm.errors import ConfigError
+from swarm.messages.topic import below
+
+WAITING: Final = 50_000  # samples that wait to be taken; more are dropped and counted
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A message as it went over the wire."""
+
+    key: str  # below the fleet's
+    payload: bytes
+    at: float  # s, when it came, by the monotonic clock of this process
+
+
+class Tap:
+    """A session that hears every message on a key of a fleet, wildcards included. Use it in a ``with``."""
+
+    def __init__(self, endpoint: Endpoint, fleet: str, key: str, clock: Callable[[], float] = monotonic) -> None:
+        try:
+            self._key = zenoh.KeyExpr.autocanonize(below(fleet) + key)
+        except zenoh.ZError as fault:
+            raise ConfigError(
+                f"expected a key such as robot/r1/state or robot/*/state, got {key!r}: {plain(str(fault))}; "
+                "`swarm topics` lists the keys in use"
+            ) from None
+        self._endpoint, self._prefix, self._clock = endpoint, below(fleet), clock
+        self._samples: SimpleQueue[Sample] = SimpleQueue()
+        self.dropped = 0  # samples that came faster than they were taken
+
+    def __enter__(self) -> "Tap":
+        self._session = connect(self._endpoint)
+        self._subscriber = self._session.declare_subscriber(self._key, channel())
+        self._reader = Thread(target=self._read, name="swarm-tap", daemon=True)
+        self._reader.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(zenoh.ZError):
+            self._subscriber.undeclare()  # type: ignore[no-untyped-call]
+        self._reader.join()  # a thread that is still in Zenoh when the process ends would abort it
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def receive(self, timeout: float | None) -> Sample | None:
+        """Return the next sample, or None if none comes within ``timeout`` [s] (None: wait for ever)."""
+        try:
+            return self._samples.get(timeout=timeout) if timeout is None or timeout > 0 else self._samples.get_nowait()
+        except Empty:
+            return None
+
+    def _read(self) -> None:
+        take = self._subscriber.handler.recv
+        with suppress(zenoh.ZError):  # the channel is closed: the subscription or the session has ended
+            while True:
+                sample = take()
+                if self._samples.qsize() >= WAITING:
+                    self.dropped += 1
+                    continue
+                key = str(sample.key_expr).removeprefix(self._prefix)
+                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock()))
+
+
+def fleets(endpoint: Endpoint, role: str = "*", timeout: float = 2.0) -> list[str]:
+    """Return the names of the fleets on a router in which a process of a role is present, sorted.
+
+    Raises:
+        ConfigError: no router answers.
+    """
+    with connect(endpoint) as session:
+        replies = session.liveliness().get(f"{below('*')}alive/{role}/*/*", timeout=timeout)
+        keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+    beginning = below("").removesuffix("/")  # of the key of every fleet
+    names = {key.removeprefix(beginning).split("/")[0] for key in keys}
+    return sorted(name for name in names if ID.match(name))

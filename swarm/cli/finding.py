@@ -1,0 +1,61 @@
+"""Which fleet a command means: the one on this machine, or one on the router of --connect."""
+
+import argparse
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from swarm.cli.parsing import Parser, endpoint, secure
+
+if TYPE_CHECKING:
+    from swarm.bus import Endpoint
+
+LOOK_EVERY: Final = 0.5  # s between two looks for a world
+
+
+class Place(NamedTuple):
+    """Where a fleet is: its router, as whom this process joins it, and its name."""
+
+    endpoint: "Endpoint"
+    fleet: str
+
+
+def place(options: argparse.Namespace, member: str) -> Place:
+    """Return the fleet of --fleet, or the only one there is; --connect says on which router, else on this machine.
+
+    Raises:
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
+    """
+    from swarm.bus import fleets
+    from swarm.launch.running import chosen, find
+
+    if options.connect is None:
+        card = find(options.fleet)
+        return Place(endpoint(card.endpoint, options.secure, member), card.fleet)
+    router = endpoint(options.connect, options.secure, member)
+    return Place(router, chosen(options.fleet, fleets(router), f"on {router}"))
+
+
+def awaited(router: "Endpoint") -> str | None:
+    """Return the only fleet on a router that has a world; wait for one. None: this process is told to stop meanwhile.
+
+    Raises:
+        ConfigError: no router answers, or there are several fleets.
+    """
+    from swarm.bus import fleets
+    from swarm.launch.running import chosen
+    from swarm.stopping import told_to_stop
+
+    with told_to_stop() as stop:
+        while not stop.is_set():
+            if names := fleets(router, "world"):
+                name = chosen(None, names, f"on {router}")
+                print(f"fleet {name}", flush=True)
+                return name
+            stop.wait(LOOK_EVERY)
+    return None
+
+
+def of_a_client(parser: Parser) -> None:
+    """Add the options that choose a fleet."""
+    parser.add_argument("--connect", metavar="ENDPOINT", help="the fleet's router; by default that on this machine")
+    parser.add_argument("--fleet", metavar="NAME", help="by default the only one there is")
+    secure(parser)

@@ -1,0 +1,132 @@
+"""What a tap has heard, as numbers: rates, sizes, ages and gaps. No I/O and no clock: times are passed in."""
+
+from collections import deque
+from dataclasses import dataclass
+from itertools import pairwise
+from math import sqrt
+from typing import Any, Final, NamedTuple
+
+from swarm.bus.tap import Sample
+from swarm.messages import TOPICS, Topic
+from swarm.secure.access import RIGHTS, ROBOT
+
+UNKNOWN: Final = "?"  # the sender on a key that is in no row of the table of topics
+WINDOW: Final = 1000  # newest samples of which `swarm hz` takes its numbers
+
+
+def topic_of(key: str) -> Topic[Any] | None:
+    """Return the row of the table of topics to which a key below the fleet's belongs.
+
+    >>> topic_of("robot/r1/state").message.__name__, topic_of("robot/r1/nothing")
+    ('State', None)
+    """
+    chunks = key.split("/")
+    for topic in TOPICS:
+        names = topic.key.split("/")
+        if len(names) == len(chunks) and all(a == b or a[0] == "{" for a, b in zip(names, chunks, strict=True)):
+            return topic
+    return None
+
+
+def sender(key: str) -> str:
+    """Return who sends on a key: the robot that it names, or the role that may, by the table of rights.
+
+    >>> sender("robot/r1/state"), sender("robot/r1/sense"), sender("robot/r1/nothing")
+    ('r1', 'world', '?')
+    """
+    topic = topic_of(key)
+    for role, rights in RIGHTS.items():
+        if topic in rights.sends:
+            return key.split("/")[topic.key.split("/").index("{robot}")] if role == ROBOT and topic else role
+    return UNKNOWN
+
+
+class Row(NamedTuple):
+    """One key of `swarm topics`."""
+
+    key: str
+    rate: float  # Hz
+    usual: float | None  # Hz, by the table of topics; 0: on change; None: the key is in no row of it
+    size: float  # bytes of a message, mean
+    bytes: float  # bytes/s
+    age: float  # s, since the newest message
+    who: str
+
+
+@dataclass(slots=True)
+class Heard:
+    """What was heard on one key."""
+
+    messages: int = 0
+    bytes: int = 0
+    newest: float = 0.0  # s
+
+
+class Traffic:
+    """The messages of all keys since a time."""
+
+    def __init__(self, since: float) -> None:
+        self._since = since
+        self._heard: dict[str, Heard] = {}
+
+    def take(self, sample: Sample) -> None:
+        """Count a sample."""
+        heard = self._heard.setdefault(sample.key, Heard())
+        heard.messages += 1
+        heard.bytes += len(sample.payload)
+        heard.newest = sample.at
+
+    def rows(self, now: float) -> list[Row]:
+        """Return a row for each key, by name; rates are means since the beginning."""
+        lasted = max(now - self._since, 1e-9)
+        return [
+            Row(
+                key,
+                heard.messages / lasted,
+                topic.rate if (topic := topic_of(key)) else None,
+                heard.bytes / heard.messages,
+                heard.bytes / lasted,
+                now - heard.newest,
+                sender(key),
+            )
+            for key, heard in sorted(self._heard.items())
+        ]
+
+
+class Pace(NamedTuple):
+    """The numbers of `swarm hz`, of the newest messages."""
+
+    messages: int
+    rate: float  # Hz
+    bytes: float  # bytes/s
+    gap_min: float  # s, between two messages
+    gap_max: float  # s
+    gap_deviation: float  # s, standard deviation
+
+
+class Beat:
+    """The times and sizes of the newest messages on a key."""
+
+    def __init__(self, window: int = WINDOW) -> None:
+        self._newest: deque[tuple[float, int]] = deque(maxlen=window)
+
+    def take(self, sample: Sample) -> None:
+        """Count a sample."""
+        self._newest.append((sample.at, len(sample.payload)))
+
+    def pace(self) -> Pace | None:
+        """Return the numbers, or None before two messages have come at different times."""
+        times = [at for at, _ in self._newest]
+        if len(times) < 2 or times[-1] <= times[0]:
+            return None
+        gaps = [after - before for before, after in pairwise(times)]
+        lasted = times[-1] - times[0]
+        mean = lasted / len(gaps)
+        return Pace(
+            messages=len(times),
+            rate=len(gaps) / lasted,
+            bytes=sum(size for _, size in list(self._newest)[1:]) / lasted,
+            gap_min=min(gaps),
+            gap_max=max(gaps),
+            gap_deviation=sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps)),
+        )

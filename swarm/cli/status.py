@@ -1,0 +1,38 @@
+"""The text of `swarm status`: a line on the run, and one on each robot."""
+
+from math import degrees
+from typing import Final
+
+from swarm.messages import Liveness, RobotStatus, Status
+
+HEAD: Final[tuple[str, ...]] = (
+    "robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event",
+)  # fmt: skip
+
+
+def shown(status: Status) -> str:
+    """Return the status as text."""
+    head = f"{status.scenario}: {status.phase.value} at {status.time:.1f} s, run {status.run}"
+    end = f", not complete: {status.reason}" if status.reason else ", complete" * status.complete
+    rows = [HEAD, *map(_row, status.robots)]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([head + end, *lines])
+
+
+def _row(robot: RobotStatus) -> tuple[str, ...]:
+    x, y, yaw = robot.pose
+    state, event = robot.state, robot.event
+    since = "" if robot.liveness is Liveness.ALIVE else f" since {robot.since:.1f} s"
+    left = state.target < len(state.reached)
+    return (
+        robot.robot,
+        robot.liveness.value + since,
+        f"{x:.2f}, {y:.2f}",
+        f"{degrees(yaw):.0f}",
+        state.activity.value,
+        f"{state.target + 1} of {len(state.reached)}" if left else "none left",
+        f"{state.distance:.1f}" if left else "",
+        ", ".join(robot.waits),
+        f"{event.time:.1f} s: {event.text}" if event is not None else "",
+    )

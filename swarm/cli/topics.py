@@ -1,0 +1,65 @@
+"""The command `swarm topics`: the keys on which a fleet talks, how often and how much."""
+
+import argparse
+import json
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from swarm.cli.finding import of_a_client, place
+from swarm.cli.parsing import Commands, Parser, seconds
+from swarm.secure.identity import WATCHER
+
+if TYPE_CHECKING:
+    from swarm.cli.rates import Row
+
+
+def topics(options: argparse.Namespace) -> int:
+    """Listen for a while and print a row for each key; return 1 if nothing was heard."""
+    from swarm.bus import Tap
+    from swarm.cli.rates import Traffic
+
+    with Tap(*place(options, WATCHER), "**") as tap:
+        began = monotonic()
+        traffic = Traffic(began)
+        while (left := began + options.seconds - monotonic()) > 0:
+            if (sample := tap.receive(left)) is not None:
+                traffic.take(sample)
+        rows = traffic.rows(monotonic())
+    if options.json:
+        print(json.dumps([row._asdict() for row in rows], indent=1))
+    else:
+        shown(rows, options.seconds)
+    return 0 if rows else 1
+
+
+def shown(rows: "list[Row]", lasted: float) -> None:
+    """Print the rows as a table, and their sum."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    if not rows:
+        print(f"nothing was heard for {lasted:g} s")
+        return
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("key", no_wrap=True)
+    for name in ("Hz", "usual", "bytes", "kB/s", "age [s]"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("who", no_wrap=True)
+    for row in rows:
+        usual = "?" if row.usual is None else f"{row.usual:g}" if row.usual else "-"
+        size, weight = f"{row.size:.0f}", f"{row.bytes / 1000:.1f}"
+        table.add_row(row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", row.who)
+    Console().print(table)
+    messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
+    print(f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change")
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add this command to the command line."""
+    one = commands.add_parser("topics", help="list the keys on which a fleet talks: rate, bytes, age, who")
+    text = "s to listen, 3 by default; a rate is a mean over them"
+    one.add_argument("--seconds", type=seconds, default=3.0, metavar="S", help=text)
+    one.add_argument("--json", action="store_true")
+    of_a_client(one)
+    one.set_defaults(command=topics)

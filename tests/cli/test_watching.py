@@ -1,0 +1,207 @@
+"""`swarm ls`, `topics`, `echo`, `hz` and `watch` on fleets that run, over real Zenoh."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from swarm.bus import Bus, Endpoint, Tap
+from swarm.bus.codec import encode
+from swarm.bus.stranger import Stranger
+from swarm.cli import main
+from swarm.launch.running import named
+from swarm.messages import CLOCK, Clock, Phase
+from tests.conftest import MakeBus
+from tests.launch.actors import SMALL, Command, Fleet, await_phase
+from tests.secure.shared import fleet_keys
+
+pytestmark = pytest.mark.processes
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def small(tmp_runtime: Path) -> Path:
+    path = tmp_runtime / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture
+def driving(small: Path, tmp_runtime: Path) -> Iterator[Fleet]:
+    """Run a fleet in real time; it drives."""
+    with Fleet(small, "--pace", "0.5", runtime=tmp_runtime) as fleet:
+        with fleet.bus() as bus:
+            fleet.await_all(bus)
+            await_phase(bus, Phase.RUNNING)
+        yield fleet
+
+
+def said(capsys: Capture, *arguments: str) -> str:
+    """Run a command that is right, and return what it prints."""
+    capsys.readouterr()
+    assert main(list(arguments)) == 0, capsys.readouterr().err
+    return capsys.readouterr().out
+
+
+def refused(capsys: Capture, *arguments: str) -> str:
+    """Run a command that is wrong, and return its sentence."""
+    capsys.readouterr()
+    assert main(list(arguments)) == 2
+    line = capsys.readouterr().err
+    assert re.match(r"swarm: (?!swarm\b).*\n\Z", line), line
+    return line
+
+
+def test_the_tools_find_the_fleet_and_show_it(driving: Fleet, tmp_runtime: Path, capsys: Capture) -> None:
+    (row,) = json.loads(said(capsys, "ls", "--json"))
+    assert (row["fleet"], row["router"], row["robots"], row["phase"]) == (
+        driving.name, str(driving.endpoint), 2, "running",
+    )  # fmt: skip
+    assert driving.name in said(capsys, "ls")
+    assert driving.name in said(capsys, "ls", "--connect", str(driving.endpoint))
+
+    rows = {row["key"]: row for row in json.loads(said(capsys, "topics", "--seconds", "1.5", "--json"))}
+    assert {"robot/r1/sense", "robot/r1/cmd", "robot/r2/cmd", "world/truth"} <= set(rows)
+    assert (rows["robot/r1/cmd"]["who"], rows["robot/r1/sense"]["who"]) == ("r1", "world")
+    assert all(row["rate"] > 0 and row["size"] > 0 for row in rows.values())
+    shown = said(capsys, "topics", "--seconds", "1")
+    assert "robot/r1/sense" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+
+    state = json.loads(said(capsys, "echo", "robot/r1/state", "--once", "--json"))
+    assert (state["key"], state["message"]["robot"]) == ("robot/r1/state", "r1")
+    assert "  tick: " in said(capsys, "echo", "robot/*/sense", "--once")
+    pace = json.loads(said(capsys, "hz", "robot/r1/sense", "--seconds", "1.5", "--json").splitlines()[-1])
+    assert pace["rate"] > 0
+
+    status = json.loads(said(capsys, "status", "--json"))
+    assert [row["robot"] for row in status["robots"]] == ["r1", "r2"]
+    assert "such as robot/r1/state" in refused(capsys, "echo", "robot//state")
+    assert f"running on this machine: {driving.name}" in refused(capsys, "hz", "x", "--fleet", "nope")
+    assert driving.name in refused(capsys, "hz", "x", "--fleet", "nope", "--connect", str(driving.endpoint))
+
+    with Command("watch", runtime=tmp_runtime) as watch:
+        watch.await_line("running")
+        assert main(["stop"]) == 0
+        assert watch.end() == 0, watch.text
+    assert driving.end() == 1
+
+
+def test_processes_have_the_names_of_what_they_are(driving: Fleet) -> None:
+    names = {psutil.Process(one.pid).name() for one in driving.family if one.is_running()}
+    assert {"swarm run", "swarm router", "swarm world", "swarm r1", "swarm r2"} <= names
+
+
+def test_tools_may_watch_a_fleet_with_keys(tmp_runtime: Path, small: Path, capsys: Capture) -> None:
+    keys = tmp_runtime / "keys"
+    fleet_keys(keys)
+    secure = ("--secure", str(keys))
+    with Fleet(small, "--pace", "0.5", runtime=tmp_runtime, keys=keys) as fleet:
+        with fleet.bus() as bus:
+            fleet.await_all(bus)
+            await_phase(bus, Phase.RUNNING)
+        assert json.loads(said(capsys, "ls", "--json"))[0]["phase"] == "needs --secure"
+        assert json.loads(said(capsys, "ls", "--json", *secure))[0]["phase"] == "running"
+        wire = ("--connect", str(fleet.endpoint), *secure)
+        assert fleet.name in said(capsys, "ls", *wire)
+        assert "robot/r1/sense" in said(capsys, "topics", "--seconds", "1", *wire)
+        assert "world/clock" in said(capsys, "echo", "world/clock", "--once", *secure)
+        assert " Hz " in said(capsys, "hz", "robot/r1/cmd", "--seconds", "1.5", *secure)
+        assert "needs keys: add --secure DIR" in refused(capsys, "topics")
+        with Command("watch", *secure, runtime=tmp_runtime) as watch:
+            watch.await_line("running")
+            assert main(["stop", *secure]) == 0
+            assert watch.end() == 0, watch.text
+
+
+def test_of_several_fleets_on_a_router_one_has_to_be_named(
+    make_bus: MakeBus, endpoint: Endpoint, capsys: Capture
+) -> None:
+    place = str(endpoint)
+    assert f"expected a fleet running on {place}, found none" in refused(capsys, "topics", "--connect", place)
+    one, other = make_bus(fleet="one"), make_bus(fleet="other")
+    for bus in (one, other):
+        bus.announce("world", "world")
+    for command in (["topics"], ["status"], ["go"], ["echo", "world/clock"], ["hz", "world/clock"], ["watch"]):
+        line = refused(capsys, *command, "--connect", place)
+        assert f"expected one running fleet on {place}, found one, other; name one with --fleet" in line
+    assert "found one, other; name one" in refused(capsys, "robot", "--connect", place)
+
+
+def test_a_world_and_a_robot_that_are_told_no_fleet_meet_and_the_world_has_its_user_in_its_name(
+    small: Path, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    wire = ("--connect", str(endpoint))
+    with (
+        Command("robot", *wire, runtime=tmp_runtime) as robot,
+        Command("world", str(small), "--robots", "1", "--pace", "max", *wire, runtime=tmp_runtime) as world,
+    ):
+        assert robot.await_line("fleet ").split()[1] == named("small")
+        assert world.end() == 0, world.text
+
+
+def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    bus = make_bus(fleet="forged")
+    bus.announce("world", "world")
+    good = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
+    with (
+        Stranger(endpoint, "forged") as stranger,
+        Command("echo", "**", "--once", "--connect", str(endpoint), runtime=tmp_runtime) as echo,
+    ):
+        while "elsewhere: " not in echo.text or "world/clock: " not in echo.text:
+            stranger.put("world/clock", b"nonsense")
+            stranger.put("elsewhere", b"nonsense")
+            assert bus.receive(0.05) is None
+        bus.send(CLOCK, good)
+        assert echo.end() == 0, echo.text
+    assert "world/clock: clock: expected a MessagePack map" in echo.text
+    assert "elsewhere: expected a key of the table of topics, got 8 bytes" in echo.text
+    assert "phase: running" in echo.text
+
+
+def test_a_tap_hears_the_bytes_that_were_sent(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    bus: Bus = make_bus(fleet="tapped")
+    said = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
+    with Tap(endpoint, "tapped", "world/*") as tap:
+        sample = None
+        while sample is None:
+            bus.send(CLOCK, said)
+            sample = tap.receive(0.5)
+        assert (sample.key, sample.payload) == ("world/clock", encode(said))
+
+
+def test_no_router_is_told_without_a_path_of_the_library(capsys: Capture) -> None:
+    free = Endpoint("127.0.0.1", 0).claim()
+    line = refused(capsys, "ls", "--connect", str(free))
+    assert f"endpoint {free}: expected a running router, got" in line
+    assert ".rs" not in line
+
+
+WRONG = {
+    "no such command": (["frob"], "swarm: argument COMMAND: invalid choice: 'frob'"),
+    "no key": (["echo"], "swarm: echo: the following arguments are required: KEY"),
+    "a wrong time": (["topics", "--seconds", "0"], "swarm: --seconds: expected 0.1 to 1e6 s, got '0'"),
+    "no scenario": (["run", "nosuch.yaml"], "swarm: nosuch.yaml: expected a scenario file, found none; check the path"),
+    "no plan": (["plan", "paper"], "swarm: plan: expected --from X,Y and --to X,Y"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_an_error_says_the_program_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    (tmp_path / "compose.yaml").write_text("services: {}\n")
+    monkeypatch.chdir(tmp_path)
+    arguments, sentence = WRONG[name]
+    assert refused(capsys, *arguments).startswith(sentence)
+
+
+def test_the_version_is_printed(capsys: Capture) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert re.match(r"zenoh-swarm \d+\.\d+\.\d+ \(", capsys.readouterr().out)

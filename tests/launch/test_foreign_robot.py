@@ -1,0 +1,65 @@
+"""The robot of another make drives among three of ours: it is written from the docs, and knows zenoh and msgpack only."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+from swarm.bus import Endpoint
+from swarm.scenario.load import Scenario
+from tests.launch.actors import Command
+from tests.launch.foreign import with_foreign
+from tests.shared import PAPER, ROOT, with_settings
+
+FOREIGN: Final = ROOT / "examples" / "foreign_robot.py"
+
+
+def assert_it_keeps_the_contract(report: dict[str, Any], name: str) -> None:
+    """Check that all arrive, nobody is touched, and the foreign robot waits no longer than the others do."""
+    assert report["complete"]
+    assert sum(report["contacts"].values()) == 0
+    traffic, robots = report["traffic"], report["per_robot"]
+    assert (traffic["overlaps"], traffic["outside"], traffic["deadlocks"], traffic["stalled"]) == (0, 0, 0, 0)
+    assert robots[name]["waiting"] <= max(one["waiting"] for other, one in robots.items() if other != name)
+
+
+def test_it_imports_nothing_of_this_project() -> None:
+    tree = ast.parse(FOREIGN.read_text(encoding="utf-8"))
+    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    names |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) == {"msgpack", "zenoh"}
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("name", ["r1", "r4"])
+def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint: Endpoint, tmp_runtime: Path) -> None:
+    """With the lowest id it is the first to be asked for joint plans, which it does not make."""
+    fleet, file = f"foreign-{name}", tmp_runtime / "report.json"
+    wire = ("--connect", str(endpoint), "--fleet", fleet)
+    arguments = (str(PAPER), "--robots", "4", "--pace", "max", "--report", str(file))
+    with (
+        Command("world", *arguments, *wire, runtime=tmp_runtime) as world,
+        subprocess.Popen(
+            [sys.executable, str(FOREIGN), str(endpoint), fleet, name], stdout=subprocess.PIPE, text=True
+        ) as foreign,
+    ):
+        assert foreign.stdout is not None
+        while (line := foreign.stdout.readline()) != f"{name} has joined\n":
+            assert line.startswith("world/join: "), line
+        with Command("robot", "--count", "3", *wire, runtime=tmp_runtime):
+            assert world.end() == 0, world.text
+        assert foreign.wait(20.0) == 0
+    assert_it_keeps_the_contract(json.loads(file.read_text()), name)
+
+
+@pytest.mark.slow
+def test_a_lossy_radio_costs_it_time_only(paper: Scenario) -> None:
+    run = with_foreign(with_settings(paper, radio={"loss": 0.3}), 4, seed=2, number=1)
+    report = run.run()
+    assert report["complete"]
+    assert sum(report["contacts"].values()) == 0
+    assert (report["traffic"]["overlaps"], report["traffic"]["outside"]) == (0, 0)

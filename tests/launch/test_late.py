@@ -1,0 +1,143 @@
+"""Tools that come late, to a real fleet: before `go`, in mid-run, in a pause, and at the end."""
+
+import json
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+
+from swarm.bus import Bus, settings
+from swarm.cli import main
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    EVENT,
+    EVENTS,
+    MAP,
+    PLAN,
+    STATE,
+    STATUS,
+    TRUTH,
+    Action,
+    Do,
+    Event,
+    Liveness,
+    Phase,
+    Status,
+    Topic,
+)
+from tests.launch.actors import PATIENCE, Fleet, await_event, await_phase, await_tick
+
+pytestmark = pytest.mark.processes
+FETCHED: tuple[Topic[Any], ...] = (CLOCK, TRUTH, STATE, MAP, EVENTS, STATUS)
+
+
+def fetched(bus: Bus) -> Status:
+    """Return the status, after a look at everything else that the world keeps."""
+    found = {topic.key: bus.fetch(topic) for topic in FETCHED}
+    assert [len(messages) for messages in found.values()] == [1, 1, 2, 1, 1, 1]
+    status: Status = found[STATUS.key][0]
+    clock, truth = (found[topic.key][0] for topic in (CLOCK, TRUTH))
+    assert clock.phase is status.phase
+    assert [body.robot for body in truth.bodies] == [one.robot for one in status.robots] == ["r1", "r2"]
+    assert {name: seen.liveness for name, seen in clock.presence.items()} == {
+        one.robot: one.liveness for one in status.robots
+    }
+    if status.phase is not Phase.RUNNING:
+        assert [(body.x, body.y, body.yaw) for body in truth.bodies] == [one.pose for one in status.robots]
+    return status
+
+
+def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        before = fetched(bus)
+        assert (before.phase, before.time) == (Phase.WAITING, 0.0)
+        assert [one.liveness for one in before.robots] == [Liveness.ALIVE] * 2
+        assert all(not any(one.state.reached) and one.state.reached for one in before.robots)
+        bus.ask(ACTION, Action(do=Do.GO))
+        bus.listen(EVENT)
+        await_event(bus, lambda event: event.kind == "reached")
+        running = fetched(bus)
+        assert len(bus.fetch(PLAN)) == 2
+        assert (running.phase, "reached" in {event.kind for event in running.events}) == (Phase.RUNNING, True)
+        bus.ask(ACTION, Action(do=Do.PAUSE))
+        await_phase(bus, Phase.PAUSED)
+        paused = fetched(bus)
+        assert paused == fetched(bus), "while the clock stands, nothing changes"
+        assert [one.pose for one in paused.robots] != [one.pose for one in before.robots]
+        times = [event.time for event in paused.events]
+        assert times == sorted(times)
+        bus.listen(STATUS)
+        bus.ask(ACTION, Action(do=Do.STOP))
+        while True:
+            arrived = bus.receive(PATIENCE)
+            assert arrived is not None, "the end is not told"
+            if isinstance(getattr(arrived, "message", None), Status) and arrived.message.phase is Phase.OVER:  # type: ignore[union-attr]
+                last = arrived.message  # type: ignore[union-attr]
+                break
+        assert (last.reason, last.complete) == ("stopped by command", False)
+        assert last.events[-1].text == "the run is over"
+        assert fleet.end() == 1, fleet.text
+
+
+def test_status_is_json_for_any_zenoh_client_and_for_people(
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        with zenoh.open(settings.client(fleet.endpoint)) as session:
+            (reply,) = session.get(f"swarm/v1/{fleet.name}/{STATUS.key}")
+            assert reply.ok is not None
+            assert reply.ok.encoding == zenoh.Encoding.APPLICATION_JSON
+            plain = json.loads(reply.ok.payload.to_string())
+        assert (plain["v"], plain["phase"]) == (1, "waiting")
+        assert main(["status", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out) == plain
+        assert main(["status"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0].startswith("small: waiting at 0.0 s")
+        assert [line.split()[:2] for line in lines[2:]] == [["r1", "alive"], ["r2", "alive"]]
+        assert main(["stop"]) == 0
+        assert fleet.end() == 1, fleet.text
+
+
+def test_a_frozen_robot_is_gone_then_back_and_the_others_run_on(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_tick(bus, 10)
+        frozen = fleet.member("r2")
+        os.kill(frozen.pid, signal.SIGSTOP)
+        gone = await_event(bus, lambda event: event.kind == "gone")
+        assert gone.robot == "r2"
+        status = bus.fetch(STATUS)[0]
+        assert [(one.robot, one.liveness) for one in status.robots] == [("r1", Liveness.ALIVE), ("r2", Liveness.GONE)]
+        assert status.robots[1].event == gone
+        assert status.robots[1].state.distance > 0.0, "its last state stays"
+        os.kill(frozen.pid, signal.SIGCONT)
+        back = await_event(bus, lambda event: event.kind == "back")
+        assert (back.robot, back.text) == ("r2", "is back")
+        assert fleet.end() == 0, fleet.text
+    assert fleet.report()["complete"]
+
+
+def test_the_events_outlive_a_world_that_is_killed(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        bus.listen(EVENT)
+        fleet.await_all(bus)
+        await_event(bus, lambda event: event.kind == "reached")
+        await_tick(bus, 60)
+        before: list[Event] = bus.fetch(EVENTS)[0].events
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        while not (kept := bus.fetch(EVENTS)):
+            assert fleet.process.poll() is None, fleet.text
+        after = kept[0].events
+        assert [event for event in before if event.kind == "phase"][:1] == after[:1]
+        assert "reached" in {event.kind for event in after}
+        assert main(["stop"]) == 0
+        assert fleet.end() == 1, fleet.text

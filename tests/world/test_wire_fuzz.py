@@ -1,0 +1,114 @@
+"""Requests of anybody: each one is answered or counted, the world goes on, and its state stays as it was."""
+
+from random import Random
+from threading import Event as Flag
+from threading import Thread
+from typing import Any
+
+import msgpack
+import msgspec
+import pytest
+
+from swarm.bus.codec import encode
+from swarm.messages import ACTION, EDIT, JOIN, STATUS, TOPICS, Action, Do, Edit, Join, Kind, Message
+from tests.conftest import MakeBus
+from tests.shared import scenario_of
+from world.course import Course
+from world.process import Host
+from world.snapshot import saved
+from world.snapshot_file import ENCODER
+
+# requests that are right and refused while the run waits without robots, and what is wrong in one way each
+RIGHT: dict[str, Message] = {
+    ACTION.key: Action(do=Do.RESUME),
+    EDIT.key: Edit(kind=Kind.WALL, low=(-9.0, -9.0), high=(-8.0, -8.0)),
+    JOIN.key: Join(robot="r99", session="somebody", world=None),
+}
+ODD: tuple[Any, ...] = (
+    None,
+    True,
+    -1,
+    2**63,
+    1e308,
+    float("nan"),
+    float("inf"),
+    "",
+    "r1",
+    "x" * 3000,
+    b"\xff",
+    [],
+    [[]],
+    {},
+)
+
+
+def spoiled(payload: bytes, chance: Random) -> bytes:
+    """Return a request with one thing wrong: bytes, a field's value, a field less, or another length."""
+    match chance.randrange(5):
+        case 0:
+            return chance.randbytes(chance.randrange(64))
+        case 1:
+            return payload[: chance.randrange(len(payload))]
+        case 2:
+            place = chance.randrange(len(payload))
+            return payload[:place] + chance.randbytes(1) + payload[place + 1 :]
+        case 3:
+            fields = msgpack.unpackb(payload)
+            fields[chance.choice(sorted(fields))] = chance.choice(ODD)
+            return bytes(msgpack.packb(fields))
+        case _:
+            fields = msgpack.unpackb(payload)
+            del fields[chance.choice(sorted(fields))]
+            return bytes(msgpack.packb(fields))
+
+
+def harmless(payload: bytes, key: str) -> bool:
+    """Return True unless the payload, by luck, is a request that the world may carry out."""
+    try:
+        kind = {ACTION.key: Action, EDIT.key: Edit, JOIN.key: Join}[key]
+        return bool(msgspec.msgpack.decode(payload, type=kind) == RIGHT[key])
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return True
+
+
+def key_of(chance: Random) -> str:
+    """Return a key: one of the world's, of a robot, or one that nobody has."""
+    names = [topic.key.format(robot="r1", zx=0, zy=0) for topic in TOPICS]
+    own = chance.choice([*names, "world/nothing", "robot/r1", "robot/r99/state", "somewhere/else/at/all"])
+    return own if chance.random() < 0.9 else own + "/" + "x" * chance.randrange(1, 40)
+
+
+@pytest.mark.parametrize("number", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])
+def test_no_request_changes_anything_and_every_request_is_answered_or_counted(make_bus: MakeBus, number: int) -> None:
+    bus, asker, stop = make_bus(), make_bus(), Flag()
+    course = Course(bus, scenario_of(), 2, 1, "max", 300.0, True, 0, None, lambda line: None)
+    host = Host(bus, course, lambda line: None)
+    host.open()
+    thread = Thread(target=host.serve, args=(stop,))
+    thread.start()
+    chance, session, prefix = Random(number), asker._session, bus._prefix
+    try:
+        while not asker.fetch(STATUS):
+            pass
+        before = ENCODER.encode(saved(course.world)), asker.fetch(STATUS)
+        answered = 0
+        for _ in range(number):
+            if chance.random() < 0.5:
+                key = chance.choice(list(RIGHT))
+                good = encode(RIGHT[key])
+                payload = good if chance.random() < 0.1 else spoiled(good, chance)
+                if not harmless(payload, key):
+                    continue
+                replies = list(session.get(prefix + key, payload=payload, timeout=30.0))
+                assert [reply.err is not None for reply in replies] == [True], (key, payload)
+                answered += 1
+            else:
+                payload = chance.randbytes(chance.randrange(200))
+                list(session.get(prefix + key_of(chance), payload=payload, timeout=30.0))
+        assert answered > number // 4
+        assert bus.refused.total() > 0
+        assert (ENCODER.encode(saved(course.world)), asker.fetch(STATUS)) == before
+    finally:
+        stop.set()
+        thread.join()
+    assert course.report()["reason"] == "interrupted"
