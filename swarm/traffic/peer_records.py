@@ -94,11 +94,8 @@ class PeerRecords:
         fresh, records, silent = self._settings.fresh, self.others, {}
         oldest = min([record.stamp for record in records.values()], default=FOREVER)
         if oldest < tick - fresh or self.mutes.names:
-            records = {
-                robot: record
-                for robot, record in self.others.items()
-                if record.stamp >= tick - fresh and robot not in self.mutes.names
-            }
+            heard = {robot: record for robot, record in self.others.items() if robot not in self.mutes.names}
+            records = {robot: record for robot, record in heard.items() if record.stamp >= tick - fresh}
             silent = {robot: record for robot, record in self.others.items() if robot not in records}
             oldest = min([record.stamp for record in records.values()], default=FOREVER)
         theirs, until = records.values(), oldest + fresh

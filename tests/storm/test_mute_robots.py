@@ -51,10 +51,9 @@ def test_one_mute_robot_among_four_hinders_nobody_for_long(name: str) -> None:
 def corridor(stands: float) -> Simulation:
     """Return a simulation in which r2, mute, stands at x = ``stands`` in the lower of two corridors for ever."""
     scenario = scenario_of(
-        TWO_WAYS,
-        map={"text": TWO_WAYS, "cell": 1.2}, own_targets=[[[10.2, 1.8]], [[stands, 1.8]]], return_home=False,
-        start={"poses": [[1.8, 1.8, 0.0], [stands, 1.8, 0.0]]}, traffic={"cell": 1.2, "offset": [0.0, 0.0]},
-        robots=2,
+        TWO_WAYS, map={"text": TWO_WAYS, "cell": 1.2}, targets=[], own_targets=[[[10.2, 1.8]], [[stands, 1.8]]],
+        return_home=False, start={"poses": [[1.8, 1.8, 0.0], [stands, 1.8, 0.0]]},
+        traffic={"cell": 1.2, "offset": [0.0, 0.0]}, robots=2,
     )  # fmt: skip
     simulation = Simulation.of(scenario, 2, 1)
     make_mute(simulation, ["r2"])
