@@ -138,6 +138,9 @@ class Settings(Section, frozen=True, kw_only=True):
     patrol: Annotated[
         bool, Meta(description="the targets are visited again and again until `limit`; nobody drives home")
     ] = False
+    serve: Annotated[
+        bool, Meta(description="who is done waits for orders; the run ends only by `swarm stop` or `--limit`")
+    ] = False
     retry_stops: Annotated[
         bool, Meta(description="a robot takes up a stop that it gave up when an edit or a learned map opens a way")
     ] = True

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isinf
 from pathlib import Path
 from threading import Lock
 from typing import Final
@@ -83,6 +84,23 @@ class Course:
     def lockstep(self) -> bool:
         """True if each tick waits for all robots."""
         return self.pace == "max"
+
+    @property
+    def stands(self) -> bool:
+        """True if the clock stands: in a phase without it, until robots are back, or since nobody has anything to do.
+
+        The last is so in lockstep only, in a fleet that stays: else days would pass between two orders.
+        """
+        return self.phase is not Phase.RUNNING or self.lobby.expected or self._rests
+
+    @property
+    def _rests(self) -> bool:
+        """True if nothing would happen until somebody asks for something, and no limit is waited for."""
+        world = self.world
+        if not (world.settings.serve and self.lockstep and isinf(self._limit)) or self.in_tick:
+            return False
+        awaited = world.unfinished or world.planned.left or world.planned_orders.left
+        return not awaited and not any(map(any, world.wheels))
 
     def _resume(self, found: Snapshot) -> None:
         """Go on with the run of a snapshot."""
@@ -187,10 +205,10 @@ class Course:
             self.save_soon()
 
     def _end_if_over(self) -> None:
-        world, unfinished = self.world, self.world.unfinished
-        if world.finished:
+        world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
+        if world.finished and not stays:
             self.end(missing(world))
-        elif unfinished and all(self.lobby.away(name) >= LOST for name in unfinished):
+        elif unfinished and not stays and all(self.lobby.away(name) >= LOST for name in unfinished):
             self._lost = unfinished
             self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
         elif world.time >= self._limit:

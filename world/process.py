@@ -108,7 +108,7 @@ class Host:
         course.tell_clock()
         while not self._is_over():
             course.save()
-            stands = course.phase is not Phase.RUNNING or not self._linked or course.lobby.expected
+            stands = course.stands or not self._linked
             self._requests.renew(idle=stands)
             self._requests.serve(self._answer, between=True)
             if stop.is_set():
@@ -213,7 +213,7 @@ class Host:
     def _look_who_has_gone(self) -> None:
         course = self._course
         lobby, roll, now = course.lobby, course.roll, course.awake.now()
-        running = course.phase is Phase.RUNNING and not lobby.expected
+        running = not course.stands
         gone = lobby.look(now, running=running)
         told = gone if course.phase is Phase.RUNNING else []
         before, away = roll.seen, {name: lobby.away(name) for name in lobby.absent}

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
         print("swarm run SCENARIO: a scenario file, or one of these:")
         print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
         return 0
-    source = Source(found(options.scenario), options.scen, options.robots)
+    source = Source(found(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
         warm_up(source, secure=options.secure is not None)
     from swarm.launch import run as launch
@@ -79,7 +80,7 @@ def world(options: argparse.Namespace) -> int:
     from swarm.scenario.shipped import found
     from world.process import run as run_world
 
-    scenario = load(found(options.scenario))
+    scenario = load(found(options.scenario), serve=options.serve)
     robots, seed, limit = _numbers(options, scenario.settings)
     scenario = check(scenario, robots, seed).scenario
     if options.resume is not None and not options.resume.is_file():
@@ -130,12 +131,12 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
     """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
     robots = settings.robots if options.robots is None else options.robots
     seed = settings.seed if options.seed is None else options.seed
-    limit = settings.limit if options.limit is None else options.limit
+    limit = options.limit if options.limit is not None else inf if settings.serve else settings.limit
     if not 1 <= robots <= 1000:
         raise ConfigError(f"--robots: expected 1 to 1000, got {robots}")
     if not 0 <= seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {seed}")
-    if not 0 < limit <= 1e6:
+    if not 0 < limit <= 1e6 and options.limit is not None:
         raise ConfigError(f"--limit: expected seconds above 0, at most 1e6, got {limit:g}")
     return robots, seed, limit
 
@@ -188,6 +189,8 @@ def _of_a_run(parser: Parser) -> None:
     parser.add_argument("--pace", default="realtime", help="realtime, max (lockstep) or a factor")
     parser.add_argument("--limit", type=float, metavar="SECONDS", help="simulated time after which the run ends")
     parser.add_argument("--wait", action="store_true", help="wait for `swarm go` before the start")
+    text = "a fleet that stays: who is done waits for `swarm order`; the run ends by `swarm stop`, or at --limit"
+    parser.add_argument("--serve", action="store_true", help=text)
     parser.add_argument("--report", type=Path, metavar="FILE.json")
 
 

@@ -20,7 +20,7 @@ leave_terminal_to_parent()
 
 compiled.load()
 if SOURCE in os.environ:
-    file, scen, robots = json.loads(os.environ.pop(SOURCE))
+    file, scen, robots, serve = json.loads(os.environ.pop(SOURCE))
     with suppress(SwarmError):  # the launcher reads the same files and says what is wrong with them
-        rehearse(Source(Path(file), None if scen is None else Path(scen), robots))
+        rehearse(Source(Path(file), None if scen is None else Path(scen), robots, serve))
 garbage.seldom()  # and it does not touch the shared pages again

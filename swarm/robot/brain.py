@@ -11,7 +11,7 @@ from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command,
 from swarm.planning.grid import Grid
 from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.ground import Ground
-from swarm.robot.mission import Mission, Occasion, Stage
+from swarm.robot.mission import Mission, Stage
 from swarm.robot.navigator import Navigator
 from swarm.robot.pilot import Move, PilotInputs
 from swarm.robot.tuning import REPLAN
@@ -87,7 +87,7 @@ class Robot:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""
         self._begin(state.run)
         if assigned is not None:
-            self.mission.take(Occasion.GO)
+            self.mission.begin()
             self.mission.assign(assigned)
         if state.activity is not Activity.READY and state.assignment == self.mission.number:
             self.mission.resume(state.reached, state.unreachable, state.laps)
@@ -128,7 +128,7 @@ class Robot:
         if sense.run != self.run:
             self._begin(sense.run)
         if self.mission.stage is Stage.READY:
-            self.mission.take(Occasion.GO)
+            self.mission.begin()
         self._take_over(sense.assigned)
         self._hear(inputs)
         pose = Pose(sense.x, sense.y, sense.yaw)
@@ -248,7 +248,7 @@ class Robot:
             pose=pose,
             goal=goal or (mission.stops[-1] if mission.stops else pose[:2]),
             done=goal is None,
-            anywhere=goal is None and mission.number > 0,
+            anywhere=goal is None and (mission.number > 0 or self._settings.serve),
             target=min(mission.target, len(mission.stops) - 1),
             navigator=self._navigator,
             heard=heard,

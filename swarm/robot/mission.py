@@ -38,7 +38,7 @@ class Occasion(StrEnum):
 
 # fmt: off
 TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
-    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY},
+    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY, Occasion.NO_STOPS: Stage.DONE},
     Stage.OUTBOUND:  {Occasion.TARGET_LEFT: Stage.OUTBOUND, Occasion.TARGETS_DONE: Stage.RETURNING,
                       Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
                       Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
@@ -85,6 +85,10 @@ class Mission:
             raise ValueError(f"mission: expected one of ({allowed}) in stage {self.stage}, got {occasion}")
         self.stage = row[occasion]
 
+    def begin(self) -> None:
+        """Begin to drive; without stops the mission is done."""
+        self.take(Occasion.GO if self.stops else Occasion.NO_STOPS)
+
     def assign(self, assigned: Assigned) -> None:
         """Take over other stops; nothing of those before counts any more."""
         targets = len(assigned.stops) - assigned.home
@@ -117,7 +121,7 @@ class Mission:
     def resume(self, reached: Sequence[bool], unreachable: Sequence[int], laps: int = 0) -> None:
         """Continue the mission where an earlier process left it."""
         if self.stage is Stage.READY:
-            self.take(Occasion.GO)
+            self.begin()
         self.laps = laps
         self.reached = [*reached[: len(self.stops)], *[False] * (len(self.stops) - len(reached))]
         stops = enumerate(self.reached)

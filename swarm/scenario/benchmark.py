@@ -25,8 +25,10 @@ SENSORS: Final = SensorSettings(side_deg=30.0, side_half_width_deg=10.0, front_h
 LIMIT: Final = 900.0  # s
 
 
-def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scenario:
+def from_benchmark(map_path: Path, scen_path: Path, robots: int | None, *, serve: bool = False) -> Scenario:
     """Return a scenario from a map and a .scen file; each robot faces its target at the start.
+
+    ``serve`` is the scenario's field of that name.
 
     Raises:
         ConfigError: one of the files is wrong, or the .scen file has fewer rows than robots.
@@ -47,6 +49,7 @@ def from_benchmark(map_path: Path, scen_path: Path, robots: int | None) -> Scena
         start=StartSettings(poses=starts),
         own_targets=targets,
         return_home=False,
+        serve=serve,
         reach=0.3,
         robots=count,
         limit=LIMIT,

@@ -66,14 +66,14 @@ class Scenario:
         return cls(settings, unpack(packed), Profile.from_builtins(msgspec.to_builtins(scenario.profile)))
 
 
-def load(path: Path) -> Scenario:
-    """Load a scenario file with the map and the fuzzy profile it names.
+def load(path: Path, *, serve: bool = False) -> Scenario:
+    """Load a scenario file with the map and the fuzzy profile it names; ``serve`` sets its field of that name.
 
     Raises:
         ConfigError: the file is wrong; the text says where, what and what to do.
     """
     raw = _read(path)
-    settings = checked(raw, str(path))
+    settings = checked(raw | {"serve": True} if serve else raw, str(path))
     where, base = settings.map, path.parent
     if (where.text is None) == (where.file is None):
         raise ConfigError(f"{path}: map: expected either `text` or `file`; draw the map in the file or name one")
@@ -103,9 +103,11 @@ def checked(raw: object, where: str) -> Settings:
     except msgspec.ValidationError as fault:
         raise ConfigError(f"{where}: {_explain(str(fault), raw)}") from None
     start = settings.start
+    may_lack = settings.serve or start.circle is not None  # who serves waits for orders from the start
     if start.circle is not None and (settings.targets or settings.own_targets):
         raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
-    if start.circle is None and bool(settings.targets) == bool(settings.own_targets):
+    given = bool(settings.targets) + bool(settings.own_targets)
+    if given > 1 or not (given or may_lack):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
     if (listed := sum(map(len, settings.own_targets))) > LISTED_LIMIT:
         raise ConfigError(

@@ -13,6 +13,7 @@ class Source(NamedTuple):
     file: Path
     scen: Path | None = None
     robots: int | None = None  # how many rows of the ``.scen`` file; None: all
+    serve: bool = False  # the fleet stays, whatever the file says
 
     def read(self) -> "Scenario":
         """Return the scenario.
@@ -23,7 +24,7 @@ class Source(NamedTuple):
         if self.scen is None:
             from swarm.scenario.load import load
 
-            return load(self.file)
+            return load(self.file, serve=self.serve)
         from swarm.scenario.benchmark import from_benchmark
 
-        return from_benchmark(self.file, self.scen, self.robots)
+        return from_benchmark(self.file, self.scen, self.robots, serve=self.serve)
