@@ -2,7 +2,7 @@
 
 from swarm.bus import Request
 from swarm.errors import PeerError, SwarmError
-from swarm.messages import Accepted, Action, Do, Edit, Join, Message, Order, RobotAction, Welcome
+from swarm.messages import Accepted, Action, Do, Edit, Join, Leave, Message, Order, RobotAction, Welcome
 from world.controls import already, pressed
 from world.course import Course
 from world.roll import LOST
@@ -19,6 +19,8 @@ def answer(request: Request, course: Course, session: str) -> None:
                 reply = _edit(edit, course)
             case Join() as join:
                 reply = _join(join, course, session)
+            case Leave() as leave:
+                reply = _leave(leave, course)
             case Order() | RobotAction() as asked:
                 reply = _request(request.ids["robot"], asked, course)
     except SwarmError as fault:
@@ -82,3 +84,15 @@ def _join(join: Join, course: Course, session: str) -> Welcome:
     if join.world != course.world.identity:
         course.repeatable.no_longer(f"{name} has started again without its memory", course.world.time)
     return welcome(name, course.world, course.speaker, session)
+
+
+def _leave(leave: Leave, course: Course) -> Accepted:
+    """Take back the place of a robot process that ends; the body stands where it is, as one whose process was lost."""
+    name = leave.robot
+    course.lobby.leave(name, leave.session)
+    course.roll.left.add(name)
+    course.tell("left", "has left; its body stays where it stands until a process takes its place", name)
+    course.repeatable.no_longer(f"{name} has left", course.world.time)
+    course.tell_clock()
+    course.save_soon()
+    return Accepted(text=f"{name} has left")

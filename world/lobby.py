@@ -174,3 +174,17 @@ class Lobby:
         if session in self._tokens[name]:
             self._came(name)
         return name
+
+    def leave(self, name: str, session: str) -> None:
+        """Free the place of a robot whose process ends; nobody waits for it.
+
+        Raises:
+            PeerError: the session does not have that place.
+        """
+        if not self.knows(name) or self._joined.get(name) != session:
+            raise PeerError(f"{name}: expected the session that has this place, got another one; only it can leave")
+        del self._joined[name]
+        self._tokens[name].discard(session)
+        self._leaving.pop(name, None)
+        self._promised.pop(name, None)
+        self._expected.discard(name)

@@ -35,7 +35,9 @@ class Missions:
         self._recorder = recorder
         self._reachable = Reachable(settings)
         self.orders = Orders(robots, stops, returns=settings.return_home)
-        self.left: list[int | None] = [0 if row else None for row in stops]  # the first stop neither reached nor given up
+        self.left: list[int | None] = [
+            0 if row else None for row in stops
+        ]  # the first stop neither reached nor given up
         self._places: list[tuple[int, NDArray[np.float64]] | None] = [None] * len(starts)
 
     def stops(self, number: int) -> tuple[Point, ...]:

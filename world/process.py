@@ -13,6 +13,7 @@ from swarm.messages import (
     EDIT,
     EVENTS,
     JOIN,
+    LEAVE,
     MAP,
     ORDER,
     PLAN,
@@ -90,7 +91,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION):
+        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})

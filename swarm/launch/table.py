@@ -82,7 +82,7 @@ FINISH, RESTART, REPORT, LOSE, LEAVE = EarlyEnd
 #                          name         load       on success  on failure  killed    too often
 ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,  FINISH)
 WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH)
-ROBOT: Final     = Role("robot",     robot,     RESTART,    RESTART,    RESTART,  LOSE)
+ROBOT: Final     = Role("robot",     robot,     LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
 # fmt: on
 

@@ -21,6 +21,7 @@ from swarm.messages.world import (
     Event,
     Events,
     Join,
+    Leave,
     Map,
     Mover,
     Order,
@@ -40,6 +41,7 @@ __all__ = [
     "EVENT",
     "EVENTS",
     "JOIN",
+    "LEAVE",
     "MAP",
     "ORDER",
     "PLAN",
@@ -67,6 +69,7 @@ __all__ = [
     "Id",
     "Join",
     "Kind",
+    "Leave",
     "Liveness",
     "Map",
     "Message",
@@ -112,14 +115,16 @@ MAP       = Topic("world/map",              Map,       0.0,  0.0,     True,     
 ACTION    = Topic("world/action",           Action,    0.0,  0.0)
 EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
+LEAVE     = Topic("world/leave",            Leave,     0.0,  0.0)
 ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
 ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 # fmt: on
 
 TOPICS: Final = (
-    SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, ORDER,
-    ROBOT_ACTION,
+    SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
+    ORDER, ROBOT_ACTION,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
-    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, ORDER.key: Accepted, ROBOT_ACTION.key: Accepted
+    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, LEAVE.key: Accepted, ORDER.key: Accepted,
+    ROBOT_ACTION.key: Accepted,
 }  # fmt: skip

@@ -154,6 +154,13 @@ class Join(Message, frozen=True, kw_only=True):
     world: Annotated[Id | None, says("identity of the world whose run this robot is in; null: it remembers nothing")]
 
 
+class Leave(Message, frozen=True, kw_only=True):
+    """A robot process gives its place back: its body stays where it stands until a process takes the place again."""
+
+    robot: Annotated[Id, says("the place")]
+    session: Annotated[Id, says("Zenoh session of the process that has the place")]
+
+
 class Welcome(Message, frozen=True, kw_only=True):
     """The answer to a join: the robot's name, the scenario, the map, and the progress of that robot's mission."""
 

@@ -38,7 +38,7 @@ class Occasion(StrEnum):
 
 # fmt: off
 TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
-    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY, Occasion.NO_STOPS: Stage.DONE},
+    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY},
     Stage.OUTBOUND:  {Occasion.TARGET_LEFT: Stage.OUTBOUND, Occasion.TARGETS_DONE: Stage.RETURNING,
                       Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
                       Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
@@ -87,7 +87,9 @@ class Mission:
 
     def begin(self) -> None:
         """Begin to drive; without stops the mission is done."""
-        self.take(Occasion.GO if self.stops else Occasion.NO_STOPS)
+        self.take(Occasion.GO)
+        if not self.stops:
+            self.take(Occasion.NO_STOPS)
 
     def assign(self, assigned: Assigned) -> None:
         """Take over other stops; nothing of those before counts any more."""

@@ -9,7 +9,7 @@ from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
-from swarm.messages import COMMAND, JOIN, MAP, PLAN, RADIO, SENSE, STATE, Join, Welcome
+from swarm.messages import COMMAND, JOIN, LEAVE, MAP, PLAN, RADIO, SENSE, STATE, Join, Leave, Welcome
 from swarm.robot.brain import Robot
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Given, Seat
@@ -19,6 +19,7 @@ from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
+GOODBYE: Final = 1.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
 FIRST, LONGEST = 0.1, 5.0  # s between two attempts to join; each pause is twice the one before
 KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
@@ -35,7 +36,9 @@ def run(
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         bus.watch_presence("world")
-        Crew(bus, robots, log).serve(stop)
+        crew = Crew(bus, robots, log)
+        crew.serve(stop)
+        crew.say_goodbye()
     return 0
 
 
@@ -216,6 +219,18 @@ class Crew:
         self._inbox = Inbox(Radio(self._bus))
         for place in self._places:
             place.session = None
+
+    def say_goodbye(self) -> None:
+        """Give the places back: the world waits for none of these robots any more, and others may take them."""
+        present = [place for place in self._places if place.name is not None and place.session in self._worlds]
+        worlds = self._bus.sessions("world") if present else set()  # this process may not have heard that it has gone
+        for place in present:
+            if place.name is not None and place.session in worlds:
+                try:
+                    self._bus.ask(LEAVE, Leave(robot=place.name, session=self._bus.id), GOODBYE)
+                except SwarmError as fault:
+                    self._log(f"{place.name}: left without an answer: {fault}")
+                    return  # each of them would wait as long
 
     # --- speaking ---
 

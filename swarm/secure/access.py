@@ -14,6 +14,7 @@ from swarm.messages import (
     EVENT,
     EVENTS,
     JOIN,
+    LEAVE,
     MAP,
     ORDER,
     PLAN,
@@ -56,7 +57,7 @@ LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keep
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
-        answers=(ACTION, EDIT, JOIN, ORDER, ROBOT_ACTION, *LAST),
+        answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, *LAST),
         hears=(COMMAND, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
@@ -66,7 +67,7 @@ RIGHTS: Final = {
         sends=(RADIO, COMMAND, STATE, PLAN),
         answers=(),
         hears=(RADIO, SENSE),
-        asks=(JOIN, MAP),
+        asks=(JOIN, LEAVE, MAP),
         present_as="robot",
         sees="world",
     ),

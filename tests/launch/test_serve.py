@@ -1,13 +1,14 @@
 """A fleet that stays: who is done waits for orders, also after processes were killed; it ends when it is told to."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from swarm.bus import Bus
 from swarm.cli import main
-from swarm.messages import EVENT, STATUS, Event, Phase
-from tests.launch.actors import SMALL, Fleet, await_clock, await_event, await_phase
+from swarm.messages import CLOCK, STATUS, Activity, Liveness, Phase, RobotStatus, Status
+from tests.launch.actors import PATIENCE, SMALL, Command, Fleet, await_clock, await_phase
 
 pytestmark = pytest.mark.processes
 
@@ -27,13 +28,31 @@ def driving(tmp_runtime: Path) -> Path:
     return path
 
 
-def at(robot: str, stop: str, bus: Bus) -> Event:
-    return await_event(bus, lambda event: (event.robot, event.text) == (robot, f"is at {stop}"))
+def await_status(bus: Bus, fits: Callable[[Status], bool]) -> Status:
+    """Ask for the status each time that the clock is told, until it fits."""
+    bus.listen(CLOCK)
+    while True:
+        for status in bus.fetch(STATUS):
+            if fits(status):
+                return status
+        assert bus.receive(PATIENCE) is not None, "the world is silent"
 
 
-def test_without_serve_a_scenario_without_targets_is_refused(
-    waiting: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def row(status: Status, robot: str) -> RobotStatus:
+    return next(row for row in status.robots if row.robot == robot)
+
+
+def await_done(bus: Bus, robot: str, number: int) -> Status:
+    """Wait until a robot is done with the stops of that number."""
+    return await_status(
+        bus,
+        lambda status: (
+            (row(status, robot).state.assignment, row(status, robot).state.activity) == (number, Activity.DONE)
+        ),
+    )
+
+
+def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(waiting), "--dashboard", "off"]) == 2
     assert "expected either `targets` (for all) or `own_targets`" in capsys.readouterr().err
 
@@ -43,24 +62,20 @@ def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
     pace: str, waiting: Path, tmp_runtime: Path
 ) -> None:
     with Fleet(waiting, "--pace", pace, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
         fleet.await_all(bus)
-        await_phase(bus, Phase.RUNNING)
         for name in ("r1", "r2"):
-            at(name, "home", bus)
+            await_done(bus, name, 0)
         assert main(["order", "r1", "9.5,2.0", "--id", "a"]) == 0
-        at("r1", "target 1", bus)
+        await_done(bus, "r1", 1)
         fleet.member("r1").kill()
         fleet.await_line("r1 was ended by signal 9; started again")
-        await_event(bus, lambda event: event.kind == "back" and event.robot == "r1")
         assert main(["order", "r1", "9.5,6.0", "--home", "--id", "b"]) == 0
-        at("r1", "target 1", bus)
+        await_status(bus, lambda status: row(status, "r1").state.reached[:1] == [True])
         fleet.member("world").kill()
         fleet.await_line("world was ended by signal 9; started again")
-        at("r1", "home", bus)
-        await_clock(bus, lambda clock: len(clock.present) == 2)
+        await_done(bus, "r1", 2)
         assert main(["order", "r2", "9.5,4.0", "--id", "c"]) == 0
-        at("r2", "target 1", bus)
+        await_done(bus, "r2", 3)
         assert main(["stop"]) == 0
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
@@ -88,14 +103,13 @@ def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_
     driving: Path, tmp_runtime: Path
 ) -> None:
     with Fleet(driving, "--pace", "max", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
         fleet.await_all(bus)
-        at("r1", "home", bus)
-        ticks = [await_clock(bus, lambda clock: clock.time > 10.0).tick for _ in range(8)]  # it is told each second
+        for name in ("r1", "r2"):
+            await_done(bus, name, 0)
+        ticks = [await_clock(bus, lambda clock: clock.time > 10.0).tick for _ in range(6)]  # it is told each second
         assert len(set(ticks[-3:])) == 1
         assert main(["order", "r1", "9.5,4.0"]) == 0
-        assert at("r1", "target 1", bus).tick > ticks[-1]
-        assert bus.fetch(STATUS)[0].phase is Phase.RUNNING
+        assert await_done(bus, "r1", 1).tick > ticks[-1]
         assert main(["stop"]) == 0
         assert fleet.end() == 0, fleet.text
 
@@ -106,3 +120,31 @@ def test_a_limit_that_is_given_ends_it(driving: Path, tmp_runtime: Path) -> None
         report = fleet.report()
     assert report["complete"]
     assert report["sim_time"] == pytest.approx(120.0)
+
+
+@pytest.mark.parametrize("pace", ["max", "5"])
+def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, waiting: Path, tmp_runtime: Path) -> None:
+    with Fleet(waiting, "--pace", pace, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_done(bus, "r2", 0)
+        assert main(["order", "r2", "9.5,2.0", "9.5,6.0", "--home"]) == 0
+        await_status(bus, lambda status: row(status, "r2").state.reached[:1] == [True])
+        fleet.member("r2").terminate()
+        left = await_status(bus, lambda status: any(event.kind == "left" for event in status.events))
+        assert row(left, "r2").liveness is Liveness.GONE
+        assert main(["order", "r1", "4.0,2.0"]) == 0
+        await_done(bus, "r1", 2)
+        where = ("--connect", str(fleet.endpoint), "--fleet", fleet.name)
+        with Command("robot", "--id", "r2", *where, runtime=tmp_runtime) as other:
+            done = await_done(bus, "r2", 1)
+            assert main(["stop"]) == 0
+            assert fleet.end() == 0, fleet.text
+            other.process.terminate()
+            assert other.end() == 0, other.text
+        kinds = [event.kind for event in done.events if event.robot == "r2"]
+        assert kinds.count("left") == kinds.count("back") == 1
+        assert "gone" not in kinds
+        report = fleet.report()
+    assert report["complete"], report["reason"]
+    assert any(reason.startswith("r2 has left") for reason in report["not_reproducible"])
+    assert "r2 ended" not in fleet.text, "nobody started it again"

@@ -180,3 +180,33 @@ def test_places_are_given_in_order_and_promised_for_a_while() -> None:
 def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
     one = lobby(("r1", "a"))
     assert one.place("r1", "a", 0.0) == "r1"
+
+
+# --- leaving ---
+
+
+def test_who_leaves_is_gone_at_once_and_its_place_is_free() -> None:
+    one = lobby(("r1", "a"), ("r2", "b"))
+    one.leave("r1", "a")
+    assert (one.present, one.unsettled) == (["r2"], False)
+    one.take(token("r1", "a", alive=False), 0.0)
+    assert kinds(one, LATER) == [], "nobody lost it"
+    assert one.place("r1", "c", LATER) == "r1"
+    one.take(token("r1", "c"), LATER)
+    assert one.present == ["r1", "r2"]
+
+
+@pytest.mark.parametrize(("name", "session"), [("r1", "b"), ("r3", "a"), ("r9", "a")])
+def test_nobody_else_can_make_a_robot_leave(name: str, session: str) -> None:
+    one = lobby(("r1", "a"), ("r2", "b"))
+    with pytest.raises(PeerError, match=f"{name}: expected the session that has this place"):
+        one.leave(name, session)
+    assert one.present == ["r1", "r2"]
+
+
+def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
+    one = lobby(("r1", "a"))
+    one.link(up=False, now=0.0)
+    assert one.expected
+    one.leave("r1", "a")
+    assert not one.expected
