@@ -231,6 +231,8 @@ def _watch(
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
+                elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
+                    console.print(f"{ended.name} has left; the run goes on")
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
                     return trouble

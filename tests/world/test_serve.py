@@ -1,0 +1,121 @@
+"""A fleet that stays: robots without stops, who makes room for whom, what ends the run, and when the clock stands."""
+
+from math import inf
+from unittest.mock import Mock
+
+import msgspec
+import pytest
+
+from swarm.bus import Bus
+from swarm.errors import ConfigError
+from swarm.geometry import distance
+from swarm.messages import Activity, Order, Phase
+from swarm.settings import Pace
+from tests.shared import scenario_of
+from world.course import Course
+from world.faults import Faults, Health, Spell
+from world.roll import LOST
+from world.simulate import Simulation
+from world.world import REST
+
+DONE = Activity.DONE
+THERE = (7.5, 4.5)
+
+
+@pytest.mark.parametrize("home", [True, False])
+@pytest.mark.parametrize(
+    "faults", [Faults(), Faults(spells=(Spell("r1", Health.AWAY, 60, 60),))], ids=["well", "started again"]
+)
+def test_robots_without_targets_wait_where_they_are_and_then_carry_out_orders(home: bool, faults: Faults) -> None:
+    simulation = Simulation.of(scenario_of(targets=[], serve=True, return_home=home), 2, 1, faults)
+    world = simulation.world
+    for _ in range(20):
+        simulation.step()
+    assert world.finished
+    assert world.complete
+    side = world.traffic.watch.cells.side
+    assert all(distance(*pair) < side for pair in zip(world.poses(), world.starts, strict=True)), "each has one cell"
+    world.request("r1", Order(id="a", targets=[THERE]))
+    while not world.finished:
+        simulation.step()
+        assert world.time < 60.0
+    assert world.complete
+    assert distance(world.poses()[0], THERE) <= world.settings.reach
+    assert [past.fate for past in world.missions.history(0)] == ["done", "done"]
+
+
+def test_without_serve_targets_are_asked_for() -> None:
+    with pytest.raises(ConfigError, match="expected either `targets`"):
+        scenario_of(targets=[])
+
+
+def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
+    simulation = Simulation.of(scenario_of(targets=[], serve=True), 2, 1)
+    world = simulation.world
+    for _ in range(20):
+        simulation.step()
+    world.request("r2", Order(id="a", targets=[world.starts[0][:2]]))
+    while not world.finished:
+        simulation.step()
+        assert world.time < 60.0
+    assert world.complete
+    assert world.recorder.contact_counts[0].total() == 0
+
+
+# --- the run ---
+
+
+def course(pace: Pace, limit: float, **fields: object) -> Course:
+    scenario = scenario_of(targets=[], **fields)
+    one = Course(Mock(spec=Bus), scenario, 2, 1, pace, limit, False, 0, None, lambda line: None)
+    one.go_to(Phase.RUNNING)
+    return one
+
+
+def step(one: Course, *done: str) -> None:
+    for name in done:
+        said = msgspec.structs.replace(REST, tick=one.world.tick, activity=DONE, reached=[True])
+        one.last.take(name, said, 0, one.world.tick)
+    one.step()
+
+
+@pytest.mark.parametrize(
+    ("done", "away", "limit", "over"),
+    [(("r1", "r2"), 0.0, inf, False), (("r1",), LOST, inf, False), (("r1", "r2"), 0.0, 0.05, True)],
+    ids=["all are done", "who is not done is lost", "the limit"],
+)
+def test_only_a_limit_ends_a_run_of_a_fleet_that_stays(
+    done: tuple[str, ...], away: float, limit: float, over: bool
+) -> None:
+    one = course(1.0, limit, serve=True)
+    one.lobby.look(one.lobby._looked_at + away, running=True)
+    step(one, *done)
+    assert (one.phase is Phase.OVER) is over
+
+
+@pytest.mark.parametrize(
+    ("pace", "limit", "fields", "done", "stands"),
+    [
+        ("max", inf, {}, ("r1", "r2"), True),
+        ("max", inf, {}, ("r1",), False),
+        (1.0, inf, {}, ("r1", "r2"), False),
+        ("max", 300.0, {}, ("r1", "r2"), False),
+        ("max", inf, {"orders": [{"at": 9.0, "robot": "r1", "targets": [THERE]}]}, ("r1", "r2"), False),
+        ("max", inf, {"edits": [{"at": 9.0, "kind": "wall", "low": (8, 1), "high": (8.5, 1.5)}]}, ("r1", "r2"), False),
+    ],
+    ids=["all are done", "one is not", "real time", "a limit", "an order is planned", "an edit is planned"],
+)
+def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
+    pace: Pace,
+    limit: float,
+    fields: dict[str, object],
+    done: tuple[str, ...],
+    stands: bool,
+) -> None:
+    one = course(pace, limit, serve=True, **fields)
+    assert not one.stands
+    step(one, *done)
+    assert bool(one.stands) is stands
+    if stands:
+        one.world.request("r2", Order(id="a", targets=[THERE]))
+        assert not one.stands
