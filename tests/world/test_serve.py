@@ -1,6 +1,7 @@
 """A fleet that stays: robots without stops, who makes room for whom, what ends the run, and when the clock stands."""
 
 from math import inf
+from typing import Any
 from unittest.mock import Mock
 
 import msgspec
@@ -65,7 +66,7 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
 # --- the run ---
 
 
-def course(pace: Pace, limit: float, **fields: object) -> Course:
+def course(pace: Pace, limit: float, **fields: Any) -> Course:  # noqa: ANN401
     scenario = scenario_of(targets=[], **fields)
     one = Course(Mock(spec=Bus), scenario, 2, 1, pace, limit, False, 0, None, lambda line: None)
     one.go_to(Phase.RUNNING)
