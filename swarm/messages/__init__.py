@@ -24,6 +24,8 @@ from swarm.messages.world import (
     Map,
     Mover,
     Order,
+    PoolCounts,
+    PoolTargets,
     RobotAction,
     RobotStatus,
     Seen,
@@ -43,6 +45,7 @@ __all__ = [
     "MAP",
     "ORDER",
     "PLAN",
+    "POOL",
     "RADIO",
     "REPLIES",
     "ROBOT_ACTION",
@@ -76,6 +79,8 @@ __all__ = [
     "Phase",
     "Plan",
     "Point",
+    "PoolCounts",
+    "PoolTargets",
     "ProfileOnWire",
     "Record",
     "Relayed",
@@ -114,12 +119,14 @@ EDIT      = Topic("world/edit",             Edit,      0.0,  0.0)
 JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    8_388_608)
 ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
 ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
+POOL      = Topic("world/pool",             PoolTargets, 0.0, 0.0,   False,    65_536)
 # fmt: on
 
 TOPICS: Final = (
     SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, ORDER,
-    ROBOT_ACTION,
+    ROBOT_ACTION, POOL,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
-    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, ORDER.key: Accepted, ROBOT_ACTION.key: Accepted
+    ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, ORDER.key: Accepted, ROBOT_ACTION.key: Accepted,
+    POOL.key: Accepted,
 }  # fmt: skip

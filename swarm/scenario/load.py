@@ -105,7 +105,7 @@ def checked(raw: object, where: str) -> Settings:
     start = settings.start
     if start.circle is not None and (settings.targets or settings.own_targets):
         raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
-    if start.circle is None and bool(settings.targets) == bool(settings.own_targets):
+    if start.circle is None and bool(settings.targets) == bool(settings.own_targets) and not _only_pool(settings):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
     if (listed := sum(map(len, settings.own_targets))) > LISTED_LIMIT:
         raise ConfigError(
@@ -131,6 +131,11 @@ def checked(raw: object, where: str) -> Settings:
         _check_patrol(settings, where)
         settings = msgspec.structs.replace(settings, return_home=False)
     return settings
+
+
+def _only_pool(settings: Settings) -> bool:
+    """Return True if all targets are those of the pool; a robot is then at its only stop, home, from the beginning."""
+    return bool(settings.pool) and settings.return_home and not (settings.targets or settings.own_targets)
 
 
 def _check_patrol(settings: Settings, where: str) -> None:

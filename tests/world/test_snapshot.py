@@ -236,7 +236,7 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
             name: msgspec.structs.replace(REST, tick=tick, left=speed, right=speed + 0.05 * number)
             for number, name in enumerate(world.robots)
         })  # fmt: skip
-        touching += [tick] * bool(world.touching())
+        touching += [tick] * bool(world.physics.touching)
         if file is not None and world.due:
             held = Snapshot(
                 scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, floor=None,
