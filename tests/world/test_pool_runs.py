@@ -66,7 +66,7 @@ def test_each_target_is_visited_once_by_one_robot_and_the_run_ends() -> None:
     assert len(kinds(events, "errand")) == len(CORNERS)
     assert kinds(events, "errand_back") == []
     first = [event for event in events if event.kind == "errand"][:4]
-    assert sorted(event.robot or "" for event in first) == world.robots, "all set off"
+    assert sorted(event.robot or "" for event in first) == [*world.robots], "all set off"
     assert first[0].time == first[3].time
     pool = simulation.report(1.0, 200.0)["pool"]
     assert pool == {
@@ -123,12 +123,16 @@ def test_robots_first_drive_to_the_stops_of_their_own() -> None:
 
 def test_a_robot_without_an_errand_makes_room_in_a_dead_end() -> None:
     simulation = Simulation.of(
-        pool_of([[8.5, 3.5]], DEAD_END, start={"poses": [[8.5, 2.5, 0.0], [2.5, 1.5, 0.0]]}, traffic={"cell": 1.0}), 2, 1
+        pool_of([[8.5, 3.5]], DEAD_END, start={"poses": [[8.5, 2.5, 0.0], [2.5, 1.5, 0.0]]}, traffic={"cell": 1.0}),
+        2,
+        1,
     )
     world = simulation.world
     while world.dispatch.pool.open and world.time < 60:
         simulation.step()
-    world.request("r1", RobotAction(do=RobotDo.CANCEL))  # it stands in the mouth or in the dead end, and takes no errand
+    world.request(
+        "r1", RobotAction(do=RobotDo.CANCEL)
+    )  # it stands in the mouth or in the dead end, and takes no errand
     world.request("r1", Order(id="a", targets=[(8.5, 3.5)]))
     while not world.missions.been_everywhere(0) and world.time < 90:
         simulation.step()
