@@ -39,7 +39,8 @@ STARTS = {"poses": [[2.5, 2.5, 0.0], [13.5, 2.5, 0.0], [2.5, 4.5, 0.0], [13.5, 4
 
 
 def pool_of(pool: list[list[float]], text: str = HALL, **fields: Any) -> Scenario:  # noqa: ANN401
-    return scenario_of(text, **({"start": STARTS, "targets": [], "pool": pool, "limit": 200.0} | fields))
+    given: dict[str, Any] = {"start": STARTS, "targets": [], "pool": pool, "limit": 200.0}
+    return scenario_of(text, **(given | fields))
 
 
 def watched(simulation: Simulation, limit: float = 200.0) -> list[Event]:
@@ -287,7 +288,7 @@ def test_a_run_from_a_snapshot_goes_on_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_a_scenario_with_a_bad_target_in_its_pool_is_refused() -> None:
-    with pytest.raises(ConfigError, match="pool: target 2 at .*: expected free floor"):
+    with pytest.raises(ConfigError, match=r"pool: target 2 at .*: expected free floor"):
         check(pool_of([[1.5, 1.5], [3.5, 3.5]]), 4, 1)
     check(pool_of(CORNERS), 4, 1)
 
