@@ -68,10 +68,12 @@ class Dispatch:
         assert first is not None
         raise first
 
-    def matters(self, commands: Sequence[Command], tick: int) -> bool:
+    def matters(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
         robots = [robot for robot in range(len(self._robots)) if self._serves(robot, commands[robot], tick, GONE)]
-        return any(robot not in errand.refused for errand in self.pool.waiting for robot in robots)
+        return any(
+            self._bid(robot, poses[robot], errand, cells) < NO_BID for errand in self.pool.waiting for robot in robots
+        )
 
     def step(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
         """Settle the errands that robots have, and hand out those that wait; return what has changed."""

@@ -117,8 +117,12 @@ class World:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
         kinds = [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
         frees = self.settings.retry_stops and "free" in kinds
-        waits = bool(self.planned_orders.left) or self.dispatch.matters(self.commands, self.tick)
-        return waits or (frees and any(command.unreachable for command in self.commands))
+        errands = self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
+        return (
+            errands
+            or bool(self.planned_orders.left)
+            or (frees and any(command.unreachable for command in self.commands))
+        )
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""

@@ -123,22 +123,15 @@ def test_robots_first_drive_to_the_stops_of_their_own() -> None:
 
 
 def test_a_robot_without_an_errand_makes_room_in_a_dead_end() -> None:
-    simulation = Simulation.of(
-        pool_of([[8.5, 3.5]], DEAD_END, start={"poses": [[8.5, 2.5, 0.0], [2.5, 1.5, 0.0]]}, traffic={"cell": 1.0}),
-        2,
-        1,
-    )
+    """r1 rests in the corridor that ends at the errand which only r2 may take."""
+    starts = {"poses": [[8.5, 4.5, -1.5], [2.5, 4.5, 0.0]]}
+    simulation = Simulation.of(pool_of([[8.5, 2.5]], DEAD_END, start=starts), 2, 1)
     world = simulation.world
-    while world.dispatch.pool.open and world.time < 60:
-        simulation.step()
-    world.request(
-        "r1", RobotAction(do=RobotDo.CANCEL)
-    )  # it stands in the mouth or in the dead end, and takes no errand
-    world.request("r1", Order(id="a", targets=[(8.5, 3.5)]))
-    while not world.missions.been_everywhere(0) and world.time < 90:
-        simulation.step()
-    world.put_in(PoolTargets(id="behind", targets=[(8.5, 5.5), (8.5, 3.5)]))
-    watched(simulation)
+    events = watched(simulation)
+    world.put_in(PoolTargets(id="behind", targets=[(8.5, 1.5)]))
+    world.dispatch.pool.waiting[0].refused = [0]
+    events += watched(simulation)
+    assert kinds(events, "errand") == [("r1", "errand"), ("r2", "errand")]
     assert world.complete
     assert clean(world)
 
