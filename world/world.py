@@ -115,14 +115,10 @@ class World:
     @property
     def _plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        kinds = [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
-        frees = self.settings.retry_stops and "free" in kinds
         errands = self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
-        return (
-            errands
-            or bool(self.planned_orders.left)
-            or (frees and any(command.unreachable for command in self.commands))
-        )
+        frees = "free" in [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
+        lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
+        return errands or bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""
@@ -193,10 +189,10 @@ class World:
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
         """Report robots that have stops left and make no progress for long, whatever the cause."""
         for number in self.progress.look(self.time, poses, self.missions.under_way):
-            name, command = self.robots[number], self.commands[number]
-            stop = self.missions.label(number, self.missions.left[number] or 0)
-            waits = f", waits for {' and '.join(command.waits)}" if command.waits else ""
-            events.append(self.event("stalled", f"made no progress towards {stop} for {STALLED:g} s{waits}", name))
+            stop, others = self.missions.label(number, self.missions.left[number] or 0), self.commands[number].waits
+            waits = f", waits for {' and '.join(others)}" if others else ""
+            text = f"made no progress towards {stop} for {STALLED:g} s{waits}"
+            events.append(self.event("stalled", text, self.robots[number]))
 
     def _dispatch(self) -> list[Event]:
         """Hand out errands of the pool, and take back those of robots that do not drive to them."""

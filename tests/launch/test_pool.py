@@ -5,14 +5,13 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
-from swarm.messages import EVENT, Phase
+from swarm.messages import EVENT
 from swarm.scenario.load import load
 from tests.launch.actors import (
     SMALL,
     Fleet,
     assert_the_same_run,
     await_event,
-    await_phase,
     await_tick,
     in_process,
 )
@@ -54,7 +53,6 @@ def test_errands_outlive_a_robot_and_the_world(
         assert main(["pool", "5.5,3.5"]) == 2
         assert "expected free floor, got a wall or obstacle" in capsys.readouterr().err
         assert main(["go"]) == 0
-        await_phase(bus, Phase.RUNNING)
         await_event(bus, lambda event: event.kind == "errand" and event.robot == "r1")
         fleet.member("r1").kill()
         fleet.await_line("r1 was ended by signal 9; started again")
