@@ -159,3 +159,4 @@ class Settings(Section, frozen=True, kw_only=True):
     movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []
     edits: Annotated[list[EditSettings], Meta(max_length=200, description="changes of the map during the run")] = []
     orders: Annotated[list[OrderSettings], Meta(max_length=1000, description="requests during the run")] = []
+    pool: Annotated[list[Coordinates], Meta(max_length=1000, description="m; any robot that is free visits them")] = []

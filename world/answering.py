@@ -2,7 +2,7 @@
 
 from swarm.bus import Request
 from swarm.errors import PeerError, SwarmError
-from swarm.messages import Accepted, Action, Do, Edit, Join, Leave, Message, Order, RobotAction, Welcome
+from swarm.messages import Accepted, Action, Do, Edit, Join, Leave, Message, Order, PoolTargets, RobotAction, Welcome
 from world.controls import already, pressed
 from world.course import Course
 from world.roll import LOST
@@ -23,6 +23,8 @@ def answer(request: Request, course: Course, session: str) -> None:
                 reply = _leave(leave, course)
             case Order() | RobotAction() as asked:
                 reply = _request(request.ids["robot"], asked, course)
+            case PoolTargets() as targets:
+                reply = _put_in(targets, course)
     except SwarmError as fault:
         request.refuse(str(fault))
     else:
@@ -60,6 +62,18 @@ def _request(name: str, request: Order | RobotAction, course: Course) -> Accepte
         course.speaker.tell(event)
     if events:
         course.repeatable.no_longer(f"{name} was given an order or an action", world.time)
+        course.save_soon()
+    return Accepted(text=text)
+
+
+def _put_in(targets: PoolTargets, course: Course) -> Accepted:
+    """Put targets into the pool, and save the run before the answer goes out."""
+    with course.changing():
+        text, events = course.world.put_in(targets)
+    for event in events:
+        course.speaker.tell(event)
+    if events:
+        course.repeatable.no_longer("targets were put into the pool", course.world.time)
         course.save_soon()
     return Accepted(text=text)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Assigned, Command, Order, RobotAction
+from swarm.messages import Activity, Assigned, Command, Order, PoolTargets, RobotAction
 from swarm.robot.mission import LEAST
 from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
@@ -33,7 +33,7 @@ class Missions:
         self._robots, self._homes = robots, [(start.x, start.y) for start in starts]
         self._reach, self._patrols = settings.reach, settings.patrol
         self._recorder = recorder
-        self._reachable = Reachable(settings)
+        self.reachable = Reachable(settings)
         self.orders = Orders(robots, stops, returns=settings.return_home)
         self.left: list[int | None] = [
             0 if row else None for row in stops
@@ -55,6 +55,8 @@ class Missions:
     def label(self, number: int, stop: int) -> str:
         """Return the name of a stop for people."""
         row = self.orders.rows[number]
+        if row.pooled:
+            return row.what
         return stop_label(stop, len(row.stops), row.home)
 
     def stopped(self, number: int) -> bool:
@@ -96,15 +98,34 @@ class Missions:
         """
 
         def check(targets: Sequence[Point]) -> None:
-            self._reachable.check(self._robots[number], here, targets, floor, cells)
+            self.reachable.check(self._robots[number], here, targets, floor, cells)
 
         outcome = self.orders.take(number, request, self._progress(number), self._homes[number], check)
         if outcome.new_stops:
-            self._recorder.begin(number, len(self.orders.rows[number].stops))
-            self.left[number] = self._recorder.next_stop(number, ())
+            self._begin(number)
         if outcome.changed:
             self._recorder.request(number, request)
         return outcome
+
+    def been_everywhere(self, number: int) -> bool:
+        """Return True if a robot has been at all the stops that it has now."""
+        return self._progress(number).done
+
+    def hand(self, number: int, errand: str | None, *targets: Point) -> Outcome:
+        """Give a robot an errand of the pool, a name and its target [m], or take back the one that it has."""
+        outcome = self.orders.hand(number, self._progress(number), errand, targets)
+        self._begin(number)
+        self._recorder.request(number, Order(id="pool", targets=list(targets)))
+        return outcome
+
+    def record_pool(self, request: PoolTargets) -> None:
+        """Record targets that were put into the pool."""
+        self._recorder.request(len(self._robots), request)
+
+    def _begin(self, number: int) -> None:
+        """Begin with new stops."""
+        self._recorder.begin(number, len(self.orders.rows[number].stops))
+        self.left[number] = self._recorder.next_stop(number, ())
 
     def _progress(self, number: int) -> Progress:
         return Progress(self._recorder.reached_at[number], self._recorder.laps[number])

@@ -47,6 +47,7 @@ class Row(Struct, kw_only=True, forbid_unknown_fields=True):
     stops: list[Point]
     home: bool  # the last stop is home
     order: bool = False  # they come from an order, not from the scenario or an action
+    pooled: bool = False  # they are an errand of the pool, or none because it was taken back
     stopped: bool = False
     given: dict[str, Given]  # by id, the newest last
     past: list[Past]
@@ -197,13 +198,28 @@ class Orders:
             number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps, fate=ended
         )
         self.last += 1
-        row.past.append(past)
+        if not row.pooled:  # the pool has its own record: a run may have errands without end
+            row.past.append(past)
         row.number, row.what, row.stops, row.home, row.order = self.last, what, list(stops), home, False
+        row.pooled = False
         if now.done:
             return ()
         left = sum(time is None for time in now.reached)
         text = f"{past.what} (number {past.number}): {left} left; {fate} by {what} (number {self.last})"
         return ((fate, text),)
+
+    # --- errands of the pool ---
+
+    def hand(self, robot: int, now: Progress, errand: str | None, stops: Sequence[Point]) -> Outcome:
+        """Give a robot an errand of the pool, or take back the one that it has: then it has no stops."""
+        events = self._replace(robot, now, f"errand {errand}" if errand else "no errand", stops, False, "superseded")
+        self.rows[robot].pooled = True
+        return Outcome(self.rows[robot].what, new_stops=True, changed=True, events=events)
+
+    def withdrawn(self, robot: int) -> bool:
+        """Return True if a robot was sent home or cancelled: it takes no errands until it is given an order."""
+        row = self.rows[robot]
+        return bool(row.number) and not row.order and not row.pooled
 
     # --- the report ---
 

@@ -17,6 +17,7 @@ from swarm.messages import (
     MAP,
     ORDER,
     PLAN,
+    POOL,
     ROBOT_ACTION,
     SENSE,
     STATE,
@@ -91,7 +92,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION):
+        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})

@@ -18,8 +18,10 @@ class Reachable:
         self._cells: CellMap | None = None
         self._pieces: list[int] = []
 
-    def check(self, name: str, here: Point, targets: Sequence[Point], floor: OccupancyMap, cells: CellMap) -> None:
-        """Check that a robot at ``here`` [m] can come within ``reach`` of every target [m].
+    def check(
+        self, name: str, here: Point, targets: Sequence[Point], floor: OccupancyMap, cells: CellMap, first: int = 1
+    ) -> None:
+        """Check that a robot at ``here`` [m] can come within ``reach`` of every target [m]; they count from ``first``.
 
         Raises:
             PeerError: a target is off the map, in or too near a wall, or no way over cells leads there.
@@ -27,7 +29,7 @@ class Reachable:
         settings = self._settings
         if self._cells is not cells:
             self._cells, self._pieces = cells, pieces(cells)
-        for number, there in enumerate(targets, start=1):
+        for number, there in enumerate(targets, start=first):
             where = f"{name}: target {number} at ({there[0]:g}, {there[1]:g})"
             if not floor.inside(floor.cell_of(*there)):
                 raise PeerError(f"{where}: expected a place on the map, got one outside; move it")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from swarm.errors import ConfigError
 from swarm.maps.occupancy import Point
@@ -13,6 +13,8 @@ from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from world.orders import FATES
 from world.world import World
+
+NAMED: Final = 5  # errands in the sentence on what is missing
 
 
 def report(
@@ -60,6 +62,7 @@ def report(
         "clearance_min": record.clearance_min,
         "steering": world.steering.report(),
         "traffic": _traffic(world),
+        **_pool(world),
         "per_robot": {
             world.robots[number]: {
                 "targets": len(world.stops(world.robots[number])),
@@ -102,6 +105,20 @@ def _orders(world: World, number: int) -> dict[str, Any]:
     }
 
 
+def _pool(world: World) -> dict[str, Any]:
+    """Return how far the pool is, and what is left in it; nothing if nothing was ever put in."""
+    pool = world.dispatch.pool
+    if not pool.given:
+        return {}
+    left = [
+        {"errand": errand.name, "at": list(errand.at), "is": errand.stage.value, "since": errand.given}
+        for errand in pool.open.values()
+    ]
+    minutes = world.time / 60
+    rate = pool.done / minutes if minutes else 0.0
+    return {"pool": {"given": pool.given, "done": pool.done, "per_minute": rate, "left": left}}
+
+
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
     watch = world.traffic.watch
@@ -132,6 +149,8 @@ def missing(world: World) -> str:
         ]
         if stops:
             lacking.append(f"{name} {', '.join(stops)}")
+    if left := list(world.dispatch.pool.left()):
+        lacking.append(f"{', '.join(left[:NAMED])}{f' and {len(left) - NAMED} more' * (len(left) > NAMED)}")
     verdict = f"{world.verdict.text}; " if world.verdict.text and lacking else ""
     stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
              for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip

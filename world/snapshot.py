@@ -11,10 +11,11 @@ from msgspec import Struct
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Seen, Sense, State, Steering
+from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Point, Seen, Sense, State, Steering
 from swarm.traffic.watch import Fault
 from world.orders import Row
 from world.physics import Contact, PhysicsState
+from world.pool import Errand
 from world.world import World
 
 Noise = np.random.Generator
@@ -52,6 +53,16 @@ class OrdersTable(Table):
 
     last: int
     rows: list[Row]
+
+
+class PoolTable(Table):
+    """Attributes of `Pool`."""
+
+    given: int
+    done: int
+    open: dict[str, Errand]
+    closed: dict[str, Errand]
+    requests: dict[str, list[Point]]
 
 
 class RecorderTable(Table):
@@ -153,6 +164,7 @@ class WorldState(Table):
     planned_orders: PlannedTable
     missions: MissionsTable
     orders: OrdersTable
+    pool: PoolTable
     recorder: RecorderTable
     judge: JudgeTable
     verdict: VerdictTable
@@ -173,6 +185,7 @@ def _parts(world: World) -> dict[str, Any]:
         "planned_orders": world.planned_orders,
         "missions": world.missions,
         "orders": world.missions.orders,
+        "pool": world.dispatch.pool,
         "recorder": world.recorder,
         "judge": world.recorder.judge,
         "verdict": world.verdict,

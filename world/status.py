@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
+from swarm.messages import Event, Phase, PoolCounts, RobotStatus, Seen, State, Status
 from world.welcome import progress
 from world.world import World
 
@@ -26,7 +26,7 @@ def status(
     rows = zip(world.robots, world.poses(), world.commands, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
-        complete=world.complete, reason=reason, edits=world.edits, events=list(events),
+        complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=_pool(world),
         robots=[
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
@@ -35,3 +35,11 @@ def status(
             for name, pose, command in rows
         ],
     )  # fmt: skip
+
+
+def _pool(world: World) -> PoolCounts | None:
+    """Return how far the pool is; None if nothing was ever put in."""
+    pool = world.dispatch.pool
+    if not pool.given:
+        return None
+    return PoolCounts(given=pool.given, done=pool.done, taken=len(pool.taken), waiting=len(pool.waiting))

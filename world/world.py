@@ -8,18 +8,19 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from swarm.errors import ConfigError, PeerError
+from swarm.errors import PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import COMMAND, Activity, Command, Edit, Event, Order, RobotAction, Sense
+from swarm.messages import COMMAND, Activity, Command, Edit, Event, Order, PoolTargets, RobotAction, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
+from world.dispatch import Dispatch
 from world.edits import edited
 from world.missions import Missions
 from world.movers import Patrol
-from world.physics import Contact, Physics
-from world.planned import Planned, as_edit, as_request
+from world.physics import Physics
+from world.planned import Planned, carry_out
 from world.progress import STALLED, ProgressWatch
 from world.radio_model import RadioModel
 from world.recorder import WAITING, Recorder
@@ -82,6 +83,7 @@ class World:
         stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         self.recorder = Recorder(scenario, starts, stops, self.dt)
         self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
+        self.dispatch = Dispatch(settings, self.missions, self.robots)
         self.recorder.poses(starts)
 
     @property
@@ -91,8 +93,8 @@ class World:
 
     @property
     def complete(self) -> bool:
-        """True if every robot has been at all its stops."""
-        return self.recorder.complete
+        """True if every robot has been at all its stops, and the pool is empty."""
+        return self.recorder.complete and not self.dispatch.pool.open
 
     @property
     def finished(self) -> bool:
@@ -112,10 +114,11 @@ class World:
 
     @property
     def _plans_matter(self) -> bool:
-        """True if a request is planned, or an edit is, or was lately, that may open a way to a stop given up."""
-        kinds = [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
-        frees = self.settings.retry_stops and "free" in kinds
-        return bool(self.planned_orders.left) or (frees and any(command.unreachable for command in self.commands))
+        """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
+        errands = self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
+        frees = "free" in [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
+        lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
+        return errands or bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""
@@ -171,7 +174,8 @@ class World:
         self.recorder.poses(poses)
         self.recorder.doing(self.commands)
         self._watch_progress(poses, events)
-        self._carry_out_plans(events)
+        events += carry_out(self)
+        events += self._dispatch()
         self.due |= self.tick % round(self.settings.rate) == 0
         if self.due:
             self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
@@ -185,26 +189,19 @@ class World:
     def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
         """Report robots that have stops left and make no progress for long, whatever the cause."""
         for number in self.progress.look(self.time, poses, self.missions.under_way):
-            name, command = self.robots[number], self.commands[number]
-            stop = self.missions.label(number, self.missions.left[number] or 0)
-            waits = f", waits for {' and '.join(command.waits)}" if command.waits else ""
-            events.append(self.event("stalled", f"made no progress towards {stop} for {STALLED:g} s{waits}", name))
+            stop, others = self.missions.label(number, self.missions.left[number] or 0), self.commands[number].waits
+            waits = f", waits for {' and '.join(others)}" if others else ""
+            text = f"made no progress towards {stop} for {STALLED:g} s{waits}"
+            events.append(self.event("stalled", text, self.robots[number]))
 
-    def _carry_out_plans(self, events: list[Event]) -> None:
-        """Carry out the scenario's own edits and requests whose time has come; one that is refused becomes an event."""
-        for planned in self.planned.due(self.time):
-            try:
-                changed = self.edit(edit := as_edit(planned))
-            except ConfigError as fault:
-                events.append(self.event("edit_refused", str(fault)))
-            else:
-                text = f"{edit.kind.value} from {edit.low} to {edit.high}{'' if changed else '; it changes nothing'}"
-                events.append(self.event("edit", text))
-        for asked in self.planned_orders.due(self.time):
-            try:
-                events += self.request(asked.robot, as_request(asked))[1]
-            except PeerError as fault:
-                events.append(self.event("request_refused", str(fault)))
+    def _dispatch(self) -> list[Event]:
+        """Hand out errands of the pool, and take back those of robots that do not drive to them."""
+        said = self.dispatch.step(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
+        if said:
+            self.commands = [*map(self.missions.of_these_stops, range(len(self.robots)), self.commands)]
+            self.verdict.clear()
+            self.due = True
+        return [self.event(kind, text, name) for kind, text, name in said]
 
     def _watch_traffic(self, commands: Mapping[str, Command]) -> list[Event]:
         events = []
@@ -238,6 +235,12 @@ class World:
                 events.append(self.event(kind, text, name))
         return events
 
+    def put_in(self, targets: PoolTargets) -> tuple[str, list[Event]]:
+        """Put targets into the pool between two ticks; for the result and errors see ``request``."""
+        outcome = self.dispatch.add(targets, self.poses(), self.floor, self.traffic.watch.cells, self.time)
+        self.due |= outcome.changed
+        return outcome.text, [self.event(kind, text) for kind, text in outcome.events]
+
     def request(self, name: str, request: Order | RobotAction) -> tuple[str, list[Event]]:
         """Carry out a request to a robot between two ticks; return the answer, and the events if it changes anything.
 
@@ -270,6 +273,7 @@ class World:
         self.physics.set_floor(floor)
         self.recorder.set_floor(floor)
         self.traffic.set_floor(floor, self.settings)
+        self.dispatch.pool.forgive()
         self._recent.append((self.tick, edit))
         self.edits += 1
         return True
@@ -277,10 +281,6 @@ class World:
     def poses(self) -> list[Pose]:
         """Return the pose of every robot."""
         return self.physics.poses()
-
-    def touching(self) -> list[Contact]:
-        """Return the contacts that have begun and not ended."""
-        return self.physics.touching
 
     def mover_poses(self) -> list[Pose]:
         """Return the pose of every moving obstacle."""

@@ -14,10 +14,16 @@ def shown(status: Status) -> str:
     """Return the status as text."""
     head = f"{status.scenario}: {status.phase.value} at {status.time:.1f} s, run {status.run}"
     end = f", not complete: {status.reason}" if status.reason else ", complete" * status.complete
+    pool = status.pool
+    errands = (
+        [f"pool: {pool.done} of {pool.given} errands done, {pool.taken} under way, {pool.waiting} waiting"]
+        if pool is not None
+        else []
+    )
     rows = [HEAD, *map(_row, status.robots)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([head + end, *lines])
+    return "\n".join([head + end, *errands, *lines])
 
 
 def _row(robot: RobotStatus) -> tuple[str, ...]:

@@ -40,6 +40,11 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
         ]
     if summary.get("robots_per_process", 1) > 1:
         lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
+    if (pool := summary.get("pool")) is not None:
+        lines.append(
+            f"  pool: {pool['done']} of {pool['given']} errands done, {pool['per_minute']:.1f} a minute; "
+            f"{len(pool['left'])} left"
+        )
     for robot, row in summary.get("per_robot", {}).items():
         reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])
         laps = f"{row['laps']} laps; " if row["laps"] else ""

@@ -25,6 +25,8 @@ from swarm.messages.world import (
     Map,
     Mover,
     Order,
+    PoolCounts,
+    PoolTargets,
     RobotAction,
     RobotStatus,
     Seen,
@@ -45,6 +47,7 @@ __all__ = [
     "MAP",
     "ORDER",
     "PLAN",
+    "POOL",
     "RADIO",
     "REPLIES",
     "ROBOT_ACTION",
@@ -79,6 +82,8 @@ __all__ = [
     "Phase",
     "Plan",
     "Point",
+    "PoolCounts",
+    "PoolTargets",
     "ProfileOnWire",
     "Record",
     "Relayed",
@@ -118,13 +123,14 @@ JOIN      = Topic("world/join",             Join,      0.0,  0.0,     False,    
 LEAVE     = Topic("world/leave",            Leave,     0.0,  0.0)
 ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
 ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
+POOL      = Topic("world/pool",             PoolTargets, 0.0, 0.0,   False,    65_536)
 # fmt: on
 
 TOPICS: Final = (
     SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
-    ORDER, ROBOT_ACTION,
+    ORDER, ROBOT_ACTION, POOL,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
     ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, LEAVE.key: Accepted, ORDER.key: Accepted,
-    ROBOT_ACTION.key: Accepted,
+    ROBOT_ACTION.key: Accepted, POOL.key: Accepted,
 }  # fmt: skip

@@ -99,6 +99,15 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
 
 
+class PoolCounts(Message, frozen=True, kw_only=True):
+    """How far the pool is."""
+
+    given: Annotated[Count, says("targets that were ever put in")]
+    done: Annotated[Count, says("those that a robot has been at")]
+    taken: Annotated[Count, says("those that a robot drives to")]
+    waiting: Annotated[Count, says("those that no robot has")]
+
+
 class Status(Message, frozen=True, kw_only=True):
     """The run in one message, as JSON: sent at each change of the phase, the end included, and kept for a `get`."""
 
@@ -112,6 +121,7 @@ class Status(Message, frozen=True, kw_only=True):
     edits: Annotated[Count, says("number of edits of the map so far")]
     robots: Annotated[list[RobotStatus], says("all robots, in the order of their numbers")]
     events: Annotated[list[Event], says("the last 100 events, the newest last")]
+    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
 
 
 class Map(Message, frozen=True, kw_only=True):
@@ -144,6 +154,13 @@ class RobotAction(Message, frozen=True, kw_only=True):
     """A request of a user to one robot."""
 
     do: Annotated[RobotDo, says("which one")]
+
+
+class PoolTargets(Message, frozen=True, kw_only=True):
+    """A request of a user: targets for the pool. Each is visited once, by any robot that is free."""
+
+    id: Annotated[Id, says("name of the request; the same one said again changes nothing")]
+    targets: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; at most 100 are accepted")]
 
 
 class Join(Message, frozen=True, kw_only=True):

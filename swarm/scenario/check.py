@@ -42,6 +42,8 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
     for name, targets in zip(names(robots), settings.own_targets, strict=False):
         for number, target in enumerate(targets, start=1):
             _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
+    for number, target in enumerate(settings.pool, start=1):
+        _standable(scenario, grid, target, f"pool: target {number}")
     for number, asked in enumerate(settings.orders):
         if asked.robot not in names(robots):
             raise ConfigError(
@@ -58,14 +60,14 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    for where, here, there in _legs(scenario, poses):
+    for where, here, there in _legs(scenario, poses, grid):
         if not is_reachable(grid, here, there):
             raise ConfigError(
                 f"{where}: expected a way from "
                 f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "
                 "found none; open the map or move the target"
             )
-    _within_cells(scenario, poses)
+    _within_cells(scenario, poses, grid)
     return Mission(scenario, grid, poses)
 
 
@@ -85,7 +87,12 @@ def _affordable(scenario: Scenario, robots: int) -> None:
             "run fewer robots or give them fewer targets"
         )
     width, height = (side * floor.resolution for side in floor.shape)
-    listed = sum(map(len, settings.own_targets)) + len(settings.targets) + len(settings.start.poses or ())
+    listed = (
+        sum(map(len, settings.own_targets))
+        + len(settings.targets)
+        + len(settings.pool)
+        + len(settings.start.poses or ())
+    )
     cost = sum(
         count * (width / side + 1) * (height / side + 1) * (CELL_COST + STOP_COST * listed)
         for side, count in lattices_tried(settings, floor)
@@ -98,8 +105,11 @@ def _affordable(scenario: Scenario, robots: int) -> None:
         )
 
 
-def _legs(scenario: Scenario, poses: list[Pose]) -> Iterator[tuple[str, Point, Point]]:
-    """Yield the ways from stop to stop [m] with their names; a way of several robots is named after the first."""
+def _legs(scenario: Scenario, poses: list[Pose], grid: Grid) -> Iterator[tuple[str, Point, Point]]:
+    """Yield the ways from stop to stop [m] with their names; a way of several robots is named after the first.
+
+    The way to a target of the pool begins where a robot starts that has one, if any has.
+    """
     seen = set()
     for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
         here = pose[:2]
@@ -108,9 +118,13 @@ def _legs(scenario: Scenario, poses: list[Pose]) -> Iterator[tuple[str, Point, P
                 seen.add((here, there))
                 yield f"{scenario.settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g})", here, there
             here = there
+    for number, there in enumerate(scenario.settings.pool, start=1):
+        able = (pose[:2] for pose in poses if is_reachable(grid, pose[:2], there))
+        where = f"{scenario.settings.name}: pool: target {number} at ({there[0]:g}, {there[1]:g})"
+        yield where, next(able, poses[0][:2]), there
 
 
-def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
+def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
     """Check that a robot inside its cells gets near enough to each stop, and that the radio range suits the cells.
 
     Raises:
@@ -125,7 +139,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose]) -> None:
             "`traffic.cell`"
         )
     number_of = pieces(cells)
-    for where, here, there in _legs(scenario, poses):
+    for where, here, there in _legs(scenario, poses, grid):
         if (short := short_of(cells, there, settings)) > settings.reach:
             raise ConfigError(
                 f"{where}: expected a place that "

@@ -106,6 +106,7 @@ def checked(raw: object, where: str) -> Settings:
     may_lack = settings.serve or start.circle is not None  # who serves waits for orders from the start
     if start.circle is not None and (settings.targets or settings.own_targets):
         raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
+    may_lack |= _only_pool(settings)
     given = bool(settings.targets) + bool(settings.own_targets)
     if given > 1 or not (given or may_lack):
         raise ConfigError(f"{where}: expected either `targets` (for all) or `own_targets` (a list a robot); give one")
@@ -133,6 +134,11 @@ def checked(raw: object, where: str) -> Settings:
         _check_patrol(settings, where)
         settings = msgspec.structs.replace(settings, return_home=False)
     return settings
+
+
+def _only_pool(settings: Settings) -> bool:
+    """Return True if all targets are those of the pool; a robot is then at its only stop, home, from the beginning."""
+    return bool(settings.pool) and settings.return_home and not (settings.targets or settings.own_targets)
 
 
 def _check_patrol(settings: Settings, where: str) -> None:

@@ -18,6 +18,7 @@ from swarm.messages import (
     MAP,
     ORDER,
     PLAN,
+    POOL,
     RADIO,
     ROBOT_ACTION,
     SENSE,
@@ -57,7 +58,7 @@ LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keep
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
-        answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, *LAST),
+        answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, *LAST),
         hears=(COMMAND, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
@@ -73,7 +74,12 @@ RIGHTS: Final = {
     ),
     WATCHER: Rights(sends=(), answers=(), hears=None, asks=LAST, present_as="dashboard", sees="*"),
     OPERATOR: Rights(
-        sends=(), answers=(), hears=None, asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION), present_as=None, sees="*"
+        sends=(),
+        answers=(),
+        hears=None,
+        asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION, POOL),
+        present_as=None,
+        sees="*",
     ),
 }
 

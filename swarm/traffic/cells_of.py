@@ -106,7 +106,7 @@ def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
 
 def _stops(settings: Settings) -> list[Point]:
     """List the places to go to that are known before the start poses are drawn [m]."""
-    stops = [*settings.targets, *(stop for stops in settings.own_targets for stop in stops)]
+    stops = [*settings.targets, *settings.pool, *(stop for stops in settings.own_targets for stop in stops)]
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
 

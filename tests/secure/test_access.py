@@ -46,6 +46,7 @@ ALLOWED = [
     ("world", "put", "robot/r1/sense"), ("world", "put", "world/truth"), ("world", "reply", "robot/r1/state"), ("world", "declare_queryable", "world/edit"),
     ("world", "declare_subscriber", "robot/*/cmd"), ("world", "liveliness_token", "alive/world/world/ab12"),
     ("operator", "query", "world/edit"), ("operator", "query", "world/action"),
+    ("operator", "query", "world/pool"), ("world", "declare_queryable", "world/pool"),
     ("operator", "query", "robot/r1/order"), ("operator", "query", "robot/r1/action"), ("world", "declare_queryable", "robot/*/order"),
     ("watcher", "declare_subscriber", "**"), ("watcher", "query", "robot/*/state"), ("watcher", "liveliness_token", "alive/dashboard/dashboard/ab12"),
 ]
@@ -56,6 +57,7 @@ REFUSED = [
     ("r1", "declare_queryable", "world/edit"), ("r1", "liveliness_token", "alive/robot/r2/ab12"), ("r1", "liveliness_token", "alive/world/world/ab12"),
     ("world", "put", "robot/r1/cmd"), ("world", "put", "radio/3/4/r1"), ("world", "query", "world/edit"),
     ("operator", "put", "world/clock"), ("operator", "declare_queryable", "world/action"), ("operator", "query", "world/join"),
+    ("r1", "query", "world/pool"), ("watcher", "query", "world/pool"), ("r1", "declare_queryable", "world/pool"),
     ("r1", "query", "robot/r1/order"), ("r1", "query", "robot/r2/order"), ("r1", "query", "robot/r2/action"),
     ("r1", "declare_queryable", "robot/r1/order"), ("watcher", "query", "robot/r1/order"), ("watcher", "query", "robot/r1/action"),
     ("operator", "query", "robot/r1/cmd"),

@@ -196,11 +196,13 @@ def test_the_snapshot_of_a_changed_scenario_is_refused(fields: dict[str, Any], t
 FROM_THE_START = {  # attributes that are not saved: they follow from scenario, starts, seed and floor, or are caches
     "world": {"robots", "starts", "identity", "run", "due", "dt", "settings", "_drive", "_top_speed", "floor",
               "physics", "_movers", "sensing", "_radio", "radio", "_number", "distances", "missions", "planned_orders",
-              "traffic", "verdict", "planned", "progress", "steering", "recorder"},
+              "traffic", "verdict", "planned", "progress", "steering", "recorder",
+              "dispatch"},
     "planned": {"_plans"},
     "planned_orders": {"_plans"},
-    "missions": {"_robots", "_homes", "_reach", "_patrols", "_recorder", "_reachable", "orders", "_places"},
+    "missions": {"_robots", "_homes", "_reach", "_patrols", "_recorder", "reachable", "orders", "_places"},
     "orders": {"_robots"},
+    "pool": set(),
     "recorder": {"_dt", "judge"},
     "judge": {"_radius", "_pairs", "_block", "_tree", "_solid"},
     "verdict": set(),
@@ -236,7 +238,7 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
             name: msgspec.structs.replace(REST, tick=tick, left=speed, right=speed + 0.05 * number)
             for number, name in enumerate(world.robots)
         })  # fmt: skip
-        touching += [tick] * bool(world.touching())
+        touching += [tick] * bool(world.physics.touching)
         if file is not None and world.due:
             held = Snapshot(
                 scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, floor=None,

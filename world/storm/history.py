@@ -81,7 +81,7 @@ def record(plan: StormPlan) -> History:
                 Moment(
                     world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
                     tuple(tick.events),
-                    frozenset(contact.robot for contact in world.touching()),
+                    frozenset(contact.robot for contact in world.physics.touching),
                 )
             )  # fmt: skip
             if world.floor is not history.floors[-1][1]:
