@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -190,3 +191,17 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
     assert summary["complete"]
     assert summary["contacts"]["wall"] == summary["contacts"]["robot"] == 0
     assert summary["per_robot"]["r3"]["path_length"] > 0.4
+
+
+@pytest.mark.processes
+def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endpoint, tmp_runtime: Path) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "elsewhere")
+    with started_at(endpoint, "elsewhere", "foreign_world.py") as world:
+        read_to(world, "waits for r1 and r2")
+        with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
+            text, _ = world.communicate(timeout=2 * PATIENCE)
+    assert world.returncode == 0, text
+    assert text.count(" is at ") == 4, text
+    apart, off = map(float, re.findall(r"(-?[\d.]+) m", text.splitlines()[-1]))
+    assert apart > 0.0, text
+    assert off > 0.0, text
