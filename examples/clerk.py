@@ -1,7 +1,7 @@
 """Keeps robots busy: python clerk.py tcp/HOST:PORT FLEET SHIFT X,Y [X,Y ...].
 
 Each robot that is done gets the next place of the list, by an order. SHIFT names the list: the n-th place is the order
-SHIFT-n, so that an order said again after a lost answer is not a second one. A place that is refused is told and left out.
+SHIFT-n, so an order said again after a lost answer is not a second one. A place that is refused is left out.
 """
 
 import json

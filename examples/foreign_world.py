@@ -1,7 +1,7 @@
 """A world of another make, for `swarm robot` processes: python foreign_world.py tcp/HOST:PORT FLEET.
 
-It welcomes two robots, tells each what it senses, waits for all commands (lockstep), and ends when both have been at all
-their stops. Kinematics only: nothing stops a body, so it tells how near bodies and walls came.
+It welcomes two robots, tells each what it senses, waits for all commands (lockstep), and ends when both have been at
+all their stops. Kinematics only: nothing stops a body, so it tells how near bodies and walls came.
 """
 
 import json
@@ -13,7 +13,15 @@ from queue import Empty, SimpleQueue
 import msgpack
 import zenoh
 
-FLOOR = ["########", "#......#", "#......#", "#..##..#", "#......#", "#......#", "########"]  # the first line is the top
+FLOOR = [
+    "########",
+    "#......#",
+    "#......#",
+    "#..##..#",
+    "#......#",
+    "#......#",
+    "########",
+]  # the first line is the top
 CELL, RADIUS, RANGE, FAN = 1.2, 0.2, 1.6, 25.0  # m, m, m, degrees: half a sector
 STARTS = {"r1": (1.8, 1.8, 0.0), "r2": (7.8, 6.6, pi)}  # m, m, rad
 STOPS = {"r1": [(7.8, 6.6), (1.8, 1.8)], "r2": [(1.8, 1.8), (7.8, 6.6)]}  # the last one is home
@@ -24,14 +32,24 @@ SETTINGS = {
     "sensors": {"range": RANGE, "rays": 5, "side_deg": 60.0, "side_half_width_deg": FAN, "front_half_width_deg": FAN},
     "radio": {"range": 20.0, "every": 4}, "traffic": {"cell": CELL, "offset": [0.0, 0.0]},
 }  # fmt: skip
-DISTANCE = {"unit": "m", "universe": [0, 1.6], "terms": {"near": ["-inf", "-inf", 0.6, 1.0], "far": [0.6, 1.0, "inf", "inf"]}}
+DISTANCE = {
+    "unit": "m",
+    "universe": [0, 1.6],
+    "terms": {"near": ["-inf", "-inf", 0.6, 1.0], "far": [0.6, 1.0, "inf", "inf"]},
+}
 ANGLE = {"left": ["-inf", "-inf", -60, 0], "ahead": [-60, 0, 0, 60], "right": [0, 60, "inf", "inf"]}
 SPEED = {"unit": "m/s", "universe": [0, 4], "terms": {"slow": [0, 1, 1, 2], "fast": [2, 3, 3, 4]}}
 RULES = """rule left_obs right_obs front_obs head_ang left_v right_v
-1 any any far left slow fast\n2 any any far ahead fast fast\n3 any any far right fast slow\n4 any any near any fast slow"""
+1 any any far left slow fast\n2 any any far ahead fast fast\n3 any any far right fast slow
+4 any any near any fast slow"""
 INPUTS = dict.fromkeys(("left_obs", "front_obs", "right_obs"), DISTANCE)
 INPUTS |= {"head_ang": {"unit": "degrees", "universe": [-180, 180], "terms": ANGLE}}
-PROFILE = {"name": "bumper", "inputs": INPUTS, "outputs": {"left_v": SPEED, "right_v": SPEED}, "behaviours": {"b": RULES}}
+PROFILE = {
+    "name": "bumper",
+    "inputs": INPUTS,
+    "outputs": {"left_v": SPEED, "right_v": SPEED},
+    "behaviours": {"b": RULES},
+}
 CELLS = zlib.compress(bytes(mark == "#" for row in FLOOR[::-1] for mark in row))
 PACKED = {"rows": len(FLOOR), "columns": len(FLOOR[0]), "resolution": CELL, "origin": [0.0, 0.0, 0.0], "cells": CELLS}
 ANGLES = [radians(middle + FAN * (k / 2 - 1)) for middle in (60, 0, -60) for k in range(5)]
@@ -63,7 +81,9 @@ def sense(world, name, tick, poses, wheels, spoke):
 
 def moved(pose, wheels, command):
     """Return pose and rim speeds one tick later: rim speeds change by 0.1 m/s at most, the way is an arc's chord."""
-    wheels = [now + max(-0.1, min(0.1, command[side] - now)) for now, side in zip(wheels, ("left", "right"), strict=True)]
+    wheels = [
+        now + max(-0.1, min(0.1, command[side] - now)) for now, side in zip(wheels, ("left", "right"), strict=True)
+    ]
     forward, turn = sum(wheels) / 40, (wheels[1] - wheels[0]) / 0.4 / 20
     x, y, yaw = pose
     middle = yaw + turn / 2
@@ -91,14 +111,25 @@ def main(endpoint, fleet):
                         continue
                     places.remove(asked)
                     scenario = {"settings": SETTINGS, "profile": PROFILE}
-                    welcome = {"v": 1, "robot": asked, "world": me, "session": me, "scenario": scenario, "packed": PACKED}
+                    welcome = {
+                        "v": 1,
+                        "robot": asked,
+                        "world": me,
+                        "session": me,
+                        "scenario": scenario,
+                        "packed": PACKED,
+                    }
                     welcome |= {"edits": 0, "start": STARTS[asked], "state": None}
                     query.reply(below + "world/join", msgpack.packb(welcome))
             try:
                 there.add(str(inbox.get(timeout=0.1).key_expr).split("/")[-2])
             except Empty:
                 continue
-        poses, wheels, left = dict(STARTS), {name: [0.0, 0.0] for name in STARTS}, {n: list(s) for n, s in STOPS.items()}
+        poses, wheels, left = (
+            dict(STARTS),
+            {name: [0.0, 0.0] for name in STARTS},
+            {n: list(s) for n, s in STOPS.items()},
+        )
         tick, said, gap, edge = 0, {}, inf, inf
         while any(left.values()) or any(one["activity"] != "done" for one in said.values()):
             spoke = sorted(name for name, one in said.items() if one["sent"])
@@ -125,7 +156,10 @@ def main(endpoint, fleet):
                 if left[name] and hypot(poses[name][0] - left[name][0][0], poses[name][1] - left[name][0][1]) <= 0.4:
                     print(f"{tick / 20:.2f} s  {name} is at {left[name].pop(0)}", flush=True)
                 edge = min(edge, *(ray({name: poses[name]}, name, k * pi / 8, 1.0) for k in range(16)))
-            tick, gap = tick + 1, min(gap, hypot(*(a - b for a, b in zip(*(p[:2] for p in poses.values()), strict=True))))
+            tick, gap = (
+                tick + 1,
+                min(gap, hypot(*(a - b for a, b in zip(*(p[:2] for p in poses.values()), strict=True)))),
+            )
         print(f"complete; bodies {gap - 2 * RADIUS:.2f} m apart, walls {edge - RADIUS:.2f} m off at least", flush=True)
         for one in (alive, answers, tokens, commands):
             one.undeclare()

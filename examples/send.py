@@ -16,7 +16,7 @@ TRIES, WAIT = 5, 5.0  # s for each
 
 
 def order(session, key, message):
-    """Return the number that the world gave an order; say it again while no answer comes. A refusal ends the program."""
+    """Return the number that the world gave an order; without an answer, say it again. A refusal ends the program."""
     for _ in range(TRIES):
         for reply in session.get(key, payload=msgpack.packb(message), timeout=WAIT):
             if reply.ok is not None:

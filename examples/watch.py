@@ -1,6 +1,6 @@
 """Prints a fleet's poses, states and events, also those from before it came: python watch.py tcp/HOST:PORT FLEET.
 
-It subscribes first and asks second, so that nothing falls between; what comes twice is printed once. It ends with the run.
+It subscribes first and asks second, so that nothing falls between; what comes twice is told once. It ends with the run.
 """
 
 import json

@@ -10,7 +10,7 @@ from typing import Final
 from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, RobotDo, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
 from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.robot import Assigned, Broadcast, Command, Edit, Plan, Sense, State
+from swarm.messages.robot import Assigned, BodyReport, Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
@@ -34,6 +34,7 @@ from swarm.messages.world import (
 
 __all__ = [
     "ACTION",
+    "BODY",
     "CLOCK",
     "COMMAND",
     "EDIT",
@@ -57,6 +58,7 @@ __all__ = [
     "Activity",
     "Assigned",
     "Body",
+    "BodyReport",
     "Broadcast",
     "Clock",
     "Command",
@@ -99,6 +101,7 @@ __all__ = [
 #                 key                       message    rate  timeout  reliable  limit
 SENSE     = Topic("robot/{robot}/sense",    Sense,     20.0, 0.25,    True)
 COMMAND   = Topic("robot/{robot}/cmd",      Command,   20.0, 0.25,    True)
+BODY      = Topic("robot/{robot}/body",     BodyReport, 20.0, 0.25,   True)
 RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0, False,    131_072)
 STATE     = Topic("robot/{robot}/state",    State,     1.0,  3.0,     True)
 PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     262_144)
@@ -117,7 +120,7 @@ ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 # fmt: on
 
 TOPICS: Final = (
-    SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, ORDER,
+    SENSE, COMMAND, BODY, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, ORDER,
     ROBOT_ACTION,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
