@@ -47,7 +47,7 @@ def main(endpoint, fleet, name):
         settings, start = scenario["settings"], scenario["starts"][name]
         world = session.liveliness().declare_subscriber(below + "alive/world/world/*", inbox.put, history=True)
         print(f"the body of {name} stands at {start[0]:.2f} {start[1]:.2f} m", flush=True)
-        body, run, answered, report = Body(start, settings["robot"], settings["rate"]), 0, -1, None
+        body, run, reports = Body(start, settings["robot"], settings["rate"]), 0, {}
         while True:
             sample = inbox.get()
             if "/alive/" in str(sample.key_expr):
@@ -56,22 +56,18 @@ def main(endpoint, fleet, name):
                 continue
             said = msgpack.unpackb(sample.payload.to_bytes())
             if said["run"] != run:  # the user has restarted the mission: somebody carries the robot back
-                body, run, answered = Body(start, settings["robot"], settings["rate"]), said["run"], -1
-            if said["tick"] > answered:  # else the world asks again: the same answer
+                body, run, reports = Body(start, settings["robot"], settings["rate"]), said["run"], {}
+            tick = said["tick"]
+            if tick not in reports:  # else the world asks again, or goes on from its snapshot: the same answer
                 body.move(said["left"], said["right"])
-                answered, (x, y, yaw), (left, right) = said["tick"], body.pose, body.wheels
-                report = {
-                    "v": 1,
-                    "run": run,
-                    "tick": answered,
-                    "x": x,
-                    "y": y,
-                    "yaw": yaw,
-                    "left": left,
-                    "right": right,
+                (x, y, yaw), (left, right) = body.pose, body.wheels
+                reports = {old: one for old, one in reports.items() if old > tick - 100} | {
+                    tick: {"v": 1, "run": run, "tick": tick, "x": x, "y": y, "yaw": yaw, "left": left, "right": right}
                 }
             session.put(
-                below + f"robot/{name}/body", msgpack.packb(report), congestion_control=zenoh.CongestionControl.BLOCK
+                below + f"robot/{name}/body",
+                msgpack.packb(reports[tick]),
+                congestion_control=zenoh.CongestionControl.BLOCK,
             )
         commands.undeclare()
         world.undeclare()

@@ -232,3 +232,36 @@ def test_a_body_outside_completes_the_papers_mission_among_two_of_the_worlds_own
     assert summary["not_reproducible"] == ["the body of r2 is outside, and nobody knows what it does"]
     assert not summary["reproducible"]
     assert summary["per_robot"]["r2"]["path_length"] > 5.0
+
+
+@pytest.mark.processes
+def test_a_body_that_dies_stands_and_the_run_goes_on_when_it_is_back(endpoint: Endpoint, tmp_runtime: Path) -> None:
+    wire = ("--connect", str(endpoint), "--fleet", "dies")
+    (file := tmp_runtime / "small.yaml").write_text(SMALL)
+    report = tmp_runtime / "report.json"
+    arguments = (str(file), "--robots", "2", "--pace", "5", "--report", str(report), "--body", "r2")
+    with (
+        Command("world", *arguments, *wire, runtime=tmp_runtime) as world,
+        Bus(endpoint, "dies") as bus,
+    ):
+        bus.watch_presence()
+        bus.listen(EVENT)
+        bus.listen(SENSE, robot="r2")
+        await_presence(bus, "world", True)
+        with started_at(endpoint, "dies", "foreign_body.py", "r2") as first:
+            read_to(first, "stands at")
+            with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
+                await_sense(bus, lambda sense: sense.linear > 0.2)
+                first.kill()
+                await_event(bus, lambda event: event.kind == "body_silent" and event.robot == "r2")
+                stood = await_sense(bus, lambda sense: sense.linear == 0.0)
+                later = await_sense(bus, lambda sense: sense.tick > stood.tick + 20)
+                assert (later.x, later.y, later.yaw) == (stood.x, stood.y, stood.yaw)
+                with started_at(
+                    endpoint, "dies", "foreign_body.py", "r2"
+                ):  # it knows its start only: it is carried there
+                    await_event(bus, lambda event: event.kind == "body_back" and event.robot == "r2")
+                    assert world.end() == 0, world.text
+    summary = json.loads(report.read_text())
+    assert summary["complete"]
+    assert summary["contacts"]["wall"] == 0
