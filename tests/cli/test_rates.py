@@ -11,7 +11,7 @@ from swarm.cli.echo import WIDTH, text
 from swarm.cli.rates import Beat, Traffic, sender, topic_of
 from swarm.errors import ConfigError
 from swarm.launch.running import NAME, chosen, named
-from swarm.messages import TOPICS
+from swarm.messages import EVENTS, REPLIES, TOPICS
 
 
 def sample(key: str, at: float, size: int = 10) -> Sample:
@@ -43,8 +43,8 @@ def test_the_table_of_topics_says_who_sends_what(key: str) -> None:
 
 def test_every_topic_that_is_published_has_a_sender() -> None:
     keys = {topic.key.format(robot="r1", zx=0, zy=0) for topic in TOPICS}
-    requests = {"world/action", "world/edit", "world/join"}
-    assert {key for key in keys if sender(key) == "?"} == requests
+    asked_for = {key.format(robot="r1") for key in (*REPLIES, EVENTS.key)}
+    assert {key for key in keys if sender(key) == "?"} == asked_for
 
 
 def test_a_row_of_each_key_has_rate_size_and_age() -> None:

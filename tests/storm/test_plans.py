@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
+from swarm.scenario.starts import names
 from tests.storm.shared import plan_of
 from world.storm.draw import draw
 from world.storm.plan import StormPlan, read
@@ -42,8 +43,7 @@ def test_every_drawn_plan_is_a_world_within_its_profile(profile: str, seed: int)
     assert ranges.robots[0] <= plan.robots <= ranges.robots[1]
     assert plan.scenario.map.known == ranges.known
     scenario, faults = plan.to_scenario(), plan.to_faults()
-    names = {f"r{number}" for number in range(1, plan.robots + 1)}
-    assert {spell.robot for spell in faults.spells} | set(faults.killed or ()) <= names
+    assert {spell.robot for spell in faults.spells} | set(faults.killed or ()) <= {*names(plan.robots)}
     assert all(scenario.stops(number, pose[:2]) for number, pose in enumerate(scenario.settings.start.poses or ()))
 
 
