@@ -1,15 +1,11 @@
 """The documentation matches the code: generated parts are up to date, links have targets, examples run."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from docs.generate import FILES, MARKED, PAGES, PARTS, renewed
-from swarm.bus import Bus, Endpoint
-from swarm.messages import RADIO, Activity, Broadcast
 from swarm.planning.grid import Grid
 from swarm.planning.path import Path as PlannedPath
 from swarm.planning.path import line_is_free, plan
@@ -84,23 +80,3 @@ def test_the_python_of_the_pages_runs(capsys: pytest.CaptureFixture[str]) -> Non
     assert given["s"] == pytest.approx(0.2, abs=0.1), "0.2 m along the path"
     exec(fuzzy)
     assert capsys.readouterr().out.startswith("profile paper")
-
-
-@pytest.mark.processes
-def test_the_example_of_a_tool_in_plain_zenoh_hears_a_robot(endpoint: Endpoint) -> None:
-    said = Broadcast(
-        robot="r1", run=0, tick=4, x=1.0, y=2.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=3.5,
-        reached=[False],
-    )  # fmt: skip
-    command = [sys.executable, str(ROOT / "examples" / "listen.py"), str(endpoint), "example", "1"]
-    with (
-        Bus(endpoint, "example") as bus,
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as tool,
-    ):
-        assert tool.stdout is not None
-        assert tool.stdout.readline() == "listening\n"
-        while tool.poll() is None:
-            bus.send(RADIO, said, zx=0, zy=0, robot="r1")
-            bus.receive(0.05)
-        assert tool.stdout.read() == "r1 at (1.0, 2.0): drive, 3.5 m to target 1\n"
-    assert tool.returncode == 0

@@ -5,7 +5,7 @@ from typing import Final
 
 import msgspec
 
-from swarm.messages import Command, Plan, State
+from swarm.messages import BodyReport, Command, Plan, State
 
 SILENT: Final = 5.0  # s that lockstep waits for a robot that is there and does not answer
 AGAIN: Final = 1.0  # s after which it is sent its sense again
@@ -44,11 +44,13 @@ class LastMessages:
         self.states: dict[str, State] = {}
         self.plans: dict[str, Plan] = {}
         self.deaf: set[str] = set()  # present robots that did not answer in time
+        self.bodies: dict[str, BodyReport] = {}  # the newest report of each body that is outside
+        self.bodiless: set[str] = set()  # robots whose body did not report in time
         self._answered: dict[str, int] = {}  # the newest tick that each robot has answered
         self.late = 0  # commands that came after their tick
         self.in_time = 0  # robots that have answered the present tick
 
-    def take(self, name: str, message: Command | State | Plan, run: int, tick: int) -> None:
+    def take(self, name: str, message: Command | State | Plan | BodyReport, run: int, tick: int) -> None:
         """Take in a message; ignore one of another run or of a future tick, and an answer that was given before."""
         if message.run != run or message.tick > tick:
             return
@@ -62,6 +64,11 @@ class LastMessages:
                 self.in_time += message.tick == tick
                 known = self.commands.get(name)
                 self.commands[name] = message if known is None else merged(message, known)
+            case BodyReport():
+                known_body = self.bodies.get(name)
+                if known_body is None or message.tick > known_body.tick:
+                    self.bodiless.discard(name)
+                    self.bodies[name] = message
             case State():
                 self.states[name] = message
             case Plan():
@@ -78,6 +85,11 @@ class LastMessages:
     def lacking(self, present: Sequence[str], tick: int) -> list[str]:
         """Return the robots that still have to answer this tick."""
         return [name for name in self.awaited(present) if self._answered.get(name) != tick]
+
+    def lacking_bodies(self, outside: Sequence[str], present: Sequence[str], tick: int) -> list[str]:
+        """Return the present robots whose body is outside and still has to report that it carried out this tick."""
+        awaited = [name for name in outside if name in present and name not in self.bodiless and name not in self.deaf]
+        return [name for name in awaited if name not in self.bodies or self.bodies[name].tick != tick]
 
 
 def merged(one: Command, other: Command) -> Command:

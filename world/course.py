@@ -1,6 +1,6 @@
 """The run of one fleet's world: its phase, its state beside the world's own, and everything that changes it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import isinf
 from pathlib import Path
@@ -16,6 +16,7 @@ from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from world.answers import LastMessages
 from world.lobby import BACK, Lobby
+from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
 from world.repeatable import Repeatable
 from world.report import missing, report
@@ -47,17 +48,19 @@ class Course:
         watchers: int,
         snapshot: Path | None,
         log: Callable[[str], None],
+        outside: Sequence[str] = (),
     ) -> None:
         scenario, _, starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
-        self.world = World(scenario, starts, seed, identity=new_identity())
+        self.outside = check_outside(outside, len(starts))
+        self.world = World(scenario, starts, seed, identity=new_identity(), outside=outside)
         self.awake = Awake()
         self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
         self.roll = Roll(self.world.robots, self.awake.now())
         self._moving = Lock()  # held while bodies move: others read the poses of one tick
-        self.repeatable = Repeatable(lockstep=self.lockstep)
+        self.repeatable = Repeatable(lockstep=self.lockstep, outside=self.outside)
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
         self.last = LastMessages()
@@ -108,7 +111,9 @@ class Course:
         if found.floor is not None:
             self.speaker.take_map(unpack(found.floor))
         edits = found.state.world.edits
-        self.world = World(self.speaker.scenario, fresh.starts, self.seed, found.run, edits, found.identity)
+        self.world = World(
+            self.speaker.scenario, fresh.starts, self.seed, found.run, edits, found.identity, self.outside
+        )
         restore(self.world, found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
@@ -191,6 +196,7 @@ class Course:
 
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
+        self.world.outside.told = self.last.bodies
         with self.changing():
             events = self.world.step(self.last.commands)
         for event in events:
@@ -232,7 +238,9 @@ class Course:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self.world
         with self.changing():
-            self.world = World(self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity)
+            self.world = World(
+                self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity, self.outside
+            )
         self.last, self.stopwatch = LastMessages(), Stopwatch()
         self.timetable.times = Times()
         self.repeatable.begin()

@@ -4,9 +4,9 @@ Bodies are dynamic. Without a contact, a body ends every step exactly on the arc
 velocity is set to the chord of that arc. In a contact, the solver keeps shapes apart. Metres, seconds, radians.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import ceil, inf
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import pymunk
@@ -15,41 +15,14 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, Twist, chord, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
 from world import rays
+from world.bodies import Contact, Moving, PhysicsState
 
 Numbers = NDArray[np.float64]
 
 ROBOT: Final = 10  # collision type of a robot; other shapes have the cell value of the map
 STILL: Final = Twist(0.0, 0.0)
+NOBODY: Final[Mapping[int, Pose]] = {}
 KINDS: Final = {WALL: "wall", UNKNOWN: "wall", OBSTACLE: "obstacle", ROBOT: "robot"}
-
-
-class Contact(NamedTuple):
-    """The beginning of a robot's contact with something."""
-
-    robot: int
-    kind: str  # robot, wall, obstacle
-    other: int | None  # the other robot
-
-
-class Moving(NamedTuple):
-    """The state of one body."""
-
-    x: float  # m
-    y: float
-    angle: float  # rad, not wrapped
-    vx: float  # m/s
-    vy: float
-    turning: float  # rad/s
-
-
-class PhysicsState(NamedTuple):
-    """The state of all bodies."""
-
-    robots: list[Moving]
-    movers: list[Moving]
-    rolled: list[Twist]
-    touching: list[Contact]
-    disturbed: bool
 
 
 class Physics:
@@ -150,9 +123,16 @@ class Physics:
         self._place()
         return self._poses
 
-    def roll(self, twists: Iterable[Twist], movers: Sequence[Pose] = ()) -> list[Contact]:
+    def roll(
+        self,
+        twists: Iterable[Twist],
+        movers: Sequence[Pose] = (),
+        placed: Mapping[int, Pose] = NOBODY,
+        jumped: Iterable[int] = (),
+    ) -> list[Contact]:
         """Move every robot along its twist for one control step, and every mover to its next pose.
 
+        ``placed`` are robots that move to a given pose instead; those of them that ``jumped`` are just set down there.
         Return the contacts that began, in order.
         """
         self._contacts = []
@@ -163,8 +143,12 @@ class Physics:
             body.angle = pose.yaw
             body.velocity = ((pose.x - x) / self._dt, (pose.y - y) / self._dt)
         before, self._rolled = self._rolled or [STILL] * len(self._bodies), list(twists)
-        everybody = list(enumerate(self._rolled))
-        moving = [pair for pair, was in zip(everybody, before, strict=True) if pair[1] != STILL or was != STILL]
+        everybody = [pair for pair in enumerate(self._rolled) if pair[0] not in placed]
+        for number in jumped:
+            self._bodies[number].position = placed[number][:2]
+            self._space.reindex_shapes_for_body(self._bodies[number])
+        goals = [(number, _towards(self._bodies[number], pose, self._dt)) for number, pose in placed.items()]
+        moving = [pair for pair in everybody if pair[1] != STILL or before[pair[0]] != STILL]
         for _ in range(self._substeps):
             if not self.touching:
                 self._renewed = False
@@ -179,11 +163,15 @@ class Physics:
                     dx, dy = chord(body.angle, twist, dt)
                     body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # without what rounding loses in x + dx
                 body.angular_velocity = twist.angular
+            for number, (vx, vy, turning) in goals:
+                self._bodies[number].velocity, self._bodies[number].angular_velocity = (vx, vy), turning
             self._disturbed = bool(self.touching)
             if self._disturbed:
                 self._solve(dt)
             self._space.step(dt)
             self._disturbed |= bool(self.touching)
+        for number, pose in placed.items():
+            self._bodies[number].position = (pose.x, pose.y)  # whatever it touches: that is where it is
         return sorted(self._contacts, key=lambda contact: (contact.robot, contact.kind, contact.other or 0))
 
     def _solve(self, dt: float) -> None:
@@ -264,6 +252,12 @@ class Physics:
             yaws = [body.angle for body in self._bodies]
             self._yaws = np.array(yaws, np.float64)
             self._poses = [Pose(x, y, wrap(yaw)) for (x, y), yaw in zip(places, yaws, strict=False)]  # robots are first
+
+
+def _towards(body: pymunk.Body, pose: Pose, dt: float) -> tuple[float, float, float]:
+    """Return the velocity [m/s, m/s, rad/s] that brings a body to a pose in a time [s]."""
+    x, y = body.position
+    return (pose.x - x) / dt, (pose.y - y) / dt, wrap(pose.yaw - body.angle) / dt
 
 
 def _stay(body: pymunk.Body, dt: float) -> None:

@@ -1,6 +1,6 @@
 """The world process: it waits for the robots, keeps the clock, senses for all, moves all, and writes the report."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import Event as Flag
 from typing import Final
@@ -8,6 +8,7 @@ from typing import Final
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.messages import (
     ACTION,
+    BODY,
     CLOCK,
     COMMAND,
     EDIT,
@@ -39,6 +40,7 @@ from world.rival import check_alone
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
+BODY_OF: Final = "the body of {}".format
 TAKEN: Final = 5000  # arrivals taken in after the time of a tick is up, at most
 
 
@@ -55,18 +57,19 @@ def run(
     report_to: Path | None = None,
     snapshot: Path | None = None,
     log: Callable[[str], None] = print,
+    outside: Sequence[str] = (),
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
-    was saved from goes on.
+    was saved from goes on. The bodies of the robots ``outside`` are reported by other processes.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log)
+        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside)
         host = Host(bus, course, log)
         with check_alone(bus, fleet, log):
             host.open()
@@ -90,7 +93,7 @@ class Host:
     def open(self) -> None:
         """Listen to the robots, answer requests, and announce this process."""
         bus, course = self._bus, self._course
-        for topic in (COMMAND, STATE, PLAN):
+        for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
         for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL):
             bus.serve(question)
@@ -153,7 +156,7 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         course, last = self._course, self._course.last
-        world, asked = course.world, Asked(course.lobby.present, course.awake.now())
+        world, asked = course.world, Asked([*course.lobby.present, *map(BODY_OF, course.outside)], course.awake.now())
         self._asked = asked
         while course.in_tick and course.world is world and self._linked and not stop.is_set():
             present = course.lobby.present
@@ -161,10 +164,13 @@ class Host:
             if not last.awaited(present):
                 self._receive(LOOK)  # no robot answers: wait for one to come back
                 return
-            if not lacking:
+            bodies = {BODY_OF(name): name for name in last.lacking_bodies(course.outside, present, world.tick)}
+            if not lacking and not bodies:
                 return
-            for name in asked.again(lacking, course.awake.now()):
-                self._bus.send(SENSE, self._senses[name], robot=name)
+            for name in asked.again([*lacking, *bodies], course.awake.now()):
+                robot = bodies.get(name, name)  # the robot says its command again, and the body may answer that
+                self._bus.send(SENSE, self._senses[robot], robot=robot)
+            last.bodiless.update(bodies[name] for name in asked.overdue(list(bodies), course.awake.now()))
             for name in asked.overdue(lacking, course.awake.now()):
                 last.deaf.add(name)
                 text = f"has not answered for {SILENT:g} s; the run goes on without it"

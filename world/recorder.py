@@ -13,8 +13,8 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
+from world.bodies import Contact
 from world.clearance import ClearanceJudge
-from world.physics import Contact
 
 MOVES: Final = 0.01  # m/s, forward or backward; a robot that is not faster counts as standing
 PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: bodies under pressure tremble

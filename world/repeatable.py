@@ -1,5 +1,6 @@
 """The reasons why a run cannot be repeated bit for bit, for its report."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from swarm.messages import Event
@@ -11,13 +12,14 @@ REAL_TIME: Final = "in real time, what happens depends on the wall clock"
 class Repeatable:
     """The reasons that a run has given so far; none: the same scenario, robots and seed give the same run again."""
 
-    def __init__(self, *, lockstep: bool) -> None:
-        self._lockstep = lockstep
+    def __init__(self, *, lockstep: bool, outside: Sequence[str] = ()) -> None:
+        self._always = [] if lockstep else [REAL_TIME]
+        self._always += [f"the body of {name} is outside, and nobody knows what it does" for name in outside]
         self.begin()
 
     def begin(self) -> None:
         """Begin a run."""
-        self.reasons: list[str] = [] if self._lockstep else [REAL_TIME]
+        self.reasons: list[str] = [*self._always]
 
     def no_longer(self, reason: str, time: float) -> None:
         """Record what cannot be repeated and happened at a time [s]; before the first tick, everything can be."""

@@ -11,10 +11,24 @@ from msgspec import Struct
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Command, Edit, Event, Id, PackedMap, Phase, Plan, Point, Seen, Sense, State, Steering
+from swarm.messages import (
+    BodyReport,
+    Command,
+    Edit,
+    Event,
+    Id,
+    PackedMap,
+    Phase,
+    Plan,
+    Point,
+    Seen,
+    Sense,
+    State,
+    Steering,
+)
 from swarm.traffic.watch import Fault
+from world.bodies import Contact, PhysicsState
 from world.orders import Row
-from world.physics import Contact, PhysicsState
 from world.pool import Errand
 from world.world import World
 
@@ -144,6 +158,14 @@ class SteeringTable(Table):
     labels: list[Steering | None]
 
 
+class OutsideTable(Table):
+    """Attributes of `Outside`."""
+
+    poses: dict[int, Pose]
+    reports: dict[int, BodyReport]
+    silent: list[int]
+
+
 class SensingTable(Table):
     """Attributes of `Sensing`."""
 
@@ -173,6 +195,7 @@ class WorldState(Table):
     progress: ProgressTable
     steering: SteeringTable
     sensing: SensingTable
+    outside: OutsideTable
     radio: RadioTable
     physics: PhysicsState
 
@@ -194,6 +217,7 @@ def _parts(world: World) -> dict[str, Any]:
         "progress": world.progress,
         "steering": world.steering,
         "sensing": world.sensing,
+        "outside": world.outside,
         "radio": world.radio,
     }
 

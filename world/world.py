@@ -19,6 +19,7 @@ from world.dispatch import Dispatch
 from world.edits import edited
 from world.missions import Missions
 from world.movers import Patrol
+from world.outside import Outside
 from world.physics import Physics
 from world.planned import Planned, carry_out
 from world.progress import STALLED, ProgressWatch
@@ -40,14 +41,9 @@ class World:
     """One run of one scenario: bodies at their starts, the clock at 0."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        starts: list[Pose],
-        seed: int,
-        run: int = 0,
-        edits: int = 0,
-        identity: str = "local",
-    ) -> None:
+        self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0, edits: int = 0, identity: str = "local",
+        outside: Sequence[str] = (),
+    ) -> None:  # fmt: skip
         settings = scenario.settings
         robot = settings.robot
         self.robots = names(len(starts))
@@ -70,6 +66,7 @@ class World:
         self.sensing = Sensing(settings.sensors, len(starts), seed)
         self.radio = RadioModel(settings.radio, seed, self.physics.sees)
         self._number = {name: number for number, name in enumerate(self.robots)}
+        self.outside = Outside({name: self._number[name] for name in outside}, starts, self._top_speed, self.dt)
         self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
         self.commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
@@ -130,6 +127,7 @@ class World:
         self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self.settings.rate]
         edits = [edit for _, edit in self._recent]
         self.distances = sensing.all_distances(physics)
+        self.outside.read(self.distances, self.settings.sensors.rays, self.settings.sensors.range)
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self.wheels[number])
             left, front, right, rays = self.distances[number]
@@ -161,7 +159,9 @@ class World:
                 ramp(right, max(-fastest, min(fastest, wanted[1])), most),
             )
         movers = [patrol.at(self.time + dt) for patrol in self._movers]
-        contacts = self.physics.roll([self._drive.twist(*wheels) for wheels in self.wheels], movers)
+        placed, jumped, said = self.outside.step(self.tick, self.floor, self.wheels)
+        events += [self.event(kind, text, self.robots[number]) for number, kind, text in said]
+        contacts = self.physics.roll([self._drive.twist(*wheels) for wheels in self.wheels], movers, placed, jumped)
         senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
         heard = self.radio.hears(poses, senders)

@@ -100,6 +100,7 @@ def world(options: argparse.Namespace) -> int:
         wait=options.wait,
         report_to=options.report,
         snapshot=options.resume or options.snapshot,
+        outside=options.body,
     )
 
 
@@ -174,6 +175,8 @@ def add(commands: "Commands[Parser]") -> None:
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
     saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")
+    text = "the body of this robot is outside: it reports on robot/NAME/body; may be repeated"
+    one.add_argument("--body", action="append", default=[], metavar="NAME", help=text)
     one.set_defaults(command=world)
 
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")

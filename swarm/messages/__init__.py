@@ -10,7 +10,7 @@ from typing import Final
 from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, RobotDo, Steering
 from swarm.messages.fields import VERSION, Id, Message, Point
 from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.robot import Assigned, Broadcast, Command, Edit, Plan, Sense, State
+from swarm.messages.robot import Assigned, BodyReport, Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
@@ -37,6 +37,7 @@ from swarm.messages.world import (
 
 __all__ = [
     "ACTION",
+    "BODY",
     "CLOCK",
     "COMMAND",
     "EDIT",
@@ -62,6 +63,7 @@ __all__ = [
     "Activity",
     "Assigned",
     "Body",
+    "BodyReport",
     "Broadcast",
     "Clock",
     "Command",
@@ -107,6 +109,7 @@ __all__ = [
 #                 key                       message    rate  timeout  reliable  limit
 SENSE     = Topic("robot/{robot}/sense",    Sense,     20.0, 0.25,    True)
 COMMAND   = Topic("robot/{robot}/cmd",      Command,   20.0, 0.25,    True)
+BODY      = Topic("robot/{robot}/body",     BodyReport, 20.0, 0.25,   True)
 RADIO     = Topic("radio/{zx}/{zy}/{robot}", Broadcast, 5.0, 1.0, False,    131_072)
 STATE     = Topic("robot/{robot}/state",    State,     1.0,  3.0,     True)
 PLAN      = Topic("robot/{robot}/plan",     Plan,      0.0,  0.0,     True,     262_144)
@@ -127,7 +130,7 @@ POOL      = Topic("world/pool",             PoolTargets, 0.0, 0.0,   False,    6
 # fmt: on
 
 TOPICS: Final = (
-    SENSE, COMMAND, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
+    SENSE, COMMAND, BODY, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
     ORDER, ROBOT_ACTION, POOL,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {

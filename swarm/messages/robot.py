@@ -81,6 +81,21 @@ class Command(Message, frozen=True, kw_only=True):
     assignment: Annotated[Count, says("number of the stops that `reached` is about; 0: the scenario's")] = 0
 
 
+class BodyReport(Message, frozen=True, kw_only=True):
+    """Where the body of a robot is that is outside the world, as a real one is, after it has carried out a command."""
+
+    run: Annotated[Count, says("run of the command that it has carried out")]
+    tick: Annotated[Count, says("tick of that command; the pose is that of the next tick")]
+    x: Annotated[Metres, says("m; the robot's centre in the map")]
+    y: Annotated[Metres, says("m")]
+    yaw: Annotated[Angle, says("rad; 0 along x, left is positive")]
+    left: Annotated[Speed, says("m/s; rim speed of the left wheel now")]
+    right: Annotated[Speed, says("m/s; rim speed of the right wheel now")]
+    rays: Annotated[
+        list[Length], Meta(max_length=297, description="m; as in `sense`, all of them; none: the world casts them")
+    ] = []
+
+
 class Broadcast(Message, frozen=True, kw_only=True):
     """What a robot sends by radio: position, distance to the target, stops reached (paper section 3.1), and traffic."""
 

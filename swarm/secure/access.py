@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from swarm.messages import (
     ACTION,
+    BODY,
     CLOCK,
     COMMAND,
     EDIT,
@@ -48,7 +49,7 @@ class Rights(NamedTuple):
 
     sends: Topics  # of robots' topics, the own ones only
     answers: Topics
-    hears: Topics | None  # of `sense`, the own one only; None: every key of the fleet
+    hears: Topics | None  # of `sense` and `cmd`, a robot's own only; None: every key of the fleet
     asks: Topics
     present_as: str | None  # the role in its liveliness token; None: it has none
     sees: str  # the role in liveliness tokens that it sees; *: all
@@ -59,15 +60,15 @@ RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
         answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, *LAST),
-        hears=(COMMAND, STATE, PLAN),
+        hears=(COMMAND, BODY, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
         sees="*",
     ),
     ROBOT: Rights(
-        sends=(RADIO, COMMAND, STATE, PLAN),
+        sends=(RADIO, COMMAND, STATE, PLAN, BODY),  # the body of a robot has the keys of its robot
         answers=(),
-        hears=(RADIO, SENSE),
+        hears=(RADIO, SENSE, COMMAND),
         asks=(JOIN, LEAVE, MAP),
         present_as="robot",
         sees="world",
@@ -132,7 +133,7 @@ def _key(topic: Topic[Any], robot: str) -> str:
 
 
 def _heard(topic: Topic[Any], robot: str) -> str:
-    return _key(topic, robot if topic is SENSE else "*")
+    return _key(topic, robot if topic in (SENSE, COMMAND) else "*")
 
 
 def _name(role: str, robot: str) -> str:

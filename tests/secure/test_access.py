@@ -41,6 +41,7 @@ def test_every_topic_has_one_role_that_sends_or_answers_it(topic: Topic) -> None
 # fmt: off
 ALLOWED = [
     ("r1", "put", "robot/r1/cmd"), ("r1", "put", "robot/r1/state"), ("r1", "put", "robot/r1/plan"), ("r1", "put", "radio/-3/4/r1"),
+    ("r1", "put", "robot/r1/body"), ("r1", "declare_subscriber", "robot/r1/cmd"), ("world", "declare_subscriber", "robot/*/body"),
     ("r1", "declare_subscriber", "robot/r1/sense"), ("r1", "declare_subscriber", "radio/3/4/*"), ("r1", "query", "world/join"),
     ("r1", "query", "world/map"), ("r1", "liveliness_token", "alive/robot/r1/ab12"), ("r1", "declare_liveliness_subscriber", "alive/world/*/*"),
     ("world", "put", "robot/r1/sense"), ("world", "put", "world/truth"), ("world", "reply", "robot/r1/state"), ("world", "declare_queryable", "world/edit"),
@@ -51,6 +52,7 @@ ALLOWED = [
     ("watcher", "declare_subscriber", "**"), ("watcher", "query", "robot/*/state"), ("watcher", "liveliness_token", "alive/dashboard/dashboard/ab12"),
 ]
 REFUSED = [
+    ("r1", "put", "robot/r2/body"), ("world", "put", "robot/r1/body"), ("r1", "declare_subscriber", "robot/r2/cmd"),
     ("r1", "put", "robot/r2/cmd"), ("r1", "put", "robot/*/cmd"), ("r1", "put", "radio/*/*/*"), ("r1", "put", "**"), ("r1", "put", "robot/r1/sense"),
     ("r1", "put", "radio/3/4/r2"), ("r1", "put", "world/truth"), ("r1", "put", "robot/r1/**"), ("r1", "delete", "robot/r1/state"),
     ("r1", "declare_subscriber", "robot/r2/sense"), ("r1", "declare_subscriber", "world/truth"), ("r1", "declare_subscriber", "robot/*/cmd"),

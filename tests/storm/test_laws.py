@@ -11,8 +11,8 @@ from swarm.messages import Assigned, Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
 from swarm.traffic.cells import OUTSIDE
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
+from world.bodies import Contact
 from world.faults import Health
-from world.physics import Contact
 from world.storm.history import History, Moment, record
 from world.storm.laws import LAWS, judge
 from world.storm.results import is_silent

@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.maps.text import from_text
 from swarm.messages import Activity, Command
 from tests.shared import scenario_of
-from world.physics import Contact
+from world.bodies import Contact
 from world.recorder import MOVES, PARTED, Recorder
 from world.world import REST
 

@@ -197,7 +197,7 @@ FROM_THE_START = {  # attributes that are not saved: they follow from scenario, 
     "world": {"robots", "starts", "identity", "run", "due", "dt", "settings", "_drive", "_top_speed", "floor",
               "physics", "_movers", "sensing", "_radio", "radio", "_number", "distances", "missions", "planned_orders",
               "traffic", "verdict", "planned", "progress", "steering", "recorder",
-              "dispatch"},
+              "dispatch", "outside"},
     "planned": {"_plans"},
     "planned_orders": {"_plans"},
     "missions": {"_robots", "_homes", "_reach", "_patrols", "_recorder", "reachable", "orders", "_places"},
@@ -212,6 +212,7 @@ FROM_THE_START = {  # attributes that are not saved: they follow from scenario, 
     "steering": {"_controller", "_robot", "_dt", "_kept"},
     "sensing": {"_settings", "_angles", "_shown"},
     "radio": {"_settings", "_sees"},
+    "outside": {"_numbers", "_top_speed", "_dt", "told"},
 }
 # fmt: on
 

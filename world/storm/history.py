@@ -11,8 +11,8 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Broadcast, Command, Event, Sense
 from swarm.settings import Settings
 from swarm.traffic.watch import Fault
+from world.bodies import Contact
 from world.faults import Health
-from world.physics import Contact
 from world.simulate import Simulation
 from world.storm.mute import make_mute
 from world.storm.plan import StormPlan
