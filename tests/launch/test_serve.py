@@ -52,6 +52,14 @@ def await_done(bus: Bus, robot: str, number: int) -> Status:
     )
 
 
+def await_first(bus: Bus, robot: str, number: int) -> None:
+    """Wait until a robot has been at the first of the stops of that number."""
+    await_status(
+        bus,
+        lambda status: (row(status, robot).state.assignment, row(status, robot).state.reached[:1]) == (number, [True]),
+    )
+
+
 def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(waiting), "--dashboard", "off"]) == 2
     assert "expected either `targets` (for all) or `own_targets`" in capsys.readouterr().err
@@ -70,7 +78,7 @@ def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
         fleet.member("r1").kill()
         fleet.await_line("r1 was ended by signal 9; started again")
         assert main(["order", "r1", "9.5,6.0", "--home", "--id", "b"]) == 0
-        await_status(bus, lambda status: row(status, "r1").state.reached[:1] == [True])
+        await_first(bus, "r1", 2)
         fleet.member("world").kill()
         fleet.await_line("world was ended by signal 9; started again")
         await_done(bus, "r1", 2)
@@ -128,10 +136,10 @@ def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, wait
         fleet.await_all(bus)
         await_done(bus, "r2", 0)
         assert main(["order", "r2", "9.5,2.0", "9.5,6.0", "--home"]) == 0
-        await_status(bus, lambda status: row(status, "r2").state.reached[:1] == [True])
+        await_first(bus, "r2", 1)
         fleet.member("r2").terminate()
-        left = await_status(bus, lambda status: any(event.kind == "left" for event in status.events))
-        assert row(left, "r2").liveness is Liveness.GONE
+        gone = await_status(bus, lambda status: row(status, "r2").liveness is Liveness.GONE)
+        assert "left" in [event.kind for event in gone.events]
         assert main(["order", "r1", "4.0,2.0"]) == 0
         await_done(bus, "r1", 2)
         where = ("--connect", str(fleet.endpoint), "--fleet", fleet.name)
