@@ -25,7 +25,7 @@ SERVED: Final = 20.0  # s, wall time for the program that serves the page to sta
 SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
-CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, EVENTS, STATE, PLAN, TRUTH)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH)
 
 
 def run(

@@ -406,7 +406,7 @@ def test_a_bus_without_a_router_says_what_to_do(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(settings.CLIENT, "connect/timeout_ms", 300)
     free = Endpoint("127.0.0.1", 0).claim()
     with (
-        pytest.raises(ConfigError, match=r"expected a running router, got .*; start one with `swarm router`"),
+        pytest.raises(ConfigError, match=r"expected a running router, got: .*; start one with `swarm router`"),
         Bus(free, "fleet"),
     ):
         pass

@@ -276,5 +276,5 @@ def test_nobody_outlives_a_killed_launcher(small: Path, tmp_runtime: Path) -> No
         fleet.process.wait()
         fleet.assert_nobody_is_left()
     with Fleet(small, "--pace", "max", runtime=tmp_runtime) as next_one:
-        assert next_one.name == "small", "the name of a dead fleet is free again"
+        assert next_one.name == named("small"), "the name of a dead fleet is free again"
         assert next_one.end() == 0, next_one.text
