@@ -9,6 +9,7 @@ import pytest
 from benchmarks import scale
 from benchmarks.measure import printed
 from benchmarks.scaling import beside, realtime, why, wire
+from benchmarks.scaling.fleets import NotMeasured
 from benchmarks.scaling.rows import ROWS
 from swarm.robot.brain import Robot
 from swarm.scenario.benchmark import from_benchmark
@@ -86,8 +87,14 @@ def test_at_another_rate_a_fleet_is_the_same_and_speaks_as_often_in_a_second(
 
 def test_late_commands_are_a_share_of_all() -> None:
     times = {"p50": 0.01, "p99": 0.02, "p99.9": 0.03, "max": 0.04}
-    report = {"late_commands": 6, "ticks": 100, "robots": 4, "tick_wall": times}
+    report = {"late_commands": 6, "ticks": 100, "robots": 4, "tick_wall": times, "not_reproducible": ["in real time"]}
     assert realtime.punctual(report) == realtime.Punctual(6 / 400, 0.01, 0.02, 0.03, 0.04)
+
+
+def test_a_fleet_that_lost_robots_is_not_called_punctual() -> None:
+    lost = ["in real time", "r7 has lost its process at 1.20 s", "r9 has lost its process at 1.25 s"]
+    with pytest.raises(NotMeasured, match="of at least 2 robots"):
+        realtime.punctual({"not_reproducible": lost})
 
 
 def test_real_time_goes_at_the_rates_of_the_bars() -> None:

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import msgspec
 
+from benchmarks.scaling.fleets import NotMeasured
 from swarm.scenario.benchmark import from_benchmark
 
 RATE: Final = 20.0  # Hz, of scenarios that do not say another one
@@ -43,7 +44,14 @@ class Punctual:
 
 
 def punctual(report: dict[str, Any]) -> Punctual:
-    """Read a report of a run in real time."""
+    """Read a report of a run in real time.
+
+    Raises:
+        NotMeasured: robots lost their processes, and the others had less to do.
+    """
+    gone = sum("has lost its process" in reason for reason in report["not_reproducible"])
+    if gone:
+        raise NotMeasured(f"processes of at least {gone} robots were lost on the way")
     times = report["tick_wall"]
     late = report["late_commands"] / (report["ticks"] * report["robots"])
     return Punctual(late, times["p50"], times["p99"], times["p99.9"], times["max"])
