@@ -113,7 +113,7 @@ class World:
     def _plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
         errands = self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
-        frees = "free" in [*(edit.kind for edit in self.planned.left), *(edit.kind for _, edit in self._recent)]
+        frees = "free" in [edit.kind for edit in self.planned.left] + [edit.kind for _, edit in self._recent]
         lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
         return errands or bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
 
