@@ -144,7 +144,9 @@ def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, wait
         await_done(bus, "r1", 2)
         where = ("--connect", str(fleet.endpoint), "--fleet", fleet.name)
         with Command("robot", "--id", "r2", *where, runtime=tmp_runtime) as other:
-            await_status(bus, lambda status: row(status, "r2").liveness is Liveness.ALIVE)  # it may have been done before
+            await_status(
+                bus, lambda status: row(status, "r2").liveness is Liveness.ALIVE
+            )  # it may have been done before
             done = await_done(bus, "r2", 1)
             assert main(["stop"]) == 0
             assert fleet.end() == 0, fleet.text
