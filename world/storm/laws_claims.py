@@ -8,6 +8,7 @@ from collections.abc import Collection
 from typing import Final
 
 from swarm.messages.traffic import Claim, Record, Sighting
+from swarm.traffic.cells_of import traffic_settings
 from world.faults import SILENT
 from world.storm.growth import AWAY, growth, has_new_process
 from world.storm.history import History, Moment
@@ -15,7 +16,7 @@ from world.storm.seen import Found, claims_of
 from world.storm.told import Told
 
 LISTENS: Final = 1.0  # s after a robot begins or wakes in which it claims nothing
-NO_ANSWER: Final = 8.0  # s of silence after which nobody waits for a robot's answer
+MARGIN: Final = 1.0  # s beyond the silence after which a member of a plan loses its turns
 
 Said = dict[tuple[str, int], Claim]  # (robot, claim number) -> claim
 
@@ -108,8 +109,12 @@ def _found_empty(seen: Collection[Sighting], cell: int, since: int, until: int) 
 
 
 def no_wait_for_the_silent(history: History) -> Found:
-    """Check that no robot waits for a robot long silent, unless it heard that that robot keeps the next cell."""
+    """Check that no robot waits for a robot long silent, unless it heard that that robot keeps the next cell.
+
+    How long is long is one of traffic's settings: where walls stop the radio, silence is common and means less.
+    """
     told = Told(history)
+    longest = traffic_settings(history.settings).absent * history.dt + MARGIN
     silent_since: dict[str, int] = {}
     for moment in history.moments:
         told.hear(moment)
@@ -121,7 +126,7 @@ def no_wait_for_the_silent(history: History) -> Found:
         for name, own in _records(moment):
             for other in own.waits:
                 silence = (moment.tick - silent_since.get(other, moment.tick)) * history.dt
-                if silence > NO_ANSWER and not told.way(name, other).intersection(own.ahead[:1]):
+                if silence > longest and not told.way(name, other).intersection(own.ahead[:1]):
                     yield moment.tick, (name, other), f"{name} waits for {other}, silent for {silence:.0f} s"
 
 
