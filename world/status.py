@@ -2,14 +2,28 @@
 
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import replace
+
 from swarm.messages import Event, Phase, PoolCounts, RobotStatus, Seen, State, Status
 from world.welcome import progress
 from world.world import World
 
 
 def states(world: World, said: Mapping[str, State]) -> dict[str, State]:
-    """Return the state of every robot: what it said last in this run, or else what the world has recorded."""
-    return {name: said.get(name) or progress(name, world) for name in world.robots}
+    """Return the state of every robot: what it said last in this run, or what the world has recorded since.
+
+    A state is lost with a world that was killed after it came and before it was saved.
+    """
+    return {name: _newest(said.get(name), progress(name, world), world) for name in world.robots}
+
+
+def _newest(said: State | None, recorded: State, world: World) -> State:
+    """Return what a robot said, unless its last command is newer and tells another activity."""
+    command = world.commands[world.number(recorded.robot)]
+    if said is None or (command.tick > said.tick and command.activity is not said.activity):
+        same = said is not None and said.target == recorded.target
+        return replace(recorded, distance=said.distance) if said is not None and same else recorded
+    return said
 
 
 def status(

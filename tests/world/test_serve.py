@@ -17,6 +17,7 @@ from world.course import Course
 from world.faults import Faults, Health, Spell
 from world.roll import LOST
 from world.simulate import Simulation
+from world.status import states
 from world.world import REST
 
 DONE = Activity.DONE
@@ -120,3 +121,18 @@ def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
     if stands:
         one.world.request("r2", Order(id="a", targets=[THERE]))
         assert not one.stands
+
+
+def test_a_state_that_was_lost_with_a_world_is_told_from_the_last_command() -> None:
+    simulation = Simulation.of(scenario_of(targets=[], serve=True), 2, 1)
+    world = simulation.world
+    for _ in range(20):
+        simulation.step()
+    newest = states(world, {})["r1"]
+    assert newest.activity is DONE
+    old = msgspec.structs.replace(newest, tick=1, activity=Activity.DRIVE, distance=0.9)
+    assert states(world, {"r1": old})["r1"].activity is DONE
+    slow = msgspec.structs.replace(old, activity=DONE)
+    assert states(world, {"r1": slow})["r1"] is slow, "a robot says its state once a second"
+    early = msgspec.structs.replace(old, tick=world.tick)
+    assert states(world, {"r1": early})["r1"] is early, "a state may come before the command of its tick"
