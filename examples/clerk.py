@@ -5,7 +5,6 @@ SHIFT-n, so an order said again after a lost answer is not a second one. A place
 """
 
 import json
-import re
 import sys
 from queue import SimpleQueue
 
@@ -21,9 +20,9 @@ def order(session, key, name, target):
     for _ in range(TRIES):
         for reply in session.get(key, payload=message, timeout=WAIT):
             if reply.ok is not None:
-                text = msgpack.unpackb(reply.ok.payload.to_bytes())["text"]
-                print(text, flush=True)
-                return int(re.search(r"is number (\d+)", text)[1])
+                accepted = msgpack.unpackb(reply.ok.payload.to_bytes())
+                print(accepted["text"], flush=True)
+                return accepted["number"]
             reason = reply.err.payload.to_bytes().decode(errors="replace")
             if reason != "Timeout":  # that one is Zenoh's own: nobody has answered
                 print(f"{name} refused: {reason}", flush=True)

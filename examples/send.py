@@ -5,7 +5,6 @@ answer is lost, run it again with the same words. Exit status: 0 it is there, 1 
 """
 
 import json
-import re
 import sys
 from queue import SimpleQueue
 
@@ -20,9 +19,9 @@ def order(session, key, message):
     for _ in range(TRIES):
         for reply in session.get(key, payload=msgpack.packb(message), timeout=WAIT):
             if reply.ok is not None:
-                text = msgpack.unpackb(reply.ok.payload.to_bytes())["text"]
-                print(text, flush=True)
-                return int(re.search(r"is number (\d+)", text)[1])
+                accepted = msgpack.unpackb(reply.ok.payload.to_bytes())
+                print(accepted["text"], flush=True)
+                return accepted["number"]
             reason = reply.err.payload.to_bytes().decode(errors="replace")
             if reason != "Timeout":  # that one is Zenoh's own: nobody has answered
                 print(f"refused: {reason}", file=sys.stderr)

@@ -1,8 +1,23 @@
 """The answers to requests: buttons, edits of the map, and robots that want to join."""
 
+from collections.abc import Sequence
+
 from swarm.bus import Request
 from swarm.errors import PeerError, SwarmError
-from swarm.messages import Accepted, Action, Do, Edit, Join, Leave, Message, Order, PoolTargets, RobotAction, Welcome
+from swarm.messages import (
+    Accepted,
+    Action,
+    Do,
+    Edit,
+    Event,
+    Join,
+    Leave,
+    Message,
+    Order,
+    PoolTargets,
+    RobotAction,
+    Welcome,
+)
 from world.controls import already, pressed
 from world.course import Course
 from world.roll import LOST
@@ -57,25 +72,25 @@ def _request(name: str, request: Order | RobotAction, course: Course) -> Accepte
     if course.lobby.away(name) >= LOST:
         raise PeerError(f"{name}: expected a robot that is here, it is lost: absent for {LOST:g} s; start it again")
     with course.changing():
-        text, events = world.request(name, request)
-    for event in events:
-        course.speaker.tell(event)
-    if events:
-        course.repeatable.no_longer(f"{name} was given an order or an action", world.time)
-        course.save_soon()
-    return Accepted(text=text)
+        reply, events = world.request(name, request)
+    return _carried_out(reply, events, f"{name} was given an order or an action", course)
 
 
 def _put_in(targets: PoolTargets, course: Course) -> Accepted:
     """Put targets into the pool, and save the run before the answer goes out."""
     with course.changing():
-        text, events = course.world.put_in(targets)
+        reply, events = course.world.put_in(targets)
+    return _carried_out(reply, events, "targets were put into the pool", course)
+
+
+def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Course) -> Accepted:
+    """Tell the events of a request; if it changed anything, save the run before the answer goes out."""
     for event in events:
         course.speaker.tell(event)
     if events:
-        course.repeatable.no_longer("targets were put into the pool", course.world.time)
+        course.repeatable.no_longer(what, course.world.time)
         course.save_soon()
-    return Accepted(text=text)
+    return reply
 
 
 def _edit(edit: Edit, course: Course) -> Accepted:

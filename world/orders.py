@@ -57,6 +57,7 @@ class Outcome(NamedTuple):
     """What a request has changed."""
 
     text: str  # for who asked
+    number: int | None = None  # of an order
     new_stops: bool = False
     changed: bool = False
     events: tuple[tuple[str, str], ...] = ()  # kind, text
@@ -120,7 +121,7 @@ class Orders:
         name, what = self._robots[robot], _named(order.id, order.update)
         if known is not None and order.update <= known.update:
             self._again(robot, order, known)
-            return Outcome(_accepted(name, what, known))
+            return Outcome(_accepted(name, what, known), known.number)
         if not 1 <= len(order.targets) <= MOST_TARGETS:
             raise PeerError(
                 f"{name}: {what}: expected 1 to {MOST_TARGETS} targets, got {len(order.targets)}; "
@@ -138,7 +139,7 @@ class Orders:
             del row.given[next(iter(row.given))]
         text = _accepted(name, what, given)
         told = text.removeprefix(f"{name}: ") + ("; it is stopped, and waits for `go_on`" if row.stopped else "")
-        return Outcome(text, new_stops=True, changed=True, events=(*events, ("order", told)))
+        return Outcome(text, given.number, new_stops=True, changed=True, events=(*events, ("order", told)))
 
     def _again(self, robot: int, order: Order, known: Given) -> None:
         """Check an order whose id is known and whose update is not newer.

@@ -11,7 +11,7 @@ import numpy as np
 from swarm.errors import PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import COMMAND, Activity, Command, Edit, Event, Order, PoolTargets, RobotAction, Sense
+from swarm.messages import COMMAND, Accepted, Activity, Command, Edit, Event, Order, PoolTargets, RobotAction, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
@@ -235,13 +235,13 @@ class World:
                 events.append(self.event(kind, text, name))
         return events
 
-    def put_in(self, targets: PoolTargets) -> tuple[str, list[Event]]:
+    def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
         """Put targets into the pool between two ticks; for the result and errors see ``request``."""
         outcome = self.dispatch.add(targets, self.poses(), self.floor, self.traffic.watch.cells, self.time)
         self.due |= outcome.changed
-        return outcome.text, [self.event(kind, text) for kind, text in outcome.events]
+        return Accepted(text=outcome.text), [self.event(kind, text) for kind, text in outcome.events]
 
-    def request(self, name: str, request: Order | RobotAction) -> tuple[str, list[Event]]:
+    def request(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:
         """Carry out a request to a robot between two ticks; return the answer, and the events if it changes anything.
 
         Raises:
@@ -257,7 +257,8 @@ class World:
         if outcome.changed:
             self.verdict.clear()
             self.due = True
-        return outcome.text, [self.event(kind, text, name) for kind, text in outcome.events]
+        events = [self.event(kind, text, name) for kind, text in outcome.events]
+        return Accepted(text=outcome.text, number=outcome.number), events
 
     def edit(self, edit: Edit) -> bool:
         """Add or remove walls; robots sense it at this tick. Return False, and do nothing, if it changes nothing.

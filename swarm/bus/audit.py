@@ -78,7 +78,7 @@ class Audit:
         self.refused[kind] += 1
 
     def close(self) -> None:
-        """Tell how often each repeated refusal came, the most frequent first."""
+        """Log how often each refusal was repeated, the most frequent first."""
         for (name, action, key), times in self.refused.most_common():
             if times == 1:
                 break

@@ -198,3 +198,4 @@ class Accepted(Message, frozen=True, kw_only=True):
     """The answer to a request that was carried out."""
 
     text: Annotated[Text, says("what was done, for people")]
+    number: Annotated[Count | None, says("of an order: the `assignment` in the robot's state while it has it")] = None

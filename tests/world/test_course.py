@@ -111,7 +111,7 @@ def test_an_order_is_answered_after_it_was_saved(tmp_path: Path) -> None:
     step(one, r1={"left": 0.3, "right": 0.3})
     order = Order(id="a", targets=[(7.5, 3.5)])
     answered = ask(one, ORDER, order, robot="r1")
-    assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target")
+    assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target", number=1)
     other = course(file)
     assert other.world.missions.orders.rows == one.world.missions.orders.rows
     assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
