@@ -12,9 +12,10 @@ from typing import Final
 import zenoh
 
 from swarm.bus.connecting import channel, connect, plain
+from swarm.bus.gaps import Gaps
 from swarm.bus.opening import ID
 from swarm.bus.settings import Endpoint
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, PeerError
 from swarm.messages.topic import below
 
 WAITING: Final = 50_000  # samples that wait to be taken; more are dropped and counted
@@ -27,6 +28,7 @@ class Sample:
     key: str  # below the fleet's
     payload: bytes
     at: float  # s, when it came, by the monotonic clock of this process
+    lost: int = 0  # messages lost on its key right before it
 
 
 class Tap:
@@ -67,15 +69,17 @@ class Tap:
             return None
 
     def _read(self) -> None:
-        take = self._subscriber.handler.recv
+        take, gaps = self._subscriber.handler.recv, Gaps()
         with suppress(zenoh.ZError):  # the channel is closed: the subscription or the session has ended
             while True:
                 sample = take()
+                key, attached, lost = str(sample.key_expr).removeprefix(self._prefix), sample.attachment, 0
+                with suppress(PeerError):  # the number of a stranger says nothing
+                    lost = gaps.lost(key, None if attached is None else attached.to_bytes())
                 if self._samples.qsize() >= WAITING:
                     self.dropped += 1
                     continue
-                key = str(sample.key_expr).removeprefix(self._prefix)
-                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock()))
+                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock(), lost))
 
 
 def fleets(endpoint: Endpoint, role: str = "*", timeout: float = 2.0) -> list[str]:

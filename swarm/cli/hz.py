@@ -36,7 +36,8 @@ def hz(options: argparse.Namespace) -> int:
                 continue
             print(
                 f"{pace.rate:7.2f} Hz  {pace.bytes / 1000:6.1f} kB/s  gap {pace.gap_min * 1000:.0f} to "
-                f"{pace.gap_max * 1000:.0f} ms, deviation {pace.gap_deviation * 1000:.1f} ms  (of {pace.messages})",
+                f"{pace.gap_max * 1000:.0f} ms, deviation {pace.gap_deviation * 1000:.1f} ms, {pace.lost} lost  "
+                f"(of {pace.messages})",
                 flush=True,
             )
     return 0 if known else 1

@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Sequence
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -76,13 +77,7 @@ def seconds(text: str) -> float:
     Raises:
         ConfigError: the text is no number from 0.1 to 1e6.
     """
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0.1 <= number <= 1e6:
-        raise ConfigError(f"--seconds: expected 0.1 to 1e6 s, got {text!r}")
-    return number
+    return _within(0.1, 1e6, text, "--seconds: expected 0.1 to 1e6 s")
 
 
 def secure(parser: Parser) -> None:
@@ -110,10 +105,14 @@ def pace(text: str) -> Pace:
     """
     if text in PACES:
         return PACES[text]
+    return _within(0.001, 1000.0, text, "--pace: expected realtime, max or a factor from 0.001 to 1000")
+
+
+def _within(low: float, high: float, text: str, expected: str) -> float:
     try:
-        factor = float(text)
+        number = float(text)
     except ValueError:
-        factor = 0.0
-    if not 0.001 <= factor <= 1000:
-        raise ConfigError(f"--pace: expected realtime, max or a factor from 0.001 to 1000, got {text!r}")
-    return factor
+        number = nan
+    if not low <= number <= high:
+        raise ConfigError(f"{expected}, got {text!r}")
+    return number

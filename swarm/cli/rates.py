@@ -50,6 +50,7 @@ class Row(NamedTuple):
     size: float  # bytes of a message, mean
     bytes: float  # bytes/s
     age: float  # s, since the newest message
+    lost: int  # messages, by the gaps between their numbers
     who: str
 
 
@@ -60,6 +61,7 @@ class Heard:
     messages: int = 0
     bytes: int = 0
     newest: float = 0.0  # s
+    lost: int = 0
 
 
 class Traffic:
@@ -75,6 +77,7 @@ class Traffic:
         heard.messages += 1
         heard.bytes += len(sample.payload)
         heard.newest = sample.at
+        heard.lost += sample.lost
 
     def rows(self, now: float) -> list[Row]:
         """Return a row for each key, by name; rates are means since the beginning."""
@@ -87,6 +90,7 @@ class Traffic:
                 heard.bytes / heard.messages,
                 heard.bytes / lasted,
                 now - heard.newest,
+                heard.lost,
                 sender(key),
             )
             for key, heard in sorted(self._heard.items())
@@ -102,6 +106,7 @@ class Pace(NamedTuple):
     gap_min: float  # s, between two messages
     gap_max: float  # s
     gap_deviation: float  # s, standard deviation
+    lost: int  # messages since the beginning, by the gaps between their numbers
 
 
 class Beat:
@@ -109,10 +114,12 @@ class Beat:
 
     def __init__(self, window: int = WINDOW) -> None:
         self._newest: deque[tuple[float, int]] = deque(maxlen=window)
+        self._lost = 0
 
     def take(self, sample: Sample) -> None:
         """Count a sample."""
         self._newest.append((sample.at, len(sample.payload)))
+        self._lost += sample.lost
 
     def pace(self) -> Pace | None:
         """Return the numbers, or None before two messages have come at different times."""
@@ -129,4 +136,5 @@ class Beat:
             gap_min=min(gaps),
             gap_max=max(gaps),
             gap_deviation=sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps)),
+            lost=self._lost,
         )

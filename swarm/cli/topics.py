@@ -43,13 +43,13 @@ def shown(rows: "list[Row]", lasted: float) -> None:
         return
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("key", no_wrap=True)
-    for name in ("Hz", "usual", "bytes", "kB/s", "age [s]"):
+    for name in ("Hz", "usual", "bytes", "kB/s", r"age \[s]", "lost"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("who", no_wrap=True)
     for row in rows:
         usual = "?" if row.usual is None else f"{row.usual:g}" if row.usual else "-"
         size, weight = f"{row.size:.0f}", f"{row.bytes / 1000:.1f}"
-        table.add_row(row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", row.who)
+        table.add_row(row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", f"{row.lost}", row.who)
     Console().print(table)
     messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
     print(f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change")
@@ -57,7 +57,7 @@ def shown(rows: "list[Row]", lasted: float) -> None:
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command to the command line."""
-    one = commands.add_parser("topics", help="list the keys on which a fleet talks: rate, bytes, age, who")
+    one = commands.add_parser("topics", help="list the keys on which a fleet talks: rate, bytes, age, losses, who")
     text = "s to listen, 3 by default; a rate is a mean over them"
     one.add_argument("--seconds", type=seconds, default=3.0, metavar="S", help=text)
     one.add_argument("--json", action="store_true")

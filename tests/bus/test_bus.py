@@ -6,7 +6,7 @@ import msgpack
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, ledger
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, ledger
 from swarm.bus import session as module
 from swarm.bus.codec import encode
 from swarm.bus.settings import COMMON, client
@@ -258,7 +258,8 @@ def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: Make
     there = make_bus(said.append, fleet="loss")
     there.listen(PLAN)
     settle(make_bus(fleet="loss"), there)
-    with zenoh.open(client(endpoint)) as sender:
+    tapped = []
+    with zenoh.open(client(endpoint)) as sender, Tap(endpoint, "loss", "robot/*/plan") as tap:
         for number in (0, 1, 5, None, 6):
             sender.put(
                 "swarm/v1/loss/robot/r1/plan",
@@ -267,8 +268,11 @@ def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: Make
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
             assert next_message(there) == plan("r1", 9)
+            tapped.append(tap.receive(PATIENCE))
         sender.put("swarm/v1/loss/robot/r1/plan", encode(plan("r1")), attachment=b"no numbers")
+        tapped.append(tap.receive(PATIENCE))
         assert there.receive(QUIET) is None
+    assert [sample.lost for sample in tapped if sample is not None] == [0, 0, 3, 0, 0, 0]
     assert there.lost == {PLAN.key: 3}
     assert there.refused == {PLAN.key: 1}
     assert said[0] == "3 messages lost on the way; the last gap: 3 messages on swarm/v1/loss/robot/r1/plan"

@@ -1,6 +1,7 @@
 """Rates, gaps, ages and senders as tables, and which fleet is meant."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -57,6 +58,19 @@ def test_a_row_of_each_key_has_rate_size_and_age() -> None:
     assert (cmd.rate, cmd.usual, cmd.size, cmd.bytes) == pytest.approx((10.0, 20.0, 100.0, 1000.0))
     assert cmd.age == pytest.approx(0.1)
     assert (other.key, other.rate, other.usual, other.age, other.who) == ("elsewhere", 0.5, None, 0.5, "?")
+
+
+def test_losses_add_up_on_each_key() -> None:
+    traffic, beat = Traffic(since=100.0), Beat()
+    for number, lost in enumerate((0, 2, 0, 3)):
+        one = replace(sample("robot/r1/cmd", 100.0 + number), lost=lost)
+        traffic.take(one)
+        beat.take(one)
+    traffic.take(sample("robot/r2/cmd", 101.0))
+    assert [row.lost for row in traffic.rows(now=104.0)] == [5, 0]
+    pace = beat.pace()
+    assert pace is not None
+    assert pace.lost == 5
 
 
 def test_nothing_heard_has_no_rows() -> None:
