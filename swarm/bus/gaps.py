@@ -9,7 +9,8 @@ from msgspec.msgpack import Decoder, Encoder
 from swarm.errors import PeerError
 from swarm.messages.topic import Sequence
 
-MOST: Final = 5000  # keys of one subscription that are followed; the one followed longest is dropped first
+MOST: Final = 5000  # keys of one subscription that are followed; the one silent longest is dropped first
+FARTHEST: Final = 100_000  # messages; a longer step, up or down, is no gap: the count begins again with it
 LONGEST: Final = 32  # bytes of an attachment
 ENCODER: Final = Encoder()
 DECODER: Final = Decoder(Sequence)
@@ -37,7 +38,7 @@ class Gaps:
     """
 
     def __init__(self) -> None:
-        self._last: dict[str, tuple[int, int]] = {}  # by key: sender and number
+        self._last: dict[str, tuple[int, int]] = {}  # by key: sender and number; the key silent longest is first
 
     def lost(self, key: str, attached: bytes | None) -> int:
         """Return how many messages were lost on a key right before the one with this attachment.
@@ -53,13 +54,10 @@ class Gaps:
             sender, number = DECODER.decode(attached[: LONGEST + 1])
         except DecodeError as fault:
             raise PeerError(f"{key}: attachment: expected (sender, number), got {attached[:16]!r} ({fault})") from None
-        before = self._last.get(key)
+        before = self._last.pop(key, None)
         if before is None and len(self._last) >= MOST:
             del self._last[next(iter(self._last))]
-        if before is None or before[0] != sender:
-            self._last[key] = sender, number
-            return 0
-        if number <= before[1]:
-            return 0
-        self._last[key] = sender, number
-        return number - before[1] - 1
+        goes_on = before is not None and before[0] == sender and abs(number - before[1]) <= FARTHEST
+        last = before[1] if before is not None and goes_on else number
+        self._last[key] = sender, max(last, number)  # put back at the end
+        return max(0, number - last - 1)

@@ -8,6 +8,7 @@ from typing import Final
 from swarm.errors import PeerError
 
 PAUSE: Final = 1.0  # s between two lines in the log about the same matter
+ADVICE: Final = "this process or the network is too slow: fewer robots or a lower --pace"
 
 
 class Tally:
@@ -34,18 +35,18 @@ class Tally:
             self._logged_at, self._since_log = monotonic(), 0
 
 
-def _messages(count: int) -> str:
-    return f"{count} message{'s' * (count > 1)}"
+def _messages(count: int, kind: str = "") -> str:
+    return f"{count} {kind}message{'s' * (count > 1)}"
 
 
 class Ledger:
     """The two tallies of a bus."""
 
     def __init__(self, log: Callable[[str], None]) -> None:
-        self.refused = Tally(
-            lambda count, last: f"dropped {count} bad message{'s' * (count > 1)}; the last one: {last}", log
+        self.refused = Tally(lambda count, last: f"dropped {_messages(count, 'bad ')}; the last one: {last}", log)
+        self.lost = Tally(
+            lambda count, last: f"{_messages(count)} lost on the way; the last gap: {last}; {ADVICE}", log
         )
-        self.lost = Tally(lambda count, last: f"{_messages(count)} lost on the way; the last gap: {last}", log)
 
     def refuse(self, where: str, fault: PeerError) -> None:
         """Count a message that was dropped because it is bad."""

@@ -193,9 +193,17 @@ class Bus:
             self._take_quiet(*self._quiet.pop(key))
 
     def serve(self, topic: Topic[Any], **ids: str | int) -> None:
-        """Put requests on a topic into the inbox, as ``Request``; one on a key with wildcards is refused."""
-        queryable = self._session.declare_queryable(self._key(topic, ids), channel())
-        self._reading(queryable, lambda query: None if browses(query) else self._inbox.put(("query", topic, query)))
+        """Put requests on a topic into the inbox, as ``Request``; while the inbox is full they are refused.
+
+        One on a key with wildcards is refused too; without a payload it only looks for what is kept, and has no answer.
+        """
+
+        def ask(query: zenoh.Query) -> None:
+            if not browses(query) and not self._put(("query", topic, query)):
+                query.reply_err(b"expected room in the inbox of this process, found it full; ask again later")
+                query.drop()  # type: ignore[no-untyped-call]
+
+        self._reading(self._session.declare_queryable(self._key(topic, ids), channel()), ask)
 
     def keep(self, topic: Topic[M], last: Callable[[], dict[str, M]], **ids: str | int) -> None:
         """Answer ``fetch`` with the messages that ``last()`` returns, each under its full key below the fleet."""
@@ -265,13 +273,15 @@ class Bus:
         except zenoh.ZError:
             pass  # the subscription has ended, and its last message is taken
 
-    def _put(self, item: Item) -> None:
-        if self._inbox.qsize() >= INBOX_LIMIT:
-            self.overflowed += 1
-        else:
+    def _put(self, item: Item) -> bool:
+        """Put an item into the inbox and return True, or count it if the inbox is full."""
+        if room := self._inbox.qsize() < INBOX_LIMIT:
             self._inbox.put(item)
+        else:
+            self.overflowed += 1
+        return room
 
-    def _reading(self, declared: D, use: Callable[[Any], None]) -> D:
+    def _reading(self, declared: D, use: Callable[[Any], object]) -> D:
         """Call ``use`` with all that comes through the channel of a declaration, in a thread of its own."""
         next_one = declared.handler.recv  # taken once: the declaration itself must be free to end meanwhile
 

@@ -1,5 +1,6 @@
 """What goes over a router, as bytes, for tools that count and show it; and the fleets that are on a router."""
 
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ class Sample:
     key: str  # below the fleet's
     payload: bytes
     at: float  # s, when it came, by the monotonic clock of this process
-    lost: int = 0  # messages lost on its key right before it
+    lost: int = 0  # messages lost on its key since the sample before, those before dropped samples included
 
 
 class Tap:
@@ -69,28 +70,34 @@ class Tap:
             return None
 
     def _read(self) -> None:
-        take, gaps = self._subscriber.handler.recv, Gaps()
+        take, gaps, lost = self._subscriber.handler.recv, Gaps(), Counter[str]()  # by key, until a sample is put
         with suppress(zenoh.ZError):  # the channel is closed: the subscription or the session has ended
             while True:
                 sample = take()
-                key, attached, lost = str(sample.key_expr).removeprefix(self._prefix), sample.attachment, 0
+                key, attached = str(sample.key_expr).removeprefix(self._prefix), sample.attachment
                 with suppress(PeerError):  # the number of a stranger says nothing
-                    lost = gaps.lost(key, None if attached is None else attached.to_bytes())
+                    if count := gaps.lost(key, None if attached is None else attached.to_bytes()):
+                        lost[key] += count
                 if self._samples.qsize() >= WAITING:
                     self.dropped += 1
                     continue
-                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock(), lost))
+                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock(), lost.pop(key, 0)))
 
 
-def fleets(endpoint: Endpoint, role: str = "*", timeout: float = 2.0) -> list[str]:
-    """Return the names of the fleets on a router in which a process of a role is present, sorted.
+def fleets(endpoint: Endpoint) -> list[str]:
+    """Return the names of the fleets on a router, sorted.
 
     Raises:
         ConfigError: no router answers.
     """
     with connect(endpoint) as session:
-        replies = session.liveliness().get(f"{below('*')}alive/{role}/*/*", timeout=timeout)
-        keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+        return names_on(session)
+
+
+def names_on(session: zenoh.Session, role: str = "*", timeout: float = 2.0) -> list[str]:
+    """Return the names of the fleets in which a session finds a process of a role within a time [s], sorted."""
+    replies = session.liveliness().get(f"{below('*')}alive/{role}/*/*", timeout=timeout)
+    keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
     beginning = below("").removesuffix("/")  # of the key of every fleet
     names = {key.removeprefix(beginning).split("/")[0] for key in keys}
     return sorted(name for name in names if ID.match(name))

@@ -37,16 +37,18 @@ def place(options: argparse.Namespace, member: str) -> Place:
 def awaited(router: "Endpoint") -> str | None:
     """Return the only fleet on a router that has a world; wait for one. None: this process is told to stop meanwhile.
 
+    One session asks all the time: a robot that waits costs the router no new session at each look.
+
     Raises:
         ConfigError: no router answers, or there are several fleets.
     """
-    from swarm.bus import fleets
+    from swarm.bus import connect, names_on
     from swarm.launch.running import chosen
     from swarm.stopping import told_to_stop
 
-    with told_to_stop() as stop:
+    with told_to_stop() as stop, connect(router) as session:
         while not stop.is_set():
-            if names := fleets(router, "world"):
+            if names := names_on(session, "world"):
                 name = chosen(None, names, f"on {router}")
                 print(f"fleet {name}", flush=True)
                 return name

@@ -1,6 +1,7 @@
 """Real Zenoh sessions through a router in this process: what one bus sends, the other receives, checked."""
 
 import ctypes
+from time import monotonic
 
 import msgpack
 import pytest
@@ -8,6 +9,7 @@ import zenoh
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, ledger
 from swarm.bus import session as module
+from swarm.bus import tap as tap_module
 from swarm.bus.codec import encode
 from swarm.bus.settings import COMMON, client
 from swarm.errors import ConfigError, PeerError
@@ -275,7 +277,41 @@ def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: Make
     assert [sample.lost for sample in tapped if sample is not None] == [0, 0, 3, 0, 0, 0]
     assert there.lost == {PLAN.key: 3}
     assert there.refused == {PLAN.key: 1}
-    assert said[0] == "3 messages lost on the way; the last gap: 3 messages on swarm/v1/loss/robot/r1/plan"
+    assert said[0].startswith("3 messages lost on the way; the last gap: 3 messages on swarm/v1/loss/robot/r1/plan; ")
+
+
+def test_what_was_lost_before_a_dropped_sample_is_told_with_the_next(
+    endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tap_module, "WAITING", 1)
+    with zenoh.open(client(endpoint)) as sender, Tap(endpoint, "full", "robot/*/plan") as tap:
+
+        def put(number: int, robot: str = "r1") -> None:
+            sender.put(
+                f"swarm/v1/full/robot/{robot}/plan",
+                b"",
+                attachment=msgpack.packb([77, number]),
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+
+        first = None
+        while first is None:  # until the router knows of the tap
+            put(0, "r0")
+            first = tap.receive(QUIET)
+        while tap.receive(QUIET) is not None:
+            pass
+        before = tap.dropped
+        for number in (0, 2, 5):  # the first fills the queue; the gaps are before those that are dropped
+            put(number)
+        deadline = monotonic() + PATIENCE
+        while tap.dropped < before + 2:
+            assert monotonic() < deadline, "they were not dropped"
+        held = tap.receive(PATIENCE)
+        put(7)
+        told = tap.receive(PATIENCE)
+    assert held is not None
+    assert told is not None
+    assert (held.lost, told.lost) == (0, 1 + 2 + 1)
 
 
 @pytest.mark.parametrize("quiet", [False, True])
@@ -402,6 +438,22 @@ def test_an_inbox_nobody_empties_is_bounded(make_bus: MakeBus, monkeypatch: pyte
         got += 1
     assert got + there.overflowed >= 101 - 1
     assert got <= 100
+
+
+def test_requests_that_nobody_takes_are_bounded_too_and_told(
+    make_bus: MakeBus, endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answerer = make_bus(fleet="busy")
+    answerer.serve(ACTION)
+    settle(make_bus(fleet="busy"), answerer)
+    monkeypatch.setattr(module, "INBOX_LIMIT", 0)
+    with (
+        Bus(endpoint, "busy") as asker,
+        pytest.raises(PeerError, match="expected room in the inbox of this process, found it full; ask again"),
+    ):
+        asker.ask(ACTION, Action(do=Do.GO), timeout=PATIENCE)
+    assert answerer.overflowed == 1
+    assert answerer.receive(0.0) is None
 
 
 def test_a_bus_without_a_router_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:

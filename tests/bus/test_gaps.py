@@ -9,7 +9,7 @@ from msgspec.msgpack import decode, encode
 
 from swarm.bus import gaps as module
 from swarm.bus import ledger
-from swarm.bus.gaps import Gaps, Numbers
+from swarm.bus.gaps import FARTHEST, Gaps, Numbers
 from swarm.bus.ledger import Ledger
 from swarm.errors import PeerError
 
@@ -49,6 +49,9 @@ def test_keys_are_counted_apart(sent: list[tuple[str, bool]]) -> None:
         ([(7, 40), (8, 5), (8, 7)], 1),
         ([(7, 40), (7, 40), (7, 41)], 0),  # sent twice
         ([(7, 40), (7, 42), (7, 41), (7, 43)], 1),  # late: it had been counted as lost
+        ([(7, 0), (7, FARTHEST)], FARTHEST - 1),
+        ([(7, 0), (7, FARTHEST + 1), (7, FARTHEST + 3)], 1),  # too far to be a gap
+        ([(7, 0), (7, 2**53), (7, 1), (7, 3)], 1),  # a wrong number: only the gap after it is real
     ],
 )
 def test_a_sequence_of_numbers(come: list[tuple[int, int]], lost: int) -> None:
@@ -79,6 +82,15 @@ def test_keys_without_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch
     assert listener.lost("d", numbered(1, 9)) == 8
 
 
+def test_the_key_silent_longest_is_forgotten_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST", 2)
+    listener = Gaps()
+    for key, number in (("a", 0), ("b", 0), ("a", 1), ("c", 0)):
+        listener.lost(key, numbered(1, number))
+    assert listener.lost("a", numbered(1, 4)) == 2
+    assert listener.lost("b", numbered(1, 4)) == 0, "it was forgotten"
+
+
 def test_two_senders_have_different_numbers_of_their_own() -> None:
     one, other = (decode(Numbers().attachment("key")) for _ in range(2))
     assert one[0] != other[0]
@@ -96,7 +108,8 @@ def test_losses_are_counted_in_full_and_logged_once_a_second(monkeypatch: pytest
     one.flush()
     one.flush()
     assert one.lost.counts == {"robot/{robot}/state": 3, "world/event": 4}
+    advice = "this process or the network is too slow: fewer robots or a lower --pace"
     assert said == [
-        "1 message lost on the way; the last gap: 1 message on swarm/v1/f/robot/r1/state",
-        "6 messages lost on the way; the last gap: 4 messages on swarm/v1/f/world/event",
+        f"1 message lost on the way; the last gap: 1 message on swarm/v1/f/robot/r1/state; {advice}",
+        f"6 messages lost on the way; the last gap: 4 messages on swarm/v1/f/world/event; {advice}",
     ]
