@@ -116,7 +116,7 @@ def summary(progress: Progress, home: bool) -> str:
         robot = progress.robot(name)
         heard = progress.heard(name)
         doing = naming.words(robot.activity) if heard is Liveness.ALIVE else f"**{heard.value}**"
-        to = naming.stop_name(robot.target, robot.stops, home) if robot.stops else "-"
+        to = naming.stop_of(robot, robot.target, home) if robot.stops else "-"
         left = f"{robot.distance:.1f} m" if robot.stops and robot.activity is not Activity.DONE else "-"
         waited = f"{progress.seconds(robot.waited):.0f} s"
         rows.append(f"| {name} | {robot.reached} of {robot.stops} | {to} | {left} | {doing} | {waited} |")

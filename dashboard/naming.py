@@ -17,6 +17,15 @@ def stop_name(number: int, stops: int, home: bool) -> str:
     return HOME if home and number == stops - 1 else str(number + 1)
 
 
+def stop_of(robot: Robot, number: int, home: bool) -> str:
+    """Return the name of a robot's stop; ``home`` is the scenario's, and says nothing of the stops of an order."""
+    return stop_name(number, robot.stops, _ends_home(robot, home))
+
+
+def _ends_home(robot: Robot, home: bool) -> bool:
+    return home and robot.assignment == 0
+
+
 def stop_lane(number: int, stops: int, home: bool) -> str:
     """Return the words for driving to a stop, as a lane shows them."""
     name = stop_name(number, stops, home)
@@ -39,7 +48,7 @@ def lane(robot: Robot, home: bool) -> str:
         case Activity.READY:
             return READY
         case Activity.DRIVE:
-            return stop_lane(robot.target, robot.stops, home)
+            return stop_lane(robot.target, robot.stops, _ends_home(robot, home))
 
 
 def words(activity: Activity) -> str:

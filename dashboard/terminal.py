@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from time import monotonic
 from types import TracebackType
-from typing import Final
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
@@ -14,8 +14,9 @@ from rich.text import Text
 from dashboard import naming, palette
 from dashboard.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
-from swarm.messages import Activity, Liveness, Message, Phase
+from swarm.messages import CLOCK, EVENT, STATE, Activity, Liveness, Message, Phase, Topic
 
+FOLLOWED: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, EVENT)  # all that a terminal shows, beside presence
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
 FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
@@ -34,7 +35,8 @@ class Terminal:
         self._drawn_at = float("-inf")
         self._factor: float | None = None
         self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
-        self._told: dict[tuple[int, str], int] = {}  # how many reached stops are printed already
+        # by robot: its run and assignment, and how many reached stops of that are printed already
+        self._told: dict[str, tuple[tuple[int, int], int]] = {}
         self._phase_told: tuple[int, Phase] | None = None
 
     def __enter__(self) -> "Terminal":
@@ -94,7 +96,7 @@ class Terminal:
             table.add_row(
                 Text(name, style=f"bold {colour}"),
                 Text(bar(robot), style=colour),
-                naming.stop_name(robot.target, robot.stops, self._home) if robot.stops else "",
+                naming.stop_of(robot, robot.target, self._home) if robot.stops else "",
                 f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
                 Text(doing, style=style),
                 f"{waited:.1f} s" if waited else "",
@@ -137,13 +139,16 @@ class Terminal:
             self._phase_told = (progress.run, progress.phase)
             said.append(f"{progress.time:6.1f} s  {progress.phase.value}")
         for name, robot in progress.robots.items():
-            before = self._told.get((progress.run, name), 0)
+            mission = (progress.run, robot.assignment)
+            of, before = self._told.get(name, (mission, 0))
+            if of != mission:
+                before = 0
             if robot.reached > before:
-                self._told[progress.run, name] = robot.reached
+                self._told[name] = (mission, robot.reached)
                 ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
                 said += [
                     f"{progress.seconds(tick):6.1f} s  {name} reached "
-                    f"{naming.stop_name(stop, robot.stops, self._home)} ({rank} of {robot.stops})"
+                    f"{naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})"
                     for rank, (tick, stop) in enumerate(ticks, start=1)
                     if rank > before
                 ]

@@ -25,30 +25,56 @@ def watch(options: argparse.Namespace) -> int:
     """Show a fleet until its run is over or we are told to stop."""
     from rich.console import Console
 
-    from dashboard.terminal import Terminal
+    from dashboard.terminal import FOLLOWED, Terminal
     from swarm.bus import Bus
-    from swarm.messages import CLOCK, EVENT, RADIO, STATE, Phase
+    from swarm.messages import CLOCK, MAP, STATE, Phase
     from swarm.stopping import told_to_stop
 
     endpoint, fleet = place(options, WATCHER)
-    with (
-        told_to_stop() as stop,
-        Bus(endpoint, fleet) as bus,
-        rerun(options, endpoint, fleet),
-        Terminal(Console()) as terminal,
-    ):
-        bus.watch_presence("robot")
-        for topic in (CLOCK, STATE, EVENT, RADIO):
+    console, worlds = Console(), Worlds()
+    with told_to_stop() as stop, Bus(endpoint, fleet) as bus, rerun(options, endpoint, fleet):
+        home = all(floor.scenario.settings.return_home for floor in bus.fetch(MAP))
+        bus.watch_presence()
+        for topic in FOLLOWED:
             bus.listen(topic)
-        for message in (*bus.fetch(CLOCK), *bus.fetch(STATE)):
-            terminal.take(message)
-        while not stop.is_set() and terminal.progress.phase is not Phase.OVER:
-            arrived = bus.receive(LOOK)
-            while arrived is not None:
-                terminal.fold(arrived)
-                arrived = bus.receive(0.0)
-            terminal.refresh()
+        with Terminal(console, home=home) as terminal:
+            for message in (*bus.fetch(CLOCK), *bus.fetch(STATE)):
+                terminal.take(message)
+            while not stop.is_set() and terminal.progress.phase is not Phase.OVER:
+                arrived = bus.receive(LOOK)
+                if arrived is None and worlds.have_gone():  # not while its last words may be on the way
+                    console.print("the world has gone; Ctrl-C ends this")
+                while arrived is not None:
+                    terminal.fold(arrived)
+                    worlds.fold(arrived)
+                    arrived = bus.receive(0.0)
+                terminal.refresh()
     return 0
+
+
+class Worlds:
+    """The sessions in which a fleet's world is present: a new one may come before an old one has gone."""
+
+    def __init__(self) -> None:
+        self._present: set[str] = set()
+        self._told = True  # that there is none
+
+    def fold(self, arrived: object) -> None:
+        """Take in what ``Bus.receive`` returned."""
+        from swarm.bus import Presence
+
+        if not isinstance(arrived, Presence) or arrived.role != "world":
+            return
+        if arrived.alive:
+            self._present.add(arrived.session)
+            self._told = False
+        else:
+            self._present.discard(arrived.session)
+
+    def have_gone(self) -> bool:
+        """Return True once, at the first call after the last one has gone."""
+        told, self._told = self._told, self._told or not self._present
+        return not told and self._told
 
 
 @contextmanager

@@ -15,14 +15,13 @@ from typing import IO, Any, Final, TextIO, cast
 from rich.console import Console
 
 from dashboard.mode import choose, missing, page_address
-from dashboard.terminal import Terminal
+from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet, check_open_files
 from swarm.launch.running import CARD, named, registered
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
-from swarm.messages import CLOCK, EVENT, STATE
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
@@ -225,7 +224,7 @@ def _watch(
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), name))
                 bus.watch_presence()
-                for topic in (CLOCK, STATE, EVENT):
+                for topic in FOLLOWED:
                     bus.listen(topic)
             _show(bus, terminal)
             for ended in fleet.watch(LOOK):

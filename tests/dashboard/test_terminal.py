@@ -8,7 +8,7 @@ from dashboard.terminal import ROWS, Terminal, bar
 from swarm.bus import Arrival, Presence
 from swarm.messages import RADIO, Activity, Message, Phase
 from tests.dashboard.rehearsal import RATE, Rehearsal
-from tests.dashboard.test_progress import broadcast, clock
+from tests.dashboard.test_progress import broadcast, clock, state
 
 
 class Wall:
@@ -101,6 +101,52 @@ def test_a_restart_tells_the_stops_anew() -> None:
         terminal.fold(arrival(broadcast(9, run=run, reached=[True, False, False])))
         terminal.refresh()
     assert out.getvalue().count("a reached 1 (1 of 3)") == 2
+
+
+def lines_of(out: StringIO) -> list[str]:
+    return [line for line in out.getvalue().splitlines() if "reached" in line]
+
+
+def test_the_stops_of_each_order_are_told() -> None:
+    out, wall = StringIO(), Wall()
+    terminal = Terminal(Console(file=out, width=80), clock=wall)
+    terminal.fold(arrival(clock(0)))
+    for tick, assignment, reached in (
+        (20, 0, [True, True, False]),
+        (40, 1, [False, False]),
+        (60, 1, [True, False]),
+        (80, 1, [True, True]),
+    ):
+        terminal.fold(arrival(state(tick, assignment=assignment, reached=reached)))
+        terminal.refresh()
+    assert [line.split(maxsplit=2)[2] for line in lines_of(out)] == [
+        "a reached 1 (1 of 3)",
+        "a reached 2 (2 of 3)",
+        "a reached 1 (1 of 2)",
+        "a reached 2 (2 of 2)",
+    ]
+
+
+# fmt: off
+LAST = {  # the scenario returns home, number of the assignment: the name of the last stop
+    "of the scenario":        (True,  0, "home"),
+    "of a scenario that stays": (False, 0, "2"),
+    "of an order":            (True,  1, "2"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", LAST)
+def test_only_the_last_stop_of_a_scenario_that_returns_is_home(name: str) -> None:
+    home, assignment, expected = LAST[name]
+    out, wall = StringIO(), Wall()
+    terminal = Terminal(Console(file=out, width=80), home=home, clock=wall)
+    terminal.fold(arrival(clock(0)))
+    terminal.fold(arrival(state(20, assignment=assignment, reached=[True, False], target=1)))
+    assert terminal.line().endswith(f"a {'home' if expected == 'home' else 'to 2'}, b ready")
+    terminal.fold(arrival(state(40, assignment=assignment, reached=[True, True], target=2)))
+    terminal.refresh()
+    assert lines_of(out)[1].endswith(f"a reached {expected} (2 of 2)")
 
 
 def test_the_end_is_told_once() -> None:
