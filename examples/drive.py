@@ -1,8 +1,8 @@
-"""Drives one robot by keyboard, in a fleet where its place is free: python drive.py tcp/HOST:PORT FLEET ROBOT.
+"""Drives one robot by keyboard, for a fleet without keys: python drive.py tcp/HOST:PORT FLEET ROBOT.
 
-Arrow keys or w a s d drive while they are held, space stops, q quits. Its own stops are dropped. It tells no
-traffic, so the others go round it: keep clear of them. It brakes before what its front sector sees. When it quits, the
-world brakes.
+The robot's place must be free. Arrow keys or w a s d drive while they are held, space stops, q quits. Its own stops
+are dropped. It tells no traffic, so the others go round it: keep clear of them. It brakes before what its front sector
+sees. When it quits, the world brakes.
 """
 
 import json

@@ -38,9 +38,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))
-        name_process(getattr(options, "id", None) or options.called)
+        robot = options.id if options.called == "robot" else None  # others have an --id that names an order
+        name_process(robot or options.called)
         return int(options.command(options))
     except SwarmError as fault:
-        said = str(fault).removeprefix("swarm: ").removeprefix("swarm ")  # the parser begins with the command too
-        print(f"swarm: {said}", file=sys.stderr)
+        print(f"swarm: {fault}", file=sys.stderr)
         return 2

@@ -35,9 +35,7 @@ def edit(options: argparse.Namespace) -> int:
     from swarm.messages import EDIT, Edit, Kind
 
     if not all(abs(value) <= 1e6 for corner in (options.low, options.high) for value in corner):
-        raise ConfigError(
-            f"swarm edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them"
-        )
+        raise ConfigError(f"edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them")
     with fleet_bus(options, OPERATOR) as bus:
         print(bus.ask(EDIT, Edit(kind=Kind(options.kind), low=options.low, high=options.high)).text)
     return 0

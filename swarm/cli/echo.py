@@ -3,14 +3,14 @@
 import argparse
 import json
 import sys
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.secure.identity import WATCHER
 
 if TYPE_CHECKING:
-    from swarm.bus import Sample
+    from swarm.bus import Arrival, Sample
 
 WIDTH: Final = 80  # columns; longer values are cut, --json has them whole
 
@@ -27,9 +27,10 @@ def echo(options: argparse.Namespace) -> int:
             if (sample := tap.receive(0.2)) is None:
                 continue
             try:
-                fields = opened(sample)
+                fields = read(sample)
             except PeerError as fault:
-                print(f"{sample.key}: {fault}", file=sys.stderr, flush=True)
+                said = str(fault).removeprefix(f"{sample.key}: ")  # some faults begin with the key
+                print(f"{sample.key}: {said}", file=sys.stderr, flush=True)
                 continue
             come = True
             print(json.dumps({"key": sample.key, "message": fields}) if options.json else text(sample, fields))
@@ -37,22 +38,26 @@ def echo(options: argparse.Namespace) -> int:
     return 0 if come else 1
 
 
-def opened(sample: "Sample") -> dict[str, Any]:
+def read(sample: "Sample") -> dict[str, Any]:
     """Return the fields of a message as values of JSON.
 
     Raises:
-        PeerError: its key is in no row of the table of topics, or the payload is not what the row says.
+        PeerError: its key is in no row of the table of topics, or a receiver would refuse it.
     """
     import msgspec
 
-    from swarm.bus.codec import decode
+    from swarm.bus.opening import opened
     from swarm.cli.rates import topic_of
     from swarm.errors import PeerError
 
     topic = topic_of(sample.key)
     if topic is None:
-        raise PeerError(f"expected a key of the table of topics, got {len(sample.payload)} bytes on this one")
-    fields: dict[str, Any] = msgspec.to_builtins(decode(sample.payload, topic.message, topic.limit, topic.json))
+        raise PeerError(
+            f"expected a key of the table of topics, got {len(sample.payload)} bytes on this one; "
+            "`swarm schema` lists the messages"
+        )
+    arrived = cast("Arrival", opened("", ("sample", topic, sample.key, sample.payload)))
+    fields: dict[str, Any] = msgspec.to_builtins(arrived.message)
     return fields
 
 

@@ -13,22 +13,25 @@ TELL_EVERY = 1.0  # s
 
 
 def hz(options: argparse.Namespace) -> int:
-    """Print the rate once a second until Ctrl-C or the end of --seconds; return 1 if it was never known."""
+    """Print the rate each second and at the end of --seconds, or until Ctrl-C; return 1 if it was never known."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Beat
+    from swarm.cli.rates import Beat, too_fast
     from swarm.stopping import told_to_stop
 
     beat, known = Beat(), False
     with told_to_stop() as stop, Tap(*place(options, WATCHER), options.key) as tap:
-        told = began = monotonic()
-        while not stop.is_set() and (now := monotonic()) < began + options.seconds:
-            if (sample := tap.receive(min(told + TELL_EVERY, began + options.seconds) - now)) is not None:
+        told = monotonic()
+        end = told + options.seconds
+        while not stop.is_set() and told < end:
+            due = min(told + TELL_EVERY, end)
+            if (sample := tap.receive(due - monotonic())) is not None:
                 beat.take(sample)
-            if (now := monotonic()) < told + TELL_EVERY:
+            if (now := monotonic()) < due:
                 continue
             told = now
             if (pace := beat.pace()) is None:
-                print(f"{options.key}: fewer than two messages so far", file=sys.stderr, flush=True)
+                text = "fewer than two messages so far; `swarm topics` lists the keys in use"
+                print(f"{options.key}: {text}", file=sys.stderr, flush=True)
                 continue
             known = True
             if options.json:
@@ -40,6 +43,8 @@ def hz(options: argparse.Namespace) -> int:
                 f"(of {pace.messages})",
                 flush=True,
             )
+    if tap.dropped:
+        print(too_fast(tap.dropped), file=sys.stderr)
     return 0 if known else 1
 
 

@@ -4,6 +4,7 @@ import argparse
 import json
 from typing import Any
 
+from swarm.cli.columns import aligned
 from swarm.cli.finding import of_a_client
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
@@ -16,19 +17,21 @@ def ls(options: argparse.Namespace) -> int:
     from swarm.launch.running import cards
 
     if options.connect is None:
-        rows = [asked(options, card.endpoint, card.fleet) | {"pid": card.pid} for card in cards()]
+        found = [card for card in cards() if options.fleet in {None, card.fleet}]
+        rows = [asked(options, card.endpoint, card.fleet) | {"pid": card.pid} for card in found]
         where = "on this machine"
     else:
         router = endpoint(options.connect, options.secure, WATCHER)
-        rows = [asked(options, str(router), name) | {"pid": None} for name in fleets(router)]
+        names = [name for name in fleets(router) if options.fleet in {None, name}]
+        rows = [asked(options, str(router), name) | {"pid": None} for name in names]
         where = f"on {router}"
-    rows = [row for row in rows if options.fleet in {None, row["fleet"]}]
     if options.json:
         print(json.dumps(rows, indent=1))
     elif rows:
-        shown(rows)
+        print(shown(rows))
     else:
-        print(f"no fleet runs {where}; start one with `swarm run`")
+        wanted = "fleet" if options.fleet is None else f"fleet {options.fleet}"
+        print(f"no {wanted} runs {where}; start one with `swarm run`")
     return 0 if rows else 1
 
 
@@ -52,23 +55,14 @@ def asked(options: argparse.Namespace, router: str, fleet: str) -> dict[str, Any
     return row | said | {"robots": len(clock.robots), "present": len(clock.present)}
 
 
-def shown(rows: list[dict[str, Any]]) -> None:
-    """Print the rows as a table."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("fleet", overflow="fold")
-    table.add_column("router", no_wrap=True)
-    table.add_column("phase", no_wrap=True)
-    for name in ("time", "robots", "pid"):
-        table.add_column(name, justify="right", no_wrap=True)
+def shown(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as a table."""
+    table = [("fleet", "router", "phase", "time", "robots", "pid")]
     for row in rows:
         time = "" if row["time"] is None else f"{row['time']:.1f} s"
         robots = "" if row["robots"] is None else f"{row['present']} of {row['robots']}"
-        table.add_row(row["fleet"], row["router"], row["phase"], time, robots, str(row["pid"] or ""))
-    Console().print(table)
+        table.append((row["fleet"], row["router"], row["phase"], time, robots, str(row["pid"] or "")))
+    return aligned(table, right=(3, 4, 5))
 
 
 def add(commands: "Commands[Parser]") -> None:

@@ -27,7 +27,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise a ``ConfigError`` that says what is wrong and how to get help."""
-        raise ConfigError(f"{self.prog}: {message}; see {self.prog} --help")
+        command = self.prog.removeprefix("swarm").strip()  # none: it is the parser of `swarm` itself
+        raise ConfigError(f"{command}{': ' * bool(command)}{message}; see {self.prog} --help")
 
 
 class Version(argparse.Action):

@@ -41,6 +41,14 @@ def sender(key: str) -> str:
     return UNKNOWN
 
 
+def too_fast(dropped: int) -> str:
+    """Return what to tell people when a tap has dropped samples."""
+    return (
+        f"{dropped} messages came faster than this tool takes them: all rates are too low; "
+        "`swarm hz` with one key listens to less"
+    )
+
+
 class Row(NamedTuple):
     """One key of `swarm topics`."""
 

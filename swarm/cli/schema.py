@@ -18,7 +18,7 @@ def schema(options: argparse.Namespace) -> int:
         return 0
     if options.message not in known:
         raise ConfigError(
-            f"swarm schema: expected the name of a message, got {options.message!r}; {nearest(options.message, known)}"
+            f"schema: expected the name of a message, got {options.message!r}; {nearest(options.message, known)}"
         )
     print(schema_of(known[options.message]), end="")
     return 0

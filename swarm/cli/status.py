@@ -3,6 +3,7 @@
 from math import degrees
 from typing import Final
 
+from swarm.cli.columns import aligned
 from swarm.messages import Liveness, RobotStatus, Status
 
 HEAD: Final[tuple[str, ...]] = (
@@ -20,10 +21,7 @@ def shown(status: Status) -> str:
         if pool is not None
         else []
     )
-    rows = [HEAD, *map(_row, status.robots)]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([head + end, *errands, *lines])
+    return "\n".join([head + end, *errands, aligned([HEAD, *map(_row, status.robots)])])
 
 
 def _row(robot: RobotStatus) -> tuple[str, ...]:

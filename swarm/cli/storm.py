@@ -30,9 +30,9 @@ def storm(options: argparse.Namespace) -> int:
         out = options.out or Path("tests", "storm", f"{plan.profile}-{plan.seed}.yaml")
         return command.shrunk(plan, out, _jobs(options.jobs))
     if options.over == "processes" and options.twice:
-        raise ConfigError("swarm storm: expected either --twice or --over processes, got both; leave one out")
+        raise ConfigError("storm: expected either --twice or --over processes, got both; leave one out")
     if options.plan and (options.seeds or options.start is not None or options.profile != "all"):
-        raise ConfigError("swarm storm: expected either plan files or --seeds and --profile, got both; leave one out")
+        raise ConfigError("storm: expected either plan files or --seeds and --profile, got both; leave one out")
     return command.run(
         command.Options(
             profiles=profiles,

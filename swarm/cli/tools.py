@@ -30,12 +30,12 @@ def plan(options: argparse.Namespace) -> int:
 
     if options.scen is not None:
         if options.start is not None or options.goal is not None:
-            raise ConfigError("swarm plan: expected either --scen or --from and --to, got both; leave one out")
+            raise ConfigError("plan: expected either --scen or --from and --to, got both; leave one out")
         numbers = solve_scen(options.map, options.scen)
         print(json.dumps(numbers) if options.json else "\n".join(f"{key}: {value}" for key, value in numbers.items()))
         return 0 if not numbers["mismatches"] else 1
     if options.start is None or options.goal is None:
-        raise ConfigError("swarm plan: expected --from X,Y and --to X,Y, or --scen FILE.scen; give them")
+        raise ConfigError("plan: expected --from X,Y and --to X,Y, or --scen FILE.scen; give them")
     answer = solve_one(_map(options.map), options.start, options.goal, radius=options.radius)
     print(json.dumps(answer.numbers) if options.json else answer.drawing)
     return 0 if answer.numbers["found"] else 1
@@ -45,7 +45,7 @@ def bench(options: argparse.Namespace) -> int:
     """Run benchmarks of the checkout."""
     if not (CHECKOUT / "benchmarks" / "measure.py").is_file():
         raise ConfigError(
-            f"swarm bench: expected the folder benchmarks/ in {CHECKOUT}, found none: an installation leaves it out; "
+            f"bench: expected the folder benchmarks/ in {CHECKOUT}, found none: an installation leaves it out; "
             "get the project's repository, install that with `pip install -e .[dev]` and run the command again"
         )
     command = [sys.executable, "-m", "benchmarks", *(options.flags or ()), *options.names]

@@ -2,9 +2,11 @@
 
 import argparse
 import json
+import sys
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from swarm.cli.columns import aligned
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, seconds
 from swarm.secure.identity import WATCHER
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 def topics(options: argparse.Namespace) -> int:
     """Listen for a while and print a row for each key; return 1 if nothing was heard."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Traffic
+    from swarm.cli.rates import Traffic, too_fast
 
     with Tap(*place(options, WATCHER), "**") as tap:
         began = monotonic()
@@ -28,31 +30,24 @@ def topics(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps([row._asdict() for row in rows], indent=1))
     else:
-        shown(rows, options.seconds)
+        print(shown(rows, options.seconds))
+    if tap.dropped:
+        print(too_fast(tap.dropped), file=sys.stderr)
     return 0 if rows else 1
 
 
-def shown(rows: "list[Row]", lasted: float) -> None:
-    """Print the rows as a table, and their sum."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
+def shown(rows: "list[Row]", lasted: float) -> str:
+    """Return the rows as a table, and their sum."""
     if not rows:
-        print(f"nothing was heard for {lasted:g} s")
-        return
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("key", no_wrap=True)
-    for name in ("Hz", "usual", "bytes", "kB/s", r"age \[s]", "lost"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("who", no_wrap=True)
+        return f"nothing was heard for {lasted:g} s; `swarm ls` tells whether the fleet runs"
+    table = [("key", "Hz", "usual", "bytes", "kB/s", "age [s]", "lost", "who")]
     for row in rows:
         usual = "?" if row.usual is None else f"{row.usual:g}" if row.usual else "-"
         size, weight = f"{row.size:.0f}", f"{row.bytes / 1000:.1f}"
-        table.add_row(row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", f"{row.lost}", row.who)
-    Console().print(table)
+        table.append((row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", f"{row.lost}", row.who))
     messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
-    print(f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change")
+    total = f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change"
+    return f"{aligned(table, right=range(1, 7))}\n\n{total}"
 
 
 def add(commands: "Commands[Parser]") -> None:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import psutil
 import pytest
+from msgspec.structs import replace
 
 from swarm.bus import Bus, Endpoint, Tap
 from swarm.bus.codec import encode
 from swarm.bus.stranger import Stranger
 from swarm.cli import main
 from swarm.launch.running import named
-from swarm.messages import CLOCK, Clock, Phase
+from swarm.messages import CLOCK, STATE, Activity, Clock, Phase, State
 from tests.conftest import MakeBus
 from tests.launch.actors import SMALL, Command, Fleet, await_phase
 from tests.secure.shared import fleet_keys
@@ -162,6 +163,54 @@ def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
     assert "world/clock: clock: expected a MessagePack map" in echo.text
     assert "elsewhere: expected a key of the table of topics, got 8 bytes" in echo.text
     assert "phase: running" in echo.text
+
+
+def test_a_message_of_another_robot_is_refused_as_by_every_receiver(
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    bus = make_bus(fleet="lying")
+    bus.announce("world", "world")
+    state = State(
+        robot="r2",
+        run=0,
+        tick=1,
+        activity=Activity.DRIVE,
+        target=0,
+        reached=[],
+        unreachable=[],
+        distance=1.0,
+        replans=0,
+    )
+    with (
+        Stranger(endpoint, "lying") as stranger,
+        Command("echo", "robot/*/state", "--once", "--connect", str(endpoint), runtime=tmp_runtime) as echo,
+    ):
+        while "robot/r1/state: " not in echo.text:
+            stranger.put("robot/r1/state", encode(state))
+            assert bus.receive(0.05) is None
+        bus.send(STATE, state, robot="r2")
+        assert echo.end() == 0, echo.text
+    assert "robot/r1/state: expected a message of 'r1', got one of 'r2'" in echo.text
+    assert "  robot: r2" in echo.text
+
+
+def test_a_watcher_says_that_the_world_has_gone_and_goes_on(
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    bus = make_bus(fleet="left")
+    bus.announce("world", "world")
+    clock = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
+    bus.keep(CLOCK, lambda: {CLOCK.key: clock})
+    with Command("watch", "--connect", str(endpoint), runtime=tmp_runtime) as watch:
+        watch.await_line("running")
+        bus.withdraw("world", "world")
+        watch.await_line("the world has gone; Ctrl-C ends this")
+        bus.announce("world", "world")
+        while watch.process.poll() is None:
+            bus.send(CLOCK, replace(clock, tick=2, phase=Phase.OVER))
+            assert bus.receive(0.05) is None
+        assert watch.end() == 0, watch.text
+    assert watch.text.count("the world has gone") == 1
 
 
 def test_a_tap_hears_the_bytes_that_were_sent(make_bus: MakeBus, endpoint: Endpoint) -> None:
