@@ -3,18 +3,20 @@
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
-from msgspec.structs import replace
+from msgspec import structs
 
 from swarm.bus import Bus, Endpoint, Tap
 from swarm.bus.codec import encode
 from swarm.bus.stranger import Stranger
 from swarm.cli import main
 from swarm.launch.running import named
-from swarm.messages import CLOCK, STATE, Activity, Clock, Phase, State
+from swarm.messages import CLOCK, MAP, STATE, Activity, Clock, Map, Phase, State
+from swarm.scenario.load import Scenario
 from tests.conftest import MakeBus
 from tests.launch.actors import SMALL, Command, Fleet, await_phase
 from tests.secure.shared import fleet_keys
@@ -194,6 +196,29 @@ def test_a_message_of_another_robot_is_refused_as_by_every_receiver(
     assert "  robot: r2" in echo.text
 
 
+@pytest.mark.parametrize(("return_home", "lane"), [(True, "r1 home"), (False, "r1 to 2")])
+def test_a_watcher_asks_the_world_whether_the_last_stop_is_home(
+    make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, paper: Scenario, return_home: bool, lane: str
+) -> None:
+    scenario, packed = replace(paper, settings=structs.replace(paper.settings, return_home=return_home)).to_wire()
+    clock = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=["r1"], present=["r1"])
+    state = State(
+        robot="r1", run=0, tick=1, activity=Activity.DRIVE, target=1, reached=[True, False], unreachable=[],
+        distance=1.0, replans=0,
+    )  # fmt: skip
+    bus = make_bus(fleet="last")
+    bus.announce("world", "world")
+    bus.keep(CLOCK, lambda: {CLOCK.key: clock})
+    bus.keep(MAP, lambda: {MAP.key: Map(scenario=scenario, packed=packed)})
+    bus.keep(STATE, lambda: {"robot/r1/state": state})
+    with Command("watch", "--connect", str(endpoint), runtime=tmp_runtime) as watch:
+        watch.await_line(lane)
+        while watch.process.poll() is None:
+            bus.send(CLOCK, structs.replace(clock, tick=2, phase=Phase.OVER))
+            assert bus.receive(0.05) is None
+        assert watch.end() == 0, watch.text
+
+
 def test_a_watcher_says_that_the_world_has_gone_and_goes_on(
     make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
 ) -> None:
@@ -207,7 +232,7 @@ def test_a_watcher_says_that_the_world_has_gone_and_goes_on(
         watch.await_line("the world has gone; Ctrl-C ends this")
         bus.announce("world", "world")
         while watch.process.poll() is None:
-            bus.send(CLOCK, replace(clock, tick=2, phase=Phase.OVER))
+            bus.send(CLOCK, structs.replace(clock, tick=2, phase=Phase.OVER))
             assert bus.receive(0.05) is None
         assert watch.end() == 0, watch.text
     assert watch.text.count("the world has gone") == 1
