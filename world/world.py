@@ -252,9 +252,9 @@ class World:
         here = self.physics.pose(number)[:2]
         outcome = self.missions.take(number, request, here, self.floor, self.traffic.watch.cells)
         if outcome.new_stops:
-            self.progress.begin(number)
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         if outcome.changed:
+            self.progress.begin(number, self.time)
             self.verdict.clear()
             self.due = True
         answer = Accepted(text=outcome.text, number=outcome.number)

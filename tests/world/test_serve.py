@@ -155,9 +155,19 @@ def test_a_new_order_is_not_blamed_for_the_time_that_the_old_one_stood() -> None
         step(one)
     assert max(one.world.progress.standing(one.world.time)[:1]) > STALLED - 3.0
     one.world.request("r1", Order(id="b", targets=[(2.5, 4.5)]))
+    assert one.world.progress.standing(one.world.time)[0] == 0.0
     for _ in range(60):
         step(one)
     assert not [event for event in one.speaker.events if event.kind == "stalled"]
+
+
+def test_a_robot_that_was_done_has_stops_left_as_soon_as_it_has_an_order() -> None:
+    """Who has no stop left stands for ever: the run would be given up at once."""
+    one = course(1.0, inf, serve=True)
+    step(one, "r1", "r2")
+    assert one.world.progress.standing(one.world.time) == [inf, inf]
+    one.world.request("r1", Order(id="a", targets=[THERE]))
+    assert one.world.progress.standing(one.world.time) == [0.0, inf]
 
 
 def test_done_with_the_stops_before_is_no_false_claim_about_those_of_now() -> None:
