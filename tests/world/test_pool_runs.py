@@ -107,7 +107,9 @@ def test_an_old_errand_is_not_left_for_ever_because_nearer_ones_come() -> None:
 def test_two_errands_at_one_place_are_both_done_one_after_the_other() -> None:
     simulation = Simulation.of(pool_of([[7.5, 1.5], [7.5, 1.5]]), 4, 1)
     events = watched(simulation)
-    assert len(kinds(events, "errand", "reached")) >= 4
+    first_home, then = kinds(events, "errand", "reached")[:4], kinds(events, "errand", "reached")[4:]
+    assert [kind for _, kind in first_home] == ["reached"] * 4
+    assert [kind for _, kind in then] == ["errand", "reached"] * 2
     assert simulation.world.dispatch.pool.done == 2
     assert simulation.world.complete
 
