@@ -102,7 +102,7 @@ class Course:
         world = self.world
         if not (world.settings.serve and self.lockstep and isinf(self._limit)) or self.in_tick:
             return False
-        awaited = world.unfinished or world.planned.left or world.planned_orders.left
+        awaited = world.unfinished or world.planned.left or world.plans_matter
         return not awaited and not any(map(any, world.wheels))
 
     def _resume(self, found: Snapshot) -> None:
@@ -212,9 +212,10 @@ class Course:
 
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
-        if world.finished and not stays:
+        lost = bool(unfinished) and not stays and all(self.lobby.away(name) >= LOST for name in unfinished)
+        if not stays and world.finished:
             self.end(missing(world))
-        elif unfinished and not stays and all(self.lobby.away(name) >= LOST for name in unfinished):
+        elif lost and not world.plans_matter:
             self._lost = unfinished
             self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
         elif world.time >= self._limit:
@@ -241,7 +242,8 @@ class Course:
             self.world = World(
                 self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity, self.outside
             )
-        self.last, self.stopwatch = LastMessages(), Stopwatch()
+            self.last = LastMessages()
+        self.stopwatch = Stopwatch()
         self.timetable.times = Times()
         self.repeatable.begin()
         self.roll.begin()

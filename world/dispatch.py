@@ -4,6 +4,7 @@ Each free robot bids the length of its way. The pairs with the least sum win; an
 """
 
 from collections.abc import Sequence
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -22,7 +23,7 @@ from world.orders import Outcome
 from world.pool import Errand, Occasion, Pool
 
 EVERY: Final = 0.25  # s between two looks for pairs
-WINDOW: Final = 64  # errands that are looked at, the oldest: each costs a table of distances
+WINDOW: Final = 64  # errands that are matched at once, the oldest of those that a free robot can reach
 FRESH: Final = 1.0  # s; a robot whose newest command is older does not bid
 GONE: Final = 10.0  # s; the errand of a robot whose newest command is older goes back; less than a run waits for it
 PATIENCE: Final = 0.1  # m/s: an errand that has waited for 10 s is as urgent as one that is 1 m nearer
@@ -70,10 +71,10 @@ class Dispatch:
 
     def matters(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
+        if not (waiting := self.pool.waiting):
+            return False
         robots = [robot for robot in range(len(self._robots)) if self._serves(robot, commands[robot], tick, GONE)]
-        return any(
-            self._bid(robot, poses[robot], errand, cells) < NO_BID for errand in self.pool.waiting for robot in robots
-        )
+        return any(self._bid(robot, poses[robot], errand, cells) < NO_BID for errand in waiting for robot in robots)
 
     def step(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
         """Settle the errands that robots have, and hand out those that wait; return what has changed."""
@@ -116,15 +117,17 @@ class Dispatch:
     # --- errands that wait ---
 
     def _hand_out(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
-        waiting = self.pool.waiting[:WINDOW]
-        free = [robot for robot, command in enumerate(commands) if waiting and self._free(robot, command, tick)]
+        queue = self.pool.waiting
+        free = [robot for robot, command in enumerate(commands) if queue and self._free(robot, command, tick)]
         if not free:
             return []
         driven_to = {cells.nearest_standable(*errand.at) for errand in self.pool.taken}
-        waiting = [errand for errand in waiting if cells.nearest_standable(*errand.at) not in driven_to]
-        bids = np.array([[self._bid(robot, poses[robot], errand, cells) for errand in waiting] for robot in free])
-        if not waiting:
+        apart = (errand for errand in queue if cells.nearest_standable(*errand.at) not in driven_to)
+        bid_for = ((one, [self._bid(robot, poses[robot], one, cells) for robot in free]) for one in apart)
+        offers = list(islice((offer for offer in bid_for if min(offer[1]) < NO_BID), WINDOW))
+        if not offers:
             return []
+        waiting, bids = [errand for errand, _ in offers], np.array([row for _, row in offers]).T
         now = tick / self._settings.rate
         urgent = np.array([PATIENCE * (now - errand.given) for errand in waiting])
         said: list[Said] = []

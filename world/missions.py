@@ -147,14 +147,16 @@ class Missions:
         ]
         if command.unreachable != before.unreachable:
             said += self._taken_up(number, before, command)
-            self.left[number] = self._recorder.next_stop(number, command.unreachable)
+            self._next(number, command.unreachable)
         stops = self.orders.rows[number].stops
         for stop, claimed in enumerate(command.reached[: len(stops)]):
             if claimed and not self._recorder.is_reached(number, stop) and before.reached[stop : stop + 1] != [True]:
                 away = distance(pose, stops[stop])
                 text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
                 said.append(("false_claim", text))
-        if Activity.DONE is command.activity is not before.activity and (lacks := self.left[number]) is not None:
+        ours = command.assignment == self.orders.rows[number].number
+        done = ours and Activity.DONE is command.activity is not before.activity
+        if done and (lacks := self.left[number]) is not None:
             said.append(
                 ("false_claim", f"says it is done but has not reached {self.label(number, lacks)}; not counted")
             )
@@ -177,14 +179,21 @@ class Missions:
             if distance(pose, stops[stop]) > self._reach:
                 break
             self._recorder.reached(number, stop, time)
-            self.left[number] = self._recorder.next_stop(number, given_up)
             said.append(("reached", f"is at {self.label(number, stop)}"))
-            patrols = self._patrols and not self.orders.rows[number].number
-            if self.left[number] is None and patrols and len(stops) - len(given_up) >= LEAST:
-                self._recorder.begin_lap(number)
-                self.left[number] = self._recorder.next_stop(number, given_up)
+            if self._next(number, given_up):
                 break
         return said
+
+    def _next(self, number: int, given_up: Sequence[int]) -> bool:
+        """Find a robot's next stop; return True if a lap of its patrol begins with it."""
+        row = self.orders.rows[number]
+        self.left[number] = self._recorder.next_stop(number, given_up)
+        turns = self._patrols and not row.number and len(row.stops) - len(given_up) >= LEAST
+        if self.left[number] is not None or not turns:
+            return False
+        self._recorder.begin_lap(number)
+        self.left[number] = self._recorder.next_stop(number, given_up)
+        return True
 
 
 def stop_label(stop: int, stops: int, return_home: bool) -> str:

@@ -15,6 +15,8 @@ from swarm.messages import Assigned, Order, RobotAction, RobotDo
 MOST_TARGETS: Final = 100  # of an order; each sense carries a bearing for each stop
 REMEMBERED: Final = 64  # ids of orders to one robot: a retry that comes later than so many others counts as new
 
+KEPT: Final = 1000  # former stops of a robot that are kept: a fleet that stays gets orders without end
+
 Fate = Literal["open", "done", "superseded", "cancelled"]
 FATES: Final[tuple[Fate, ...]] = ("done", "superseded", "cancelled")
 
@@ -51,6 +53,7 @@ class Row(Struct, kw_only=True, forbid_unknown_fields=True):
     stopped: bool = False
     given: dict[str, Given]  # by id, the newest last
     past: list[Past]
+    older: dict[str, int]  # how many stops of each fate are no longer in ``past``
 
 
 class Outcome(NamedTuple):
@@ -82,7 +85,8 @@ class Orders:
         self._robots = robots
         self.last = 0  # the newest number
         self.rows = [
-            Row(what="the scenario's stops", stops=list(row), home=returns, given={}, past=[]) for row in stops
+            Row(what="the scenario's stops", stops=list(row), home=returns, given={}, past=[], older={})
+            for row in stops
         ]
 
     def assigned(self, robot: int) -> Assigned | None:
@@ -182,7 +186,7 @@ class Orders:
                     return Outcome(f"{name} drives home already, or is there")
                 what, stops = "the way home", [home]
             case RobotDo.CANCEL:
-                if now.done:
+                if None not in now.reached:  # a patrol has stops left in each lap
                     return Outcome(f"{name} has no stop left")
                 what, stops = "no stops", []
         events = self._replace(robot, now, what, stops, bool(stops), "cancelled")
@@ -201,6 +205,9 @@ class Orders:
         self.last += 1
         if not row.pooled:  # the pool has its own record: a run may have errands without end
             row.past.append(past)
+            for one in row.past[:-KEPT]:
+                row.older[one.fate] = row.older.get(one.fate, 0) + 1
+            del row.past[:-KEPT]
         row.number, row.what, row.stops, row.home, row.order = self.last, what, list(stops), home, False
         row.pooled = False
         if now.done:

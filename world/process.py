@@ -87,6 +87,7 @@ class Host:
         self._bus, self._course, self._log = bus, course, log
         self._requests = Requests(course.world.dt)
         self._linked = True
+        self._looked_at = float("-inf")  # s, for robots that have gone
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
 
@@ -205,7 +206,8 @@ class Host:
                 self._linked = up
                 course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
-        if self._linked:
+        often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
+        if self._linked and not often:
             self._look_who_has_gone()
         return arrived is not None
 
@@ -221,6 +223,7 @@ class Host:
     def _look_who_has_gone(self) -> None:
         course = self._course
         lobby, roll, now = course.lobby, course.roll, course.awake.now()
+        self._looked_at = now
         running = not course.stands
         gone = lobby.look(now, running=running)
         told = gone if course.phase is Phase.RUNNING else []

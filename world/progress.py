@@ -26,6 +26,10 @@ class ProgressWatch:
         self._since = [0.0] * robots
         self._stalled = [False] * robots
 
+    def begin(self, robot: int, time: float) -> None:
+        """Judge a robot from a time [s] on by other stops."""
+        self._stop[robot], self._since[robot] = NOWHERE, time
+
     def look(self, time: float, poses: Sequence[Pose], stops: Sequence[int | None]) -> list[int]:
         """Return the numbers of the robots that begin to stall. ``stops`` is None for a robot with no stop left."""
         begun = []

@@ -89,9 +89,9 @@ def _orders(world: World, number: int) -> dict[str, Any]:
     history = world.missions.history(number)
     if len(history) == 1:
         return {}
-    fates = [one.fate for one in history]
+    fates, older = [one.fate for one in history], world.missions.orders.rows[number].older
     return {
-        "orders": {fate: fates.count(fate) for fate in (*FATES, "open")},
+        "orders": {fate: fates.count(fate) + older.get(fate, 0) for fate in (*FATES, "open")},
         "history": [
             {
                 "number": one.number,

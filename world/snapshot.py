@@ -272,8 +272,11 @@ def restore(world: World, state: WorldState) -> None:
     """Set a new world of the same scenario, floor, starts and seed to a state.
 
     Raises:
-        ConfigError: the state is of another number of robots or stops.
+        ConfigError: the state is of another number of robots or stops, or other bodies are outside.
     """
+    was, given = ([world.robots[n] for n in sorted(part.poses)] for part in (state.outside, world.outside))
+    if was != given:
+        raise ConfigError(f"snapshot: --body: expected {was}, as in the run that was saved, got {given}; give the same")
     for name, part in _parts(world).items():
         table = getattr(state, name)
         for field in table.__struct_fields__:

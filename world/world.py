@@ -98,7 +98,7 @@ class World:
         """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
         unfinished = self.unfinished
         if not unfinished or self.missions.any_stopped or self.planned_orders.left:
-            return not unfinished and not self._plans_matter
+            return not unfinished and not self.plans_matter
         standing = dict(zip(self.robots, self.progress.standing(self.time), strict=True))
         waiting = [self.robots[number] for number, one in enumerate(self.commands) if one.activity in WAITING]
         return self.verdict.ends(self.time, standing, waiting)
@@ -110,12 +110,12 @@ class World:
         return [name for number, (name, command) in everybody if not self.missions.finished(number, command)]
 
     @property
-    def _plans_matter(self) -> bool:
+    def plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        errands = self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
         frees = "free" in [edit.kind for edit in self.planned.left] + [edit.kind for _, edit in self._recent]
         lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
-        return errands or bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
+        now = bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
+        return now or self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""
@@ -174,8 +174,7 @@ class World:
         self.recorder.poses(poses)
         self.recorder.doing(self.commands)
         self._watch_progress(poses, events)
-        events += carry_out(self)
-        events += self._dispatch()
+        events += [*self._dispatch(), *carry_out(self)]  # first what was reached, then planned orders
         self.due |= self.tick % round(self.settings.rate) == 0
         if self.due:
             self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
@@ -255,10 +254,11 @@ class World:
         if outcome.new_stops:
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         if outcome.changed:
+            self.progress.begin(number, self.time)
             self.verdict.clear()
             self.due = True
-        events = [self.event(kind, text, name) for kind, text in outcome.events]
-        return Accepted(text=outcome.text, number=outcome.number), events
+        answer = Accepted(text=outcome.text, number=outcome.number)
+        return answer, [self.event(kind, text, name) for kind, text in outcome.events]
 
     def edit(self, edit: Edit) -> bool:
         """Add or remove walls; robots sense it at this tick. Return False, and do nothing, if it changes nothing.

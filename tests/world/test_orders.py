@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import Order, RobotAction, RobotDo
-from world.orders import FATES, MOST_TARGETS, REMEMBERED, Orders, Outcome, Progress
+from world.orders import FATES, KEPT, MOST_TARGETS, REMEMBERED, Orders, Outcome, Progress
 
 HOME = (0.5, 0.5)
 OWN = [(1.0, 1.0), HOME]
@@ -153,6 +153,16 @@ def test_nobody_loses_by_an_order_that_was_done_and_its_retry_is_answered() -> N
     assert [kind for kind, _ in fleet.take(order("b")).events] == ["order"]
     assert fleet.take(order("a")) == Outcome(text, 1)
     assert [one.fate for one in fleet.book.history(0, fleet.progress(0))] == ["superseded", "done", "open"]
+
+
+def test_the_oldest_stops_are_forgotten_and_still_counted() -> None:
+    fleet = Fleet()
+    for number in range(KEPT + 5):
+        fleet.take(order(f"o{number}"))
+        fleet.arrive() if number % 2 else None
+    row = fleet.book.rows[0]
+    assert (len(row.past), row.past[-1].number) == (KEPT, KEPT + 4)
+    assert row.older == {"superseded": 3, "done": 2}
 
 
 def test_the_oldest_ids_are_forgotten() -> None:

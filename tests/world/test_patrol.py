@@ -4,7 +4,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance
-from swarm.messages import Activity, Edit, Event, Kind
+from swarm.messages import Activity, Edit, Event, Kind, RobotAction, RobotDo
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from world.faults import Faults, Health, Spell
@@ -72,6 +72,21 @@ def test_a_patrol_goes_on_without_a_target_that_was_walled_in_and_ends_with_one_
     while not world.finished:
         simulation.step()
     assert world.commands[0].activity is Activity.DONE
+
+
+def test_a_patrol_that_gives_up_the_last_target_of_a_lap_begins_the_next() -> None:
+    simulation = Simulation.of(patrol(), 1, 5)
+    world = simulation.world
+    while world.recorder.next_stop(0, ()) != 2:
+        simulation.step()
+    world.edit(Edit(kind=Kind.WALL, low=(2.1, 3.1), high=(2.9, 3.9)))
+    events = list[Event]()
+    while world.recorder.laps[0] < 3:
+        events += simulation.step().events
+        assert world.time < 120.0, "the world counts no laps"
+    assert reached(events, "r1")[:2] == ["is at target 1", "is at target 2"]
+    world.request("r1", RobotAction(do=RobotDo.CANCEL))
+    assert world.missions.orders.rows[0].stops == [], "a patrol has stops left in each lap"
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from tests.world.test_snapshot import host
 from world import snapshot, snapshot_file
+from world.dispatch import WINDOW
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
 from world.world import World
@@ -102,6 +103,17 @@ def test_an_old_errand_is_not_left_for_ever_because_nearer_ones_come() -> None:
     assert number > 3, "it was passed over for nearer ones"
     assert world.dispatch.pool.done > number / 2
     assert "scenario/1" in world.dispatch.pool.closed
+
+
+def test_errands_that_nobody_can_reach_do_not_keep_others_waiting() -> None:
+    walled = [[14.5, 5.6 - number / 400] for number in range(WINDOW)]
+    simulation = Simulation.of(pool_of([*walled, [7.5, 5.5]]), 2, 1)
+    world = simulation.world
+    world.edit(Edit(kind=Kind.WALL, low=(12.1, 4.1), high=(12.9, 5.9)))
+    world.edit(Edit(kind=Kind.WALL, low=(13.1, 4.1), high=(14.9, 4.9)))
+    watched(simulation)
+    assert [errand.name for errand in world.dispatch.pool.waiting] == [f"scenario/{n + 1}" for n in range(WINDOW)]
+    assert world.dispatch.pool.done == 1
 
 
 def test_two_errands_at_one_place_are_both_done_one_after_the_other() -> None:

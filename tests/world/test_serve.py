@@ -10,11 +10,12 @@ import pytest
 from swarm.bus import Bus
 from swarm.errors import ConfigError
 from swarm.geometry import distance
-from swarm.messages import Activity, Order, Phase
+from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from world.course import Course
 from world.faults import Faults, Health, Spell
+from world.progress import STALLED
 from world.roll import LOST
 from world.simulate import Simulation
 from world.status import states
@@ -121,6 +122,60 @@ def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
     if stands:
         one.world.request("r2", Order(id="a", targets=[THERE]))
         assert not one.stands
+
+
+def test_in_lockstep_targets_for_the_pool_wake_a_fleet_that_rests() -> None:
+    one = course("max", inf, serve=True)
+    step(one, "r1", "r2")
+    assert one.stands
+    one.world.put_in(PoolTargets(id="p", targets=[THERE]))
+    assert not one.stands
+
+
+def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() -> None:
+    one = course(1.0, inf, pool=[THERE], return_home=True)
+    away = one.lobby._looked_at + LOST
+    step(one, "r1")
+    one.lobby.look(away, running=True)
+    one._end_if_over()
+    assert one.world.unfinished == ["r2"]
+    assert one.phase is Phase.RUNNING, "r1 can still take the errand"
+    while one.world.dispatch.pool.waiting:
+        step(one, "r1")
+    one.world.request("r1", RobotAction(do=RobotDo.CANCEL))
+    step(one)
+    assert [event.kind for event in one.speaker.events].count("errand") == 1
+
+
+def test_a_new_order_is_not_blamed_for_the_time_that_the_old_one_stood() -> None:
+    one = course(1.0, inf, serve=True)
+    one.world.request("r1", Order(id="a", targets=[THERE]))
+    ticks = round((STALLED - 1.0) / one.world.dt)
+    for _ in range(ticks):
+        step(one)
+    assert max(one.world.progress.standing(one.world.time)[:1]) > STALLED - 3.0
+    one.world.request("r1", Order(id="b", targets=[(2.5, 4.5)]))
+    assert one.world.progress.standing(one.world.time)[0] == 0.0
+    for _ in range(60):
+        step(one)
+    assert not [event for event in one.speaker.events if event.kind == "stalled"]
+
+
+def test_a_robot_that_was_done_has_stops_left_as_soon_as_it_has_an_order() -> None:
+    """Who has no stop left stands for ever: the run would be given up at once."""
+    one = course(1.0, inf, serve=True)
+    step(one, "r1", "r2")
+    assert one.world.progress.standing(one.world.time) == [inf, inf]
+    one.world.request("r1", Order(id="a", targets=[THERE]))
+    assert one.world.progress.standing(one.world.time) == [0.0, inf]
+
+
+def test_done_with_the_stops_before_is_no_false_claim_about_those_of_now() -> None:
+    one = course(1.0, inf, serve=True)
+    step(one, "r2")
+    one.world.request("r1", Order(id="a", targets=[THERE]))
+    step(one, "r1")  # it has not heard of the order
+    assert not [event for event in one.speaker.events if event.kind == "false_claim"]
 
 
 def test_a_state_that_was_lost_with_a_world_is_told_from_the_last_command() -> None:
