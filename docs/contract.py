@@ -12,7 +12,7 @@ from swarm.traffic.settings import TrafficSettings
 CONSTANT: Final = re.compile(r"^    (\w+): (?:int|float) = (\S+)(?:  # (.*))?$")
 # those that robots must agree on, or that tell when others answer
 AGREED: Final = (
-    "margin", "horizon", "ripe", "listen", "often", "fresh", "gap", "absent", "surmise",
+    "margin", "horizon", "ripe", "listen", "often", "fresh", "gap", "absent", "surmise", "obstacle", "emptied",
     "hops", "relay", "relay_silent", "keep", "relayed",
     "ahead", "stuck", "calm", "gather", "gather_longest", "freeze", "carry", "unanswered", "pass_over",
 )  # fmt: skip

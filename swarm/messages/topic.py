@@ -24,7 +24,12 @@ class Sequence(NamedTuple):
     """What is attached to each message, so that a receiver tells a lost message from silence."""
 
     sender: Annotated[
-        int, Meta(ge=0, lt=2**32, description="drawn by chance when the sender starts; another one: count from 0 again")
+        int,
+        Meta(
+            ge=0,
+            lt=2**32,
+            description="random; drawn when the sender starts; if it changes, the count starts at 0 again",
+        ),
     ]
     number: Annotated[Count, says("of this message: each sender counts its messages on each key, from 0")]
 

@@ -18,7 +18,7 @@ from swarm.launch.running import named
 from swarm.messages import CLOCK, MAP, STATE, Activity, Clock, Map, Phase, State
 from swarm.scenario.load import Scenario
 from tests.conftest import MakeBus
-from tests.launch.actors import SMALL, Command, Fleet, await_phase
+from tests.launch.actors import PATIENCE, SMALL, Command, Fleet, await_phase
 from tests.secure.shared import fleet_keys
 
 pytestmark = pytest.mark.processes
@@ -159,6 +159,7 @@ def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
         while "elsewhere: " not in echo.text or "world/clock: " not in echo.text:
             stranger.put("world/clock", b"nonsense")
             stranger.put("elsewhere", b"nonsense")
+            assert echo.process.poll() is None, echo.text
             assert bus.receive(0.05) is None
         bus.send(CLOCK, good)
         assert echo.end() == 0, echo.text
@@ -242,10 +243,11 @@ def test_a_tap_hears_the_bytes_that_were_sent(make_bus: MakeBus, endpoint: Endpo
     bus: Bus = make_bus(fleet="tapped")
     said = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
     with Tap(endpoint, "tapped", "world/*") as tap:
-        sample = None
-        while sample is None:
+        for _ in range(round(PATIENCE / 0.5)):
             bus.send(CLOCK, said)
-            sample = tap.receive(0.5)
+            if (sample := tap.receive(0.5)) is not None:
+                break
+        assert sample is not None, "the tap hears nothing"
         assert (sample.key, sample.payload) == ("world/clock", encode(said))
 
 

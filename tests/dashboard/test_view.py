@@ -200,7 +200,7 @@ def test_a_restart_is_a_recording_of_its_own(tmp_path: Path) -> None:
         assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")][-1] == "to 2"
 
 
-def test_a_changed_map_is_drawn_anew(tmp_path: Path) -> None:
+def test_a_changed_map_is_drawn_again(tmp_path: Path) -> None:
     recorder, rehearsal = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
     show = Show(recorder, "test")
     show.take(floor(rehearsal))

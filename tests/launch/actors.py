@@ -11,18 +11,22 @@ from pathlib import Path
 from queue import Empty, Queue
 from threading import Event as Flag
 from threading import Thread
+from time import monotonic
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final, Self, TypeVar
 
 import psutil
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
-from swarm.messages import CLOCK, EVENT, SENSE, Clock, Event, Phase, Sense
+from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
-PATIENCE: Final = 40.0  # s; the longest that anything here is waited for before the test fails
-FAREWELL: Final = 20.0  # s; the same for processes that were told to end
+T = TypeVar("T")
+
+PATIENCE: Final = 40.0  # s; the longest silence before the test fails
+LONGEST: Final = 3 * PATIENCE  # s; the longest wait for what fits, if other things come meanwhile
+FAREWELL: Final = 20.0  # s; the longest wait for processes that were told to end
 
 SMALL: Final = """\
 name: small
@@ -57,6 +61,18 @@ def assert_the_same_run(report: dict[str, Any], expected: dict[str, Any]) -> Non
     for name in expected.keys() - HOW_IT_RAN:
         assert report[name] == expected[name], name
     assert report.keys() == expected.keys()
+
+
+def run_with_world_killed_at(tick: int, file: Path, robots: int, runtime: Path) -> dict[str, Any]:
+    """Run a scenario in lockstep, kill its world at about a tick (0: never), and return the report."""
+    with Fleet(file, "--pace", "max", robots=robots, runtime=runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        if tick:
+            await_tick(bus, tick)
+            fleet.member("world").kill()
+            fleet.await_line("world was ended by signal 9; started again")
+        assert fleet.end() == 0, fleet.text
+        return fleet.report()
 
 
 def as_started() -> None:
@@ -157,7 +173,7 @@ class Command:
 
     def end(self) -> int:
         """Wait for its end and give the exit status; a mission in real time takes longer than any step of it."""
-        return self.process.wait(3 * PATIENCE)
+        return self.process.wait(LONGEST)
 
     def assert_nobody_is_left(self) -> None:
         """Every process noted by ``remember_family`` has to be gone."""
@@ -221,11 +237,11 @@ class Fleet(Command):
         """Wait until the world and every robot are present, and note the family."""
         bus.watch_presence()
         missing = {"world"} | {f"r{number}" for number in range(1, self.robots + 1)}
-        while missing:
-            arrived = bus.receive(PATIENCE)
-            assert arrived is not None, f"not there: {missing}\n{self.text}"
-            if isinstance(arrived, Presence) and arrived.alive:
-                missing.discard(arrived.id)
+        try:
+            while missing:
+                missing.remove(await_message(bus, Presence, lambda one: one.alive and one.id in missing, "absent").id)
+        except AssertionError:
+            raise AssertionError(f"not there: {missing}\n{self.text}") from None
         self.remember_family()
 
     def report(self) -> dict[str, Any]:
@@ -234,24 +250,26 @@ class Fleet(Command):
         return report
 
 
+def await_message(bus: Bus, kind: type[T], fits: Callable[[T], bool], lacks: str) -> T:
+    """Wait for a message of a kind that fits, or for a presence; what it comes on is listened to already."""
+    until = monotonic() + LONGEST
+    while (left := until - monotonic()) > 0.0 and (arrived := bus.receive(min(left, PATIENCE))) is not None:
+        found = arrived.message if isinstance(arrived, Arrival) else arrived
+        if isinstance(found, kind) and fits(found):
+            return found
+    raise AssertionError(lacks)
+
+
 def await_clock(bus: Bus, fits: Callable[[Clock], bool]) -> Clock:
     """Wait for the world to tell a clock that fits."""
     bus.listen(CLOCK)
-    while True:
-        arrived = bus.receive(PATIENCE)
-        assert arrived is not None, "the world tells no clock that fits"
-        if isinstance(arrived, Arrival) and isinstance(arrived.message, Clock) and fits(arrived.message):
-            return arrived.message
+    return await_message(bus, Clock, fits, "the world tells no clock that fits")
 
 
 def await_tick(bus: Bus, tick: int) -> int:
     """Wait until the world tells r1 what it senses at a tick or a later one; return that tick."""
     bus.listen(SENSE, robot="r1")
-    while True:
-        arrived = bus.receive(PATIENCE)
-        assert arrived is not None, "the clock stands"
-        if isinstance(arrived, Arrival) and isinstance(arrived.message, Sense) and arrived.message.tick >= tick:
-            return arrived.message.tick
+    return await_message(bus, Sense, lambda sense: sense.tick >= tick, f"r1 senses nothing at tick {tick}").tick
 
 
 def await_phase(bus: Bus, phase: Phase) -> Clock:
@@ -262,17 +280,23 @@ def await_phase(bus: Bus, phase: Phase) -> Clock:
 def await_event(bus: Bus, fits: Callable[[Event], bool]) -> Event:
     """Wait for an event that fits; listen to events before what causes it."""
     bus.listen(EVENT)
-    while True:
-        arrived = bus.receive(PATIENCE)
-        assert arrived is not None, "the world tells no event that fits"
-        if isinstance(arrived, Arrival) and isinstance(arrived.message, Event) and fits(arrived.message):
-            return arrived.message
+    return await_message(bus, Event, fits, "the world tells no event that fits")
 
 
 def await_presence(bus: Bus, name: str, alive: bool) -> Presence:
     """Wait until somebody comes or goes; the presence has to be watched already."""
-    while True:
-        arrived = bus.receive(PATIENCE)
-        assert arrived is not None, f"nobody called {name} {'comes' if alive else 'goes'}"
-        if isinstance(arrived, Presence) and arrived.id == name and arrived.alive is alive:
-            return arrived
+    lacks = f"nobody called {name} {'comes' if alive else 'goes'}"
+    return await_message(bus, Presence, lambda one: (one.id, one.alive) == (name, alive), lacks)
+
+
+def await_status(bus: Bus, fits: Callable[[Status], bool]) -> Status:
+    """Ask for the status each time that something arrives, at least the clock, until it fits."""
+    bus.listen(CLOCK)
+    last, until = None, monotonic() + LONGEST
+    while monotonic() < until:
+        for last in bus.fetch(STATUS):
+            if fits(last):
+                return last
+        if bus.receive(PATIENCE) is None:
+            break
+    raise AssertionError(f"no status fits; the last one: {last}")

@@ -12,10 +12,10 @@ from typing import Final
 
 import pytest
 
-from swarm.bus import Arrival, Bus, Endpoint
+from swarm.bus import Bus, Endpoint
 from swarm.cli import main
 from swarm.messages import EVENT, SENSE, Sense
-from tests.launch.actors import FAREWELL, PATIENCE, SMALL, Command, Fleet, await_event, await_presence
+from tests.launch.actors import FAREWELL, PATIENCE, SMALL, Command, Fleet, await_event, await_message, await_presence
 from tests.shared import PAPER, ROOT
 
 EXAMPLES: Final = sorted((ROOT / "examples").glob("*.py"))
@@ -138,11 +138,7 @@ def test_watch_tells_one_who_comes_late_what_was_before_and_all_that_comes(small
 
 def await_sense(bus: Bus, fits: Callable[[Sense], bool]) -> Sense:
     """Wait until a robot senses something that fits; listen to it before."""
-    while True:
-        arrived = bus.receive(PATIENCE)
-        assert arrived is not None, "no sense fits"
-        if isinstance(arrived, Arrival) and isinstance(arrived.message, Sense) and fits(arrived.message):
-            return arrived.message
+    return await_message(bus, Sense, fits, "no sense fits")
 
 
 @pytest.mark.processes

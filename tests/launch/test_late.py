@@ -1,4 +1,4 @@
-"""Tools that come late, to a real fleet: before `go`, in mid-run, in a pause, and at the end."""
+"""Tools that come late, to a real fleet: before `go`, during the run, in a pause, and at the end."""
 
 import json
 import os
@@ -29,7 +29,7 @@ from swarm.messages import (
     Status,
     Topic,
 )
-from tests.launch.actors import PATIENCE, Fleet, await_event, await_phase, await_tick
+from tests.launch.actors import Fleet, await_event, await_message, await_phase, await_status, await_tick
 
 pytestmark = pytest.mark.processes
 FETCHED: tuple[Topic[Any], ...] = (CLOCK, TRUTH, STATE, MAP, EVENTS, STATUS)
@@ -51,9 +51,15 @@ def fetched(bus: Bus) -> Status:
     return status
 
 
+def await_taken_in(bus: Bus) -> None:
+    """Wait until the world has noticed that its robots are present: it may do so later than a watcher does."""
+    await_status(bus, lambda status: all(one.liveness is Liveness.ALIVE for one in status.robots))
+
+
 def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
+        await_taken_in(bus)
         before = fetched(bus)
         assert (before.phase, before.time) == (Phase.WAITING, 0.0)
         assert [one.liveness for one in before.robots] == [Liveness.ALIVE] * 2
@@ -73,12 +79,7 @@ def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime:
         assert times == sorted(times)
         bus.listen(STATUS)
         bus.ask(ACTION, Action(do=Do.STOP))
-        while True:
-            arrived = bus.receive(PATIENCE)
-            assert arrived is not None, "the end is not told"
-            if isinstance(getattr(arrived, "message", None), Status) and arrived.message.phase is Phase.OVER:  # type: ignore[union-attr]
-                last = arrived.message  # type: ignore[union-attr]
-                break
+        last = await_message(bus, Status, lambda status: status.phase is Phase.OVER, "the end is not told")
         assert (last.reason, last.complete) == ("stopped by command", False)
         assert last.events[-1].text == "the run is over"
         assert fleet.end() == 1, fleet.text
@@ -89,6 +90,7 @@ def test_status_is_json_for_any_zenoh_client_and_for_people(
 ) -> None:
     with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
+        await_taken_in(bus)
         with zenoh.open(settings.client(fleet.endpoint)) as session:
             (reply,) = session.get(f"swarm/v1/{fleet.name}/{STATUS.key}")
             assert reply.ok is not None
@@ -134,9 +136,7 @@ def test_the_events_outlive_a_world_that_is_killed(small: Path, tmp_runtime: Pat
         before: list[Event] = bus.fetch(EVENTS)[0].events
         fleet.member("world").kill()
         fleet.await_line("world was ended by signal 9; started again")
-        while not (kept := bus.fetch(EVENTS)):
-            assert fleet.process.poll() is None, fleet.text
-        after = kept[0].events
+        after = await_status(bus, lambda status: bool(status.events)).events
         assert [event for event in before if event.kind == "phase"][:1] == after[:1]
         assert "reached" in {event.kind for event in after}
         assert main(["stop"]) == 0

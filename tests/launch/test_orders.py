@@ -13,8 +13,8 @@ from tests.launch.actors import (
     assert_the_same_run,
     await_event,
     await_phase,
-    await_tick,
     in_process,
+    run_with_world_killed_at,
 )
 from world.simulate import Simulation
 
@@ -39,36 +39,22 @@ def planned(tmp_runtime: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def plain(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "plain.yaml"
-    path.write_text(SMALL)
-    return path
-
-
 def test_planned_orders_give_the_same_run_over_processes_also_if_the_world_is_killed(
     planned: Path, tmp_runtime: Path
 ) -> None:
     expected = in_process(load(planned), ROBOTS, 1)
     assert expected["per_robot"]["r1"]["orders"] == {"done": 1, "superseded": 2, "cancelled": 0, "open": 0}
     for tick in (0, 95):
-        with Fleet(planned, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-            fleet.await_all(bus)
-            if tick:
-                await_tick(bus, tick)
-                fleet.member("world").kill()
-                fleet.await_line("world was ended by signal 9; started again")
-            assert fleet.end() == 0, fleet.text
-            assert_the_same_run(fleet.report(), expected)
+        assert_the_same_run(run_with_world_killed_at(tick, planned, ROBOTS, tmp_runtime), expected)
 
 
 def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
-    plain: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    simulation = Simulation.of(load(plain), ROBOTS, 1)
+    simulation = Simulation.of(load(small), ROBOTS, 1)
     simulation.world.request("r2", Order(id="a", update=2, targets=[(9.5, 4.0)], home=True))
     simulation.world.request("r3", RobotAction(do=RobotDo.CANCEL))
-    with Fleet(plain, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+    with Fleet(small, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         asked = ["order", "r2", "9.5,4.0", "--home", "--id", "a", "--update", "2"]
         for _ in range(2):
@@ -86,8 +72,8 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
     assert report["reproducible"]
 
 
-def test_an_order_and_a_stop_outlive_the_robot_and_the_world(plain: Path, tmp_runtime: Path) -> None:
-    with Fleet(plain, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+def test_an_order_and_a_stop_outlive_the_robot_and_the_world(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         bus.listen(EVENT)
         assert main(["go"]) == 0

@@ -12,8 +12,8 @@ from tests.launch.actors import (
     Fleet,
     assert_the_same_run,
     await_event,
-    await_tick,
     in_process,
+    run_with_world_killed_at,
 )
 
 pytestmark = pytest.mark.processes
@@ -31,13 +31,7 @@ def pooled(tmp_runtime: Path) -> Path:
 def test_a_pool_gives_the_same_run_over_processes_also_if_the_world_is_killed(pooled: Path, tmp_runtime: Path) -> None:
     expected = in_process(load(pooled), ROBOTS, 1)
     assert expected["pool"]["done"] == 4
-    with Fleet(pooled, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        await_tick(bus, 60)
-        fleet.member("world").kill()
-        fleet.await_line("world was ended by signal 9; started again")
-        assert fleet.end() == 0, fleet.text
-        assert_the_same_run(fleet.report(), expected)
+    assert_the_same_run(run_with_world_killed_at(60, pooled, ROBOTS, tmp_runtime), expected)
 
 
 def test_errands_outlive_a_robot_and_the_world(

@@ -1,14 +1,13 @@
 """A fleet that stays: who is done waits for orders, also after processes were killed; it ends when it is told to."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from swarm.bus import Bus
 from swarm.cli import main
-from swarm.messages import CLOCK, STATUS, Activity, Liveness, Phase, RobotStatus, Status
-from tests.launch.actors import PATIENCE, SMALL, Command, Fleet, await_clock, await_phase
+from swarm.messages import Activity, Liveness, Phase, RobotStatus, Status
+from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_phase, await_status
 
 pytestmark = pytest.mark.processes
 
@@ -19,23 +18,6 @@ def waiting(tmp_runtime: Path) -> Path:
     path = tmp_runtime / "waiting.yaml"
     path.write_text(SMALL.replace("targets: [[9.5, 2.0], [9.5, 6.0]]\n", ""))
     return path
-
-
-@pytest.fixture
-def driving(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "driving.yaml"
-    path.write_text(SMALL)
-    return path
-
-
-def await_status(bus: Bus, fits: Callable[[Status], bool]) -> Status:
-    """Ask for the status each time that the clock is told, until it fits."""
-    bus.listen(CLOCK)
-    while True:
-        for status in bus.fetch(STATUS):
-            if fits(status):
-                return status
-        assert bus.receive(PATIENCE) is not None, "the world is silent"
 
 
 def row(status: Status, robot: str) -> RobotStatus:
@@ -108,9 +90,9 @@ def test_a_fleet_that_is_stopped_before_it_has_done_what_was_asked_is_not_comple
 
 
 def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_stands_then(
-    driving: Path, tmp_runtime: Path
+    small: Path, tmp_runtime: Path
 ) -> None:
-    with Fleet(driving, "--pace", "max", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+    with Fleet(small, "--pace", "max", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         for name in ("r1", "r2"):
             await_done(bus, name, 0)
@@ -122,8 +104,8 @@ def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_
         assert fleet.end() == 0, fleet.text
 
 
-def test_a_limit_that_is_given_ends_it(driving: Path, tmp_runtime: Path) -> None:
-    with Fleet(driving, "--pace", "max", "--serve", "--limit", "120", runtime=tmp_runtime) as fleet:
+def test_a_limit_that_is_given_ends_it(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "max", "--serve", "--limit", "120", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
     assert report["complete"]

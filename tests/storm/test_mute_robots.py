@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from swarm.messages import RobotAction, RobotDo
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
 from tests.shared import scenario_of
@@ -78,8 +79,11 @@ def test_who_has_no_other_way_waits_and_names_it() -> None:
 def test_a_mute_robot_that_drives_into_one_that_stands_is_blamed_itself() -> None:
     simulation = corridor(5.4)
     drives(simulation.robots[1], -0.4, -0.4, stop=30.0)
-    report = simulation.run(40.0)
-    assert report["per_robot"]["r1"]["contacts"] == report["per_robot"]["r1"]["struck"], "r1 stood, or did not touch it"
+    simulation.world.request("r1", RobotAction(do=RobotDo.STOP))
+    report = simulation.run(30.0)
+    row = report["per_robot"]["r1"]
+    assert row["contacts"] == row["struck"] > 0, "it was touched, and only by who drove into it"
+    assert report["traffic"]["intrusions"] > 0
     assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
 
 

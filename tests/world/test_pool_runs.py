@@ -119,7 +119,9 @@ def test_errands_that_nobody_can_reach_do_not_keep_others_waiting() -> None:
 def test_two_errands_at_one_place_are_both_done_one_after_the_other() -> None:
     simulation = Simulation.of(pool_of([[7.5, 1.5], [7.5, 1.5]]), 4, 1)
     events = watched(simulation)
-    assert len(kinds(events, "errand", "reached")) >= 4
+    first_home, then = kinds(events, "errand", "reached")[:4], kinds(events, "errand", "reached")[4:]
+    assert [kind for _, kind in first_home] == ["reached"] * 4
+    assert [kind for _, kind in then] == ["errand", "reached"] * 2
     assert simulation.world.dispatch.pool.done == 2
     assert simulation.world.complete
 
