@@ -109,6 +109,13 @@ def test_a_world_from_a_snapshot_goes_on_with_the_body_where_it_was() -> None:
     assert one.poses() == other.poses()
 
 
+@pytest.mark.parametrize(("saved_with", "given"), [(["r2"], []), ([], ["r2"]), (["r2"], ["r1"])])
+def test_a_snapshot_of_a_run_with_other_bodies_outside_is_refused(saved_with: list[str], given: list[str]) -> None:
+    one, other = (World(scenario_of(), STARTS, 1, outside=names) for names in (saved_with, given))
+    with pytest.raises(ConfigError, match=r"--body: expected .*as in the run that was saved"):
+        restore(other, saved(one))
+
+
 def test_a_body_of_no_robot_is_refused() -> None:
     assert check_outside(["r2"], 2) == ("r2",)
     with pytest.raises(ConfigError, match="--body r3: expected one of r1, r2, got 'r3'"):
