@@ -84,12 +84,12 @@ def _put_in(targets: PoolTargets, course: Course) -> Accepted:
 
 
 def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Course) -> Accepted:
-    """Tell the events of a request; if it changed anything, save the run before the answer goes out."""
-    for event in events:
-        course.speaker.tell(event)
+    """If a request changed anything, save the run before its events and the answer go out."""
     if events:
+        course.speaker.keep(events)
         course.repeatable.no_longer(what, course.world.time)
         course.save_soon()
+        course.speaker.say(events)
     return reply
 
 
@@ -100,11 +100,10 @@ def _edit(edit: Edit, course: Course) -> Accepted:
         changed = course.world.edit(edit)
     if not changed:
         return Accepted(text=f"{text}: it changes nothing")
-    course.tell("edit", text)
+    events = [course.world.event("edit", text)]
+    reply = _carried_out(Accepted(text=text), events, "the map was edited by a request", course)
     course.tell_map()
-    course.repeatable.no_longer("the map was edited by a request", course.world.time)
-    course.save_soon()
-    return Accepted(text=text)
+    return reply
 
 
 def _join(join: Join, course: Course, session: str) -> Welcome:

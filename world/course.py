@@ -200,15 +200,16 @@ class Course:
         with self.changing():
             events = self.world.step(self.last.commands)
         for event in events:
-            self.speaker.tell(event)
             self.repeatable.hear(event)
+        self.speaker.keep(events)
         self.last.carried_out()
         self.in_tick = False
+        if self.world.due:
+            self.save_soon()
+        self.speaker.say(events)
         if self.world.floor is not self.speaker.scenario.map:  # the scenario has made an edit
             self.tell_map()
         self._end_if_over()
-        if self.world.due:
-            self.save_soon()
 
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
@@ -225,10 +226,12 @@ class Course:
         """Enter a phase."""
         self.phase = phase
         self.timetable.start()
-        self.tell("phase", f"the run is {phase.value}")
+        events = [self.world.event("phase", f"the run is {phase.value}")]
+        self.speaker.keep(events)
+        self.save_soon()
+        self.speaker.say(events)
         self.tell_clock()
         self.speaker.tell_status(self.truth(), self.status())
-        self.save_soon()
 
     def end(self, reason: str) -> None:
         """End the run; the reason counts if it is not complete."""

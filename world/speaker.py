@@ -1,6 +1,6 @@
 """What the world sends to all listeners: the map, the clock, the truth, and events."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from time import monotonic
 from typing import Final
@@ -69,7 +69,16 @@ class Speaker:
         self._bus.send(STATUS, status)
 
     def tell(self, event: Event) -> None:
-        """Send and log an event."""
-        self.events = (*self.events, event)[-EVENTS_KEPT:]
-        self._bus.send(EVENT, event)
-        self._log(f"{event.time:8.2f} s  {event.robot + ' ' if event.robot else ''}{event.text}")
+        """Keep, send and log an event."""
+        self.keep([event])
+        self.say([event])
+
+    def keep(self, events: Iterable[Event]) -> None:
+        """Keep events for those who come late."""
+        self.events = (*self.events, *events)[-EVENTS_KEPT:]
+
+    def say(self, events: Iterable[Event]) -> None:
+        """Send and log events that were kept; a world that is killed must have saved them, or it tells them twice."""
+        for event in events:
+            self._bus.send(EVENT, event)
+            self._log(f"{event.time:8.2f} s  {event.robot + ' ' if event.robot else ''}{event.text}")

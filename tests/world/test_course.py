@@ -13,6 +13,7 @@ from swarm.messages import (
     ACTION,
     CLOCK,
     EDIT,
+    EVENT,
     JOIN,
     ORDER,
     ROBOT_ACTION,
@@ -117,6 +118,25 @@ def test_an_order_is_answered_after_it_was_saved(tmp_path: Path) -> None:
     assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
     assert ask(other, ORDER, order, robot="r1") == answered
     assert "r1 was given an order or an action at 0.05 s" in one.repeatable.reasons
+
+
+def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
+    """A world that is killed in between would tell it twice."""
+    file = tmp_path / "world.snapshot"
+    one, told = course(file), list[str]()
+
+    def send(topic: Any, message: Any, **ids: str) -> None:  # noqa: ANN401
+        if topic is EVENT:
+            told.append(message.kind)
+            assert message in course(file).speaker.events, message
+
+    one.speaker._bus.send = send  # type: ignore[assignment, method-assign]
+    come(one, "r1", "a")
+    one.go_to(Phase.RUNNING)
+    ask(one, ORDER, Order(id="a", targets=[one.world.poses()[0][:2]]), robot="r1")
+    ask(one, EDIT, Edit(kind=Kind.WALL, low=(8.1, 4.1), high=(8.4, 4.4)))
+    step(one, r1={})
+    assert {"phase", "order", "edit", "reached"} <= set(told)
 
 
 def test_a_robot_that_is_lost_gets_no_order() -> None:
