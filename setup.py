@@ -19,6 +19,7 @@ HOT = (  # what runs in each tick, and the laws that a storm holds against each 
     "world/*.py",
     "world/storm/history.py",
     "world/storm/laws*.py",
+    "world/storm/mute.py",
     "world/storm/seen.py",
     "world/storm/told.py",
     "world/storm/ways.py",
