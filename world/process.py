@@ -17,6 +17,7 @@ from swarm.messages import (
     LEAVE,
     MAP,
     ORDER,
+    PLACES,
     PLAN,
     POOL,
     ROBOT_ACTION,
@@ -96,7 +97,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL):
+        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -116,7 +117,7 @@ class Host:
             course.save()
             stands = course.stands or not self._linked
             self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, between=True)
+            self._requests.serve(self._answer, between=not course.in_tick)
             if stop.is_set():
                 course.end("interrupted")
             elif stands:

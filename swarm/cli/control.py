@@ -1,7 +1,8 @@
-"""Commands to a running fleet: the paper's buttons, edits of the floor, and its status."""
+"""Commands to a running fleet: the paper's buttons, edits of the floor, more robots, and its status."""
 
 import argparse
 from typing import TYPE_CHECKING
+from uuid import uuid4
 
 import msgspec
 
@@ -41,6 +42,20 @@ def edit(options: argparse.Namespace) -> int:
     return 0
 
 
+def add_robots(options: argparse.Namespace) -> int:
+    """Open places for more robots; the launcher of the fleet starts a process for each."""
+    from swarm.messages import PLACES, Places
+
+    starts = [(x, y, 0.0) for x, y in options.at]
+    if options.count < 1 or any(abs(value) > 1e6 for start in starts for value in start):
+        raise ConfigError(
+            f"add-robots: expected 1 or more, at points within 1e6 m, got {options.count} at {options.at}"
+        )
+    with fleet_bus(options, OPERATOR) as bus:
+        print(bus.ask(PLACES, Places(id=options.id or uuid4().hex, count=options.count, at=starts)).text)
+    return 0
+
+
 def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet: the phase, and where each robot is and what it does."""
     from swarm.cli.status import shown
@@ -77,6 +92,14 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
+    one = commands.add_parser("add-robots", help="add robots to a running fleet that stays (--serve)")
+    one.add_argument("count", type=int, metavar="N", help="how many")
+    text = "m; start of the first, then of the next; the world finds a free place for each of the others"
+    one.add_argument("--at", type=point, action="append", default=[], metavar="X,Y", help=text)
+    text = "name of the request, a new one by default; the same request given again changes nothing"
+    one.add_argument("--id", metavar="NAME", help=text)
+    of_a_client(one)
+    one.set_defaults(command=add_robots)
     one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
     of_a_client(one)
     one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")

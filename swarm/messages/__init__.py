@@ -25,6 +25,7 @@ from swarm.messages.world import (
     Map,
     Mover,
     Order,
+    Places,
     PoolCounts,
     PoolTargets,
     RobotAction,
@@ -47,6 +48,7 @@ __all__ = [
     "LEAVE",
     "MAP",
     "ORDER",
+    "PLACES",
     "PLAN",
     "POOL",
     "RADIO",
@@ -82,6 +84,7 @@ __all__ = [
     "Order",
     "PackedMap",
     "Phase",
+    "Places",
     "Plan",
     "Point",
     "PoolCounts",
@@ -127,13 +130,14 @@ LEAVE     = Topic("world/leave",            Leave,     0.0,  0.0)
 ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
 ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 POOL      = Topic("world/pool",             PoolTargets, 0.0, 0.0,   False,    65_536)
+PLACES    = Topic("world/places",           Places,    0.0,  0.0,     False,    65_536)
 # fmt: on
 
 TOPICS: Final = (
     SENSE, COMMAND, BODY, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
-    ORDER, ROBOT_ACTION, POOL,
+    ORDER, ROBOT_ACTION, POOL, PLACES,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
     ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, LEAVE.key: Accepted, ORDER.key: Accepted,
-    ROBOT_ACTION.key: Accepted, POOL.key: Accepted,
+    ROBOT_ACTION.key: Accepted, POOL.key: Accepted, PLACES.key: Accepted,
 }  # fmt: skip

@@ -163,6 +163,17 @@ class PoolTargets(Message, frozen=True, kw_only=True):
     targets: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; at most 100 are accepted")]
 
 
+class Places(Message, frozen=True, kw_only=True):
+    """A request of a user: places for more robots in a fleet that stays. They wait for processes to take them."""
+
+    id: Annotated[Id, says("name of the request; the same one said again changes nothing")]
+    count: Annotated[Count, says("how many; a fleet has at most 1000 robots")]
+    at: Annotated[
+        list[tuple[Metres, Metres, Angle]],
+        Meta(max_length=MOST_STOPS, description="m, m, rad; starts of the first ones; the world finds the others"),
+    ] = []
+
+
 class Join(Message, frozen=True, kw_only=True):
     """A robot process's request for a place in the fleet."""
 
@@ -199,3 +210,4 @@ class Accepted(Message, frozen=True, kw_only=True):
 
     text: Annotated[Text, says("what was done, for people")]
     number: Annotated[Count | None, says("of an order: the `assignment` in the robot's state while it has it")] = None
+    robots: Annotated[list[Id], says("of places: the robots that they are for")] = []

@@ -15,6 +15,7 @@ from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world import snapshot, snapshot_file
 from world.faults import Faults
+from world.places import Book
 from world.simulate import Simulation
 from world.snapshot import HostState, Snapshot
 from world.world import REST, World
@@ -65,6 +66,7 @@ def of(simulation: Simulation, scenario: Scenario) -> Snapshot:
     world = simulation.world
     return Snapshot(
         scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots), seed=simulation.seed, identity="abc",
+        places=world.places,
         run=world.run, floor=None, state=snapshot.saved(world), host=host(),
     )  # fmt: skip
 
@@ -242,7 +244,7 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
         touching += [tick] * bool(world.physics.touching)
         if file is not None and world.due:
             held = Snapshot(
-                scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, floor=None,
+                scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, places=Book(starts=[], requests={}), floor=None,
                 state=snapshot.saved(world), host=host(),
             )  # fmt: skip
             snapshot_file.write(held, file)
