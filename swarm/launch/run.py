@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,15 +19,17 @@ from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet, check_open_files
+from swarm.launch.newcomers import Newcomers
 from swarm.launch.running import CARD, named, registered
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
-from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
+from swarm.launch.table import DASHBOARD, RESTARTS, ROUTER, WITHIN, WORLD, EarlyEnd
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import names
 from swarm.secure import Identity, identity
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
+from world.outside import check_outside
 
 LOOK: Final = 0.1  # s between two looks at the processes
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
@@ -51,6 +53,7 @@ class Options:
     port: int
     fleet: str | None
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
+    outside: Sequence[str] = ()  # robots whose body reports from outside the world
 
 
 def run(options: Options) -> int:
@@ -61,6 +64,7 @@ def run(options: Options) -> int:
     """
     check_open_files(3 + ceil(options.robots / options.robots_per_process))
     options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
+    check_outside(options.outside, options.robots)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -93,8 +97,8 @@ def run(options: Options) -> int:
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
             try:
-                start(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
-                trouble = _watch(fleet, endpoint, name, stop, console, report_of_world, options.scenario)
+                newcomers = start(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
+                trouble = _watch(fleet, newcomers, endpoint, name, stop, console, report_of_world, options.scenario)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
                 elif mode is not None and not stop.is_set():
@@ -171,7 +175,7 @@ def start(
     name: str,
     shown: dict[str, Any] | None,
     summary_file: Path,
-) -> None:
+) -> Newcomers:
     """Start the processes of a fleet; the world writes its report to ``summary_file`` at the end."""
 
     def common(member: str) -> dict[str, Any]:
@@ -189,6 +193,7 @@ def start(
             "pace": options.pace,
             "limit": options.limit,
             "wait": options.wait,
+            "outside": options.outside,
             "watchers": 1 if shown is not None else 0,
             "report_to": summary_file,
             "snapshot": summary_file.with_name("world.snapshot"),
@@ -196,18 +201,14 @@ def start(
     )
     if shown is not None:
         fleet.start(DASHBOARD, "dashboard", common(identity.WATCHER) | shown)
-    everybody, size = names(options.robots), options.robots_per_process
-    for first in range(0, options.robots, size):
-        robots = everybody[first : first + size]
-        fleet.start(
-            ROBOT,
-            robots[0] if len(robots) == 1 else f"{robots[0]}-{robots[-1]}",
-            common(robots[0]) | {"robots": robots},
-        )
+    newcomers = Newcomers(fleet, options.robots_per_process, common)
+    newcomers.start(names(options.robots))
+    return newcomers
 
 
 def _watch(
     fleet: Fleet,
+    newcomers: Newcomers,
     endpoint: Endpoint,
     name: str,
     stop: Flag,
@@ -227,6 +228,7 @@ def _watch(
                 for topic in FOLLOWED:
                     bus.listen(topic)
             _show(bus, terminal)
+            newcomers.look(terminal.progress.order, console.print)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
