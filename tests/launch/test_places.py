@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
-from swarm.messages import Activity, Liveness
-from tests.launch.actors import Command, Fleet, await_status
-from tests.launch.test_serve import await_done, row, waiting
+from tests.launch.actors import Fleet
+from tests.launch.test_serve import await_done
 
 pytestmark = pytest.mark.processes
 
