@@ -50,13 +50,14 @@ class Course:
         snapshot: Path | None,
         log: Callable[[str], None],
         outside: Sequence[str] = (),
+        first_run: int = 0,
     ) -> None:
         scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
         self.outside = check_outside(outside, robots)
-        self.world = World(scenario, self._starts, seed, identity=new_identity(), outside=outside)
+        self.world = World(scenario, self._starts, seed, first_run, identity=new_identity(), outside=outside)
         self.awake = Awake()
         self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
         self.roll = Roll(self.world.robots, self.awake.now())

@@ -27,14 +27,15 @@ def run(options: argparse.Namespace) -> int:
     source = Source(found(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
         warm_up(source, secure=options.secure is not None)
-    from swarm.launch import run as launch
+    from swarm.launch.options import Options
+    from swarm.launch.run import run as launch
 
     scenario = source.read()
     robots, seed, limit = _numbers(options, scenario.settings)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
-    return launch.run(
-        launch.Options(
+    return launch(
+        Options(
             scenario=scenario,
             robots=robots,
             robots_per_process=_at_least_one("--robots-per-process", options.robots_per_process),

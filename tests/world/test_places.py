@@ -28,9 +28,9 @@ FREE: Final = (7.5, 4.5, 1.0)
 LENGTH: Final = 25.0  # s
 
 
-def fleet(robots: int = 2, **fields: object) -> Simulation:
-    fields = {"targets": [], "serve": True} | fields
-    return Simulation.of(scenario_of(**fields), robots, 1)
+def fleet(robots: int = 2, **fields: Any) -> Simulation:  # noqa: ANN401
+    given: dict[str, Any] = {"targets": [], "serve": True} | fields
+    return Simulation.of(scenario_of(**given), robots, 1)
 
 
 def ask(count: int = 1, *at: tuple[float, float, float], name: str = "a") -> Places:
@@ -153,7 +153,7 @@ def test_whoever_is_put_wherever_it_is_allowed_nobody_touches_and_no_cell_is_hel
     assert min(gaps) > 2 * world.settings.robot.radius
 
 
-def course(file: Path | None = None, **fields: object) -> Mapping[str, Any]:
+def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: ANN401
     """Return the report of a run to which robots come; with a file, the world is replaced from it when it is saved."""
     simulation = fleet(targets=[[7.5, 3.5]], **fields)
     due = {40: ask(1), 41: ask(2, (8.5, 4.5, 0.5), name="b"), 200: ask(1, name="c")}
@@ -180,8 +180,9 @@ def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
 # --- the process ---
 
 
-def host(**fields: object) -> Course:
-    scenario = scenario_of(**({"targets": [], "serve": True} | fields))
+def host(**fields: Any) -> Course:  # noqa: ANN401
+    given: dict[str, Any] = {"targets": [], "serve": True} | fields
+    scenario = scenario_of(**given)
     one = Course(Mock(spec=Bus), scenario, 2, 1, "max", float("inf"), False, 0, None, lambda line: None)
     one.go_to(Phase.RUNNING)
     return one
