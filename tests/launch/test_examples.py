@@ -232,7 +232,8 @@ def test_a_body_outside_completes_the_papers_mission_among_two_of_the_worlds_own
 
 @pytest.mark.processes
 def test_one_robot_of_a_launched_fleet_has_its_body_outside(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "max", "--body", "r2", runtime=tmp_runtime) as fleet:
+    with Fleet(small, "--pace", "max", "--body", "r2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
         with started_at(fleet.endpoint, fleet.name, "foreign_body.py", "r2") as body:
             read_to(body, "stands at")
             assert fleet.end() == 0, fleet.text
