@@ -29,7 +29,7 @@ class Terminal:
     def __init__(self, console: Console, *, home: bool = True, clock: Callable[[], float] = monotonic) -> None:
         self.progress = Progress()
         self._console = console
-        self.home = home  # the scenario's mission returns
+        self._home = home
         self._clock = clock
         self._live: Live | None = None
         self._drawn_at = float("-inf")
@@ -51,6 +51,10 @@ class Terminal:
         self.refresh(final=True)
         if self._live is not None:
             self._live.stop()
+
+    def begin_anew(self, run: int, *, home: bool) -> None:
+        """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
+        self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
 
     def fold(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
@@ -96,7 +100,7 @@ class Terminal:
             table.add_row(
                 Text(name, style=f"bold {colour}"),
                 Text(bar(robot), style=colour),
-                naming.stop_of(robot, robot.target, self.home) if robot.stops else "",
+                naming.stop_of(robot, robot.target, self._home) if robot.stops else "",
                 f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
                 Text(doing, style=style),
                 f"{waited:.1f} s" if waited else "",
@@ -109,7 +113,7 @@ class Terminal:
         """Return the progress as one plain line."""
         progress = self.progress
         some = progress.order[:8]
-        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self.home)}" for name in some)
+        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
         more = f", and {len(progress.order) - len(some)} more" if len(progress.order) > len(some) else ""
         return f"{self._headline()}{': ' if each else ''}{each}{more}"
 
@@ -128,7 +132,7 @@ class Terminal:
             return heard.value, "bold red"
         waits = self.progress.waits(name)
         if waits:
-            return f"{naming.lane(robot, self.home)} {waits:.0f} s", "yellow"
+            return f"{naming.lane(robot, self._home)} {waits:.0f} s", "yellow"
         return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
 
     def _news(self) -> list[str]:
@@ -148,7 +152,7 @@ class Terminal:
                 ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
                 said += [
                     f"{progress.seconds(tick):6.1f} s  {name} reached "
-                    f"{naming.stop_of(robot, stop, self.home)} ({rank} of {robot.stops})"
+                    f"{naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})"
                     for rank, (tick, stop) in enumerate(ticks, start=1)
                     if rank > before
                 ]

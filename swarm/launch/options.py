@@ -33,6 +33,11 @@ class Options:
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
 
+    @property
+    def sessions(self) -> int:
+        """How many processes the fleet has: robots, world, router and dashboard."""
+        return 3 + ceil(self.robots / self.robots_per_process)
+
 
 def ready(options: Options) -> Options:
     """Return the options with the scenario prepared for its run.
@@ -40,7 +45,7 @@ def ready(options: Options) -> Options:
     Raises:
         ConfigError: the scenario cannot be driven by so many robots, or this machine has no room for them.
     """
-    check_open_files(3 + ceil(options.robots / options.robots_per_process))
+    check_open_files(options.sessions)
     mission = check(options.scenario, options.robots, options.seed)
     check_outside(options.outside, options.robots)
     return replace(options, scenario=mission.scenario, loaded=options.scenario)

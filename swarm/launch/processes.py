@@ -32,6 +32,7 @@ class Processes:
     ) -> None:
         """Prepare them; ``shown`` are the dashboard's arguments, None if there is no dashboard."""
         self.options, self.endpoint, self.name, self.summary_file = options, endpoint, name, summary_file
+        self.first_run = 0
         self._fleet, self._shown = fleet, shown
         self._robots = Newcomers(fleet, options.robots_per_process, self._common)
 
@@ -45,7 +46,7 @@ class Processes:
             ConfigError: this machine has no room for them.
         """
         self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
-        self._begin(0)
+        self._begin()
 
     def look(self, robots: Iterable[str], say: Callable[[str], None]) -> None:
         """Start processes for robots that the world names and that are new."""
@@ -62,15 +63,17 @@ class Processes:
         self._fleet.stop((DASHBOARD, ROBOT))
         for file in (self.summary_file, self._snapshot):
             file.unlink(missing_ok=True)
-        self.options = options
+        self._fleet.lost.clear()
+        self.options, self.first_run = options, first_run
+        self.endpoint = self.endpoint.shared_by(options.sessions)
         self._robots = Newcomers(self._fleet, options.robots_per_process, self._common)
-        self._begin(first_run)
+        self._begin()
 
     @property
     def _snapshot(self) -> Path:
         return self.summary_file.with_name("world.snapshot")
 
-    def _begin(self, first_run: int) -> None:
+    def _begin(self) -> None:
         options, shown = self.options, self._shown
         self._fleet.start(
             WORLD,
@@ -87,7 +90,7 @@ class Processes:
                 "watchers": 1 if shown is not None else 0,
                 "report_to": self.summary_file,
                 "snapshot": self._snapshot,
-                "first_run": first_run,
+                "first_run": self.first_run,
             },
         )
         if shown is not None:

@@ -22,12 +22,13 @@ from swarm.launch.running import CARD, named, registered
 from swarm.launch.setup import answered, as_set
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
-from swarm.messages import SETUP
+from swarm.messages import CLOCK, SETUP, Phase
 from swarm.scenario.starts import names
 from swarm.secure import Identity, identity
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.1  # s between two looks at the processes
+ANSWERS: Final = 2.0  # s in which a world that lives tells the phase
 
 
 def run(options: Options) -> int:
@@ -49,7 +50,7 @@ def run(options: Options) -> int:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
-    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
+    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(options.sessions)
     with (
         told_to_stop() as stop,
         registered(options.fleet or named(options.scenario.settings.name), endpoint) as (
@@ -119,11 +120,10 @@ def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> 
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
             for request in _show(bus, terminal):
-                other = answered(request, processes.options, terminal.progress.phase)
-                if other is not None:
+                if (other := answered(request, processes.options, _phase(bus))) is not None:
                     console.print(f"begins anew: {other.scenario.settings.name}, {other.robots} robots")
                     processes.begin_anew(other, terminal.progress.run + 1, stop)
-                    terminal.home = other.scenario.settings.return_home
+                    terminal.begin_anew(processes.first_run, home=other.scenario.settings.return_home)
             processes.look(terminal.progress.order, console.print)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
@@ -144,6 +144,12 @@ def _follow(bus: Bus, processes: Processes) -> None:
     if processes.endpoint.identity is None:
         bus.keep(SETUP, lambda: {SETUP.key: as_set(processes.options)})
         bus.serve(SETUP)
+
+
+def _phase(bus: Bus | None) -> Phase | None:
+    """Return the phase of the run as the world says now; None: there is no answer."""
+    clocks = bus.fetch(CLOCK, ANSWERS) if bus is not None else []
+    return clocks[0].phase if clocks else None
 
 
 def _listens(endpoint: Endpoint) -> bool:

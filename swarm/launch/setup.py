@@ -32,13 +32,14 @@ def as_set(options: Options) -> Setup:
     )
 
 
-def answered(request: Request, options: Options, phase: Phase) -> Options | None:
+def answered(request: Request, options: Options, phase: Phase | None) -> Options | None:
     """Answer a request for another set-up; return the options to begin anew with, or None if it was refused."""
     asked = request.message
     assert isinstance(asked, Setup)
     try:
         if phase not in MAY_CHANGE:
-            raise PeerError(f"setup: expected a run that waits or is paused, it is {phase.value}; pause it first")
+            was = "no world that answers" if phase is None else f"one that is {phase.value}"
+            raise PeerError(f"setup: expected a run that waits or is paused, got {was}; pause it first")
         other = changed(asked, options)
     except SwarmError as fault:
         request.refuse(str(fault))

@@ -39,7 +39,9 @@ def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
         assert main(["go"]) == 0
         await_phase(bus, Phase.RUNNING)
         assert main(["setup", "--robots", "3"]) == 2
-        assert "expected a run that waits or is paused, it is running; pause it first" in capsys.readouterr().err
+        assert (
+            "expected a run that waits or is paused, got one that is running; pause it first" in capsys.readouterr().err
+        )
         assert main(["pause"]) == 0
         await_phase(bus, Phase.PAUSED)
         assert main(["setup", "--robots", "9"]) == 2
