@@ -200,7 +200,7 @@ class Setup(Message, frozen=True, kw_only=True):
     A request that is accepted begins anew: other starts, nothing reached, waiting for ``go``.
     """
 
-    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project")] = None
+    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project, or null")]
     robots: Annotated[Count | None, says("how many; null with `starts`: one at each")] = None
     speed: Annotated[Share | None, says("share of the paper's wheel speeds (0..4 m/s)")] = None
     starts: Annotated[Starts | None, says("m, m, rad; of the robots")] = None
