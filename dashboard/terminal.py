@@ -52,6 +52,10 @@ class Terminal:
         if self._live is not None:
             self._live.stop()
 
+    def begin_anew(self, run: int, *, home: bool) -> None:
+        """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
+        self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
+
     def fold(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
         match arrived:

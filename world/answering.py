@@ -14,6 +14,7 @@ from swarm.messages import (
     Leave,
     Message,
     Order,
+    Places,
     PoolTargets,
     RobotAction,
     Welcome,
@@ -40,6 +41,8 @@ def answer(request: Request, course: Course, session: str) -> None:
                 reply = _request(request.ids["robot"], asked, course)
             case PoolTargets() as targets:
                 reply = _put_in(targets, course)
+            case Places() as places:
+                reply = _open(places, course)
     except SwarmError as fault:
         request.refuse(str(fault))
     else:
@@ -81,6 +84,18 @@ def _put_in(targets: PoolTargets, course: Course) -> Accepted:
     with course.changing():
         reply, events = course.world.put_in(targets)
     return _carried_out(reply, events, "targets were put into the pool", course)
+
+
+def _open(places: Places, course: Course) -> Accepted:
+    """Open places for more robots, and let everybody know their names and starts."""
+    if not course.world.settings.serve:
+        raise PeerError(f"places {places.id}: expected a fleet that stays, got one that ends; start it with --serve")
+    reply, events = course.open_places(places)
+    _carried_out(reply, events, f"{', '.join(reply.robots)} got a place", course)
+    if events:
+        course.tell_map()
+        course.tell_clock()
+    return reply
 
 
 def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Course) -> Accepted:

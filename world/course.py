@@ -10,11 +10,12 @@ from typing import Final
 from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
-from swarm.messages import Clock, Phase, State, Status, Truth
+from swarm.messages import Accepted, Clock, Event, Phase, Places, State, Status, Truth
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from world.answers import LastMessages
+from world.ending import waits_for
 from world.lobby import BACK, Lobby
 from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
@@ -49,13 +50,14 @@ class Course:
         snapshot: Path | None,
         log: Callable[[str], None],
         outside: Sequence[str] = (),
+        first_run: int = 0,
     ) -> None:
-        scenario, _, starts = prepare(scenario, robots, seed)
+        scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
         self.speaker = Speaker(bus, scenario, log)
         self._saver = Saver(snapshot, scenario, seed, log)
-        self.outside = check_outside(outside, len(starts))
-        self.world = World(scenario, starts, seed, identity=new_identity(), outside=outside)
+        self.outside = check_outside(outside, robots)
+        self.world = World(scenario, self._starts, seed, first_run, identity=new_identity(), outside=outside)
         self.awake = Awake()
         self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
         self.roll = Roll(self.world.robots, self.awake.now())
@@ -102,18 +104,19 @@ class Course:
         world = self.world
         if not (world.settings.serve and self.lockstep and isinf(self._limit)) or self.in_tick:
             return False
-        awaited = world.unfinished or world.planned.left or world.plans_matter
+        awaited = waits_for(world, self.lobby.members) or world.planned.left or world.plans_matter
         return not awaited and not any(map(any, world.wheels))
 
     def _resume(self, found: Snapshot) -> None:
         """Go on with the run of a snapshot."""
-        fresh, host = self.world, found.host
+        host = found.host
         if found.floor is not None:
             self.speaker.take_map(unpack(found.floor))
         edits = found.state.world.edits
         self.world = World(
-            self.speaker.scenario, fresh.starts, self.seed, found.run, edits, found.identity, self.outside
+            self.speaker.scenario, self._starts, self.seed, found.run, edits, found.identity, self.outside, found.places
         )
+        self._admit(self.world.robots[len(self._starts) :])
         restore(self.world, found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
@@ -222,6 +225,18 @@ class Course:
         elif world.time >= self._limit:
             self.end(f"time limit of {self._limit:g} s; {missing(world)}")
 
+    def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
+        """Open places for more robots; for the result and errors see ``World.open_places``."""
+        with self.changing():
+            answer, events = self.world.open_places(request)
+            self._admit([event.robot for event in events if event.robot is not None])
+        return answer, events
+
+    def _admit(self, robots: Sequence[str]) -> None:
+        """Let processes take the places of more robots."""
+        self.lobby.add(robots)
+        self.roll.add(robots, self.world.time)
+
     def go_to(self, phase: Phase) -> None:
         """Enter a phase."""
         self.phase = phase
@@ -243,8 +258,9 @@ class Course:
         old = self.world
         with self.changing():
             self.world = World(
-                self.speaker.scenario, old.starts, self.seed, old.run + 1, old.edits, old.identity, self.outside
-            )
+                self.speaker.scenario, self._starts, self.seed, old.run + 1, old.edits, old.identity, self.outside,
+                old.places,
+            )  # fmt: skip
             self.last = LastMessages()
         self.stopwatch = Stopwatch()
         self.timetable.times = Times()

@@ -37,10 +37,15 @@ def edited(
         gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
-        speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
-        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SAFETY.gap:
+        if not stops_before(gap, wheels, robot, dt):
             raise ConfigError(
                 f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
                 f"it drives {gap:.2f} m away; wait"
             )
     return changed
+
+
+def stops_before(gap: float, wheels: tuple[float, float], robot: RobotSettings, dt: float) -> bool:
+    """Return True if a robot with these rim speeds [m/s] stands, or can stop before what is put ``gap`` [m] away."""
+    speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
+    return not any(wheels) or gap > speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SAFETY.gap

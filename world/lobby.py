@@ -81,6 +81,10 @@ class Lobby:
         """Return True if the fleet has a robot of that name."""
         return robot in self._tokens
 
+    def add(self, robots: Iterable[str]) -> None:
+        """Have places for more robots; the table is replaced as a whole, since other threads read it."""
+        self._tokens = self._tokens | {name: set() for name in robots}
+
     def ready(self, now: float) -> bool:
         """Return True if all robots are present, and the announced dashboards are present or took too long."""
         return not self.absent and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)

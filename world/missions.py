@@ -40,6 +40,13 @@ class Missions:
         ]  # the first stop neither reached nor given up
         self._places: list[tuple[int, NDArray[np.float64]] | None] = [None] * len(starts)
 
+    def add_robot(self, start: Pose) -> None:
+        """Add a robot with its home; it has no stops, and is told so as of other stops that it does not know."""
+        self._homes.append((start.x, start.y))
+        self.orders.add_robot()
+        self.left.append(None)
+        self._places.append(None)
+
     def stops(self, number: int) -> tuple[Point, ...]:
         """Return a robot's stops [m]."""
         return tuple(self.orders.rows[number].stops)

@@ -89,6 +89,13 @@ class Orders:
             for row in stops
         ]
 
+    def add_robot(self) -> None:
+        """Add a robot that has no stops; unlike one that was cancelled, it takes errands."""
+        self.last += 1
+        self.rows.append(
+            Row(number=self.last, what="no stops yet", stops=[], home=False, pooled=True, given={}, past=[], older={})
+        )
+
     def assigned(self, robot: int) -> Assigned | None:
         """Return the stops that a robot has instead of the scenario's; None: it has those."""
         row = self.rows[robot]

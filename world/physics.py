@@ -81,6 +81,15 @@ class Physics:
         else:
             self._boxes = np.vstack([self._boxes, (pose.x, pose.y, pose.yaw, length / 2, width / 2)])
 
+    def add_robot(self, start: Pose) -> None:
+        """Put one more robot on the floor."""
+        number = len(self._bodies)
+        self._bodies.append(self._add(number, start))
+        self._sort()
+        self._discs = np.insert(self._discs, number, (start.x, start.y, self._radius), axis=0)
+        self._rolled = [*self._rolled, STILL] if self._rolled else []
+        self._stale = True
+
     def _sort(self) -> None:
         """List what rays see as discs, robots first, and what they see as boxes."""
         movers = list(zip(self._movers, self._outlines, strict=True))

@@ -17,6 +17,7 @@ from swarm.messages import (
     LEAVE,
     MAP,
     ORDER,
+    PLACES,
     PLAN,
     POOL,
     ROBOT_ACTION,
@@ -58,18 +59,20 @@ def run(
     snapshot: Path | None = None,
     log: Callable[[str], None] = print,
     outside: Sequence[str] = (),
+    first_run: int = 0,
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
-    was saved from goes on. The bodies of the robots ``outside`` are reported by other processes.
+    was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. ``first_run`` is the
+    number of the first run: above those of a world before in the same fleet, or listeners would take it for older.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside)
+        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run)
         host = Host(bus, course, log)
         with check_alone(bus, fleet, log):
             host.open()
@@ -96,7 +99,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL):
+        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES):
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -116,7 +119,7 @@ class Host:
             course.save()
             stands = course.stands or not self._linked
             self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, between=True)
+            self._requests.serve(self._answer, between=not course.in_tick)
             if stop.is_set():
                 course.end("interrupted")
             elif stands:

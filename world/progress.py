@@ -19,12 +19,23 @@ class ProgressWatch:
     """
 
     def __init__(self, robots: int) -> None:
-        self.times = [0] * robots  # how often each has stalled
-        self.longest = [0.0] * robots  # s, longest time without progress
-        self._stop: list[int | None] = [NOWHERE] * robots
-        self._seen: list[set[tuple[int, int]]] = [set() for _ in range(robots)]
-        self._since = [0.0] * robots
-        self._stalled = [False] * robots
+        self.times: list[int] = []  # how often each has stalled
+        self.longest: list[float] = []  # s, longest time without progress
+        self._stop: list[int | None] = []
+        self._seen: list[set[tuple[int, int]]] = []
+        self._since: list[float] = []
+        self._stalled: list[bool] = []
+        for _ in range(robots):
+            self.add_robot(0.0)
+
+    def add_robot(self, time: float) -> None:
+        """Judge one more robot from a time [s] on."""
+        self.times.append(0)
+        self.longest.append(0.0)
+        self._stop.append(NOWHERE)
+        self._seen.append(set())
+        self._since.append(time)
+        self._stalled.append(False)
 
     def begin(self, robot: int, time: float) -> None:
         """Judge a robot from a time [s] on by other stops."""

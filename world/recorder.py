@@ -42,6 +42,19 @@ class Recorder:
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
 
+    def add_robot(self, start: Pose) -> None:
+        """Record one more robot from now on; it has no stops."""
+        self.judge.settle()  # it judges ticks with equally many robots at once
+        self._last = [*self._last, start]
+        self.path_length.append(0.0)
+        self.contact_counts.append(Counter())
+        self.struck.append(0)
+        self.reached_at.append([])
+        self.laps.append(0)
+        self.waiting.append(0.0)
+        self.replans.append(0)
+        self.unreachable.append([])
+
     @property
     def digest(self) -> str:
         """A hash of every robot's pose at every tick and of all requests to robots: equal runs have equal digests."""

@@ -88,7 +88,7 @@ def report(
 def _orders(world: World, number: int) -> dict[str, Any]:
     """Return the stops that a robot has had one after the other; nothing if it has had the scenario's only."""
     history = world.missions.history(number)
-    if len(history) == 1:
+    if not history[-1].number:
         return {}
     fates, older = [one.fate for one in history], world.missions.orders.rows[number].older
     return {

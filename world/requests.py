@@ -6,11 +6,11 @@ from time import perf_counter
 from typing import Final
 
 from swarm.bus import Request
-from swarm.messages import EDIT, ORDER, POOL, ROBOT_ACTION
+from swarm.messages import EDIT, ORDER, PLACES, POOL, ROBOT_ACTION
 
 WAIT: Final = 16  # requests that wait at most; an edit takes up to 0.1 s, and who asks waits 5 s
 FEW: Final = 4  # requests that are answered in one tick
-BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION, POOL)  # requests that are carried out between ticks
+BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION, POOL, PLACES)  # requests that are carried out between ticks
 SHARE: Final = 0.2  # of a tick's time; what a slow request took beyond that is taken from the next ticks
 
 

@@ -59,6 +59,11 @@ class Roll:
         """Go on with the roll of a world that was killed."""
         self.seen, self.left = dict(seen), set(left)
 
+    def add(self, robots: Iterable[str], time: float) -> None:
+        """Have more robots on the roll, which are not here yet, from a time [s] of the run on."""
+        self.seen = {**self.seen, **dict.fromkeys(robots, Seen(GONE, time))}
+        self._silent = dict.fromkeys(self.seen, 0.0) | self._silent
+
     def begin(self) -> None:
         """Begin a new run: what is so now has been so since its beginning."""
         self.seen = {name: Seen(seen.liveness, 0.0) for name, seen in self.seen.items()}

@@ -29,7 +29,8 @@ class Saver:
             self._floor = world.edits, pack(world.floor)
         snapshot = Snapshot(
             scenario=self._scenario,
-            robots=len(world.robots),
+            robots=len(world.robots) - len(world.places.starts),
+            places=world.places,
             seed=self._seed,
             identity=world.identity,
             run=world.run,

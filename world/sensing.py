@@ -37,8 +37,15 @@ class Sensing:
     def __init__(self, settings: SensorSettings, robots: int, seed: int) -> None:
         self._settings = settings
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
-        self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]
+        self._seed = seed
+        self._noise: list[np.random.Generator] = []
+        for _ in range(robots):
+            self.add_robot()
         self._shown: dict[int, Shown] = {}  # a robot that stands sees the same bearings again
+
+    def add_robot(self) -> None:
+        """Give one more robot its noise generator."""
+        self._noise.append(np.random.default_rng([self._seed, 1, len(self._noise)]))
 
     def distances(self, physics: Physics, robot: int) -> Distances:
         """Return the nearest hit of each sector's rays, other robots included, and all the rays."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace as changed
 
 from swarm.fuzzy import Controller
-from swarm.messages import Broadcast, Command, Event, Sense, State
+from swarm.messages import Broadcast, Command, Event, Places, Sense, State
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
@@ -85,6 +85,15 @@ class Simulation:
         self._late.append((commands, spoken))
         arriving, self.spoken = self._late.popleft()
         return Tick(senses, health, commands, spoken, world.step(arriving))
+
+    def open_places(self, request: Places) -> list[Event]:
+        """Open places for more robots, and put robots there; return the events."""
+        world, edited = self.world, replace(self.scenario, map=self.world.floor)
+        events = world.open_places(request)[1]
+        for number in range(len(self.robots), len(world.robots)):
+            name, start = world.robots[number], world.starts[number]
+            self.robots.append(Robot(name, number, edited, start, None, self.controller, edits=world.edits))
+        return events
 
     def _present(self, name: str, number: int, sense: Sense) -> Robot:
         """Return the robot of that name with all edits taken in; it is a new one if its process had ended."""

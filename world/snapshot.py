@@ -29,6 +29,7 @@ from swarm.messages import (
 from swarm.traffic.watch import Fault
 from world.bodies import Contact, PhysicsState
 from world.orders import Row
+from world.places import Book
 from world.pool import Errand
 from world.world import World
 
@@ -248,7 +249,8 @@ class Snapshot(Table):
     """All that a world's process needs to go on with a run."""
 
     scenario: str  # hash of settings, profile and map at the start
-    robots: int
+    robots: int  # of the scenario
+    places: Book  # of more robots
     seed: int
     identity: Id  # of the run's world
     run: int

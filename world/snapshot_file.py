@@ -14,7 +14,7 @@ from swarm.scenario.load import Scenario
 from world.snapshot import Noise, Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
-HEAD: Final = FORMAT + b"2\n"  # the version of the tables
+HEAD: Final = FORMAT + b"3\n"  # the version of the tables
 CHECK: Final = 16  # bytes of the checksum
 
 

@@ -60,6 +60,11 @@ class SteeringWatch:
         self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
         self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
 
+    def add_robot(self, start: Pose) -> None:
+        """Check one more robot from now on."""
+        self._poses = [*self._poses, start]
+        self.labels.append(None)
+
     def sensed(self, number: int, sense: Sense) -> None:
         """Take in the sense that a robot gets."""
         self._senses[number, sense.tick] = sense

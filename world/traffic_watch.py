@@ -22,6 +22,10 @@ class TrafficWatch:
         self._poses: Sequence[Pose] = ()
         self.watch = Watch(cells_of(floor, settings), settings.robot.radius, 1.0 / settings.rate)
 
+    def add_robot(self, start: Pose) -> None:
+        """Judge one more robot from now on; its name is in the list of robots already."""
+        self._poses = [*self._poses, start] if self._poses else ()
+
     def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
         """Judge against the cells of this floor from now on."""
         self.watch.cells = cells_of(floor, settings)

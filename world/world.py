@@ -11,20 +11,34 @@ import numpy as np
 from swarm.errors import PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import COMMAND, Accepted, Activity, Command, Edit, Event, Order, PoolTargets, RobotAction, Sense
-from swarm.motion.drive import DifferentialDrive, ramp
+from swarm.messages import (
+    COMMAND,
+    Accepted,
+    Activity,
+    Command,
+    Edit,
+    Event,
+    Order,
+    Places,
+    PoolTargets,
+    RobotAction,
+    Sense,
+)
+from swarm.motion.drive import DifferentialDrive, ramped
 from swarm.scenario.load import Scenario
-from swarm.scenario.starts import names
+from swarm.scenario.starts import later_name, names
+from world import ending, noticing
 from world.dispatch import Dispatch
 from world.edits import edited
 from world.missions import Missions
 from world.movers import Patrol
 from world.outside import Outside
 from world.physics import Physics
+from world.places import Book, opened
 from world.planned import Planned, carry_out
-from world.progress import STALLED, ProgressWatch
+from world.progress import ProgressWatch
 from world.radio_model import RadioModel
-from world.recorder import WAITING, Recorder
+from world.recorder import Recorder
 from world.sensing import Distances, Sensing
 from world.steering import SteeringWatch
 from world.traffic_watch import TrafficWatch
@@ -42,12 +56,14 @@ class World:
 
     def __init__(
         self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0, edits: int = 0, identity: str = "local",
-        outside: Sequence[str] = (),
+        outside: Sequence[str] = (), places: Book | None = None,
     ) -> None:  # fmt: skip
+        """Begin with the scenario's robots at ``starts``, and with those for whom ``places`` were opened."""
         settings = scenario.settings
         robot = settings.robot
-        self.robots = names(len(starts))
-        self.starts = starts
+        self.robots = list(names(len(starts)))
+        self.starts = list(starts)  # of all robots
+        self.places = places or Book(starts=[], requests={})
         self.identity = identity  # the same in all runs of a fleet's world, and after it was started again
         self.run = run
         self.tick = 0
@@ -65,6 +81,7 @@ class World:
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self.sensing = Sensing(settings.sensors, len(starts), seed)
         self.radio = RadioModel(settings.radio, seed, self.physics.sees)
+        self._first = len(starts)  # robots of the scenario
         self._number = {name: number for number, name in enumerate(self.robots)}
         self.outside = Outside({name: self._number[name] for name in outside}, starts, self._top_speed, self.dt)
         self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
@@ -81,7 +98,9 @@ class World:
         self.recorder = Recorder(scenario, starts, stops, self.dt)
         self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
         self.dispatch = Dispatch(settings, self.missions, self.robots)
-        self.recorder.poses(starts)
+        for start in self.places.starts:
+            self.add_robot(start)
+        self.recorder.poses(self.starts.copy())
 
     @property
     def time(self) -> float:
@@ -96,12 +115,7 @@ class World:
     @property
     def finished(self) -> bool:
         """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
-        unfinished = self.unfinished
-        if not unfinished or self.missions.any_stopped or self.planned_orders.left:
-            return not unfinished and not self.plans_matter
-        standing = dict(zip(self.robots, self.progress.standing(self.time), strict=True))
-        waiting = [self.robots[number] for number, one in enumerate(self.commands) if one.activity in WAITING]
-        return self.verdict.ends(self.time, standing, waiting)
+        return ending.finished(self)
 
     @property
     def unfinished(self) -> list[str]:
@@ -109,13 +123,15 @@ class World:
         everybody = enumerate(zip(self.robots, self.commands, strict=True))
         return [name for number, (name, command) in everybody if not self.missions.finished(number, command)]
 
+    def untouched(self, name: str) -> bool:
+        """Return True if nobody has ever taken a robot's place, and it has no stops."""
+        number = self._number[name]
+        return number >= self._first and self.commands[number] == REST and not self.missions.places(number).size
+
     @property
     def plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        frees = "free" in [edit.kind for edit in self.planned.left] + [edit.kind for _, edit in self._recent]
-        lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
-        now = bool(self.planned_orders.left) or (frees and (lacking or bool(self.dispatch.pool.waiting)))
-        return now or self.dispatch.matters(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
+        return ending.plans_matter(self, [edit for _, edit in self._recent])
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
         """Return what every robot senses at this tick, by name."""
@@ -144,20 +160,16 @@ class World:
 
     def step(self, commands: Mapping[str, Command]) -> list[Event]:
         """Run one tick and return its events; a robot without a new command keeps its last until it expires."""
-        events = self._tick_off_stops()
+        events = noticing.arrivals(self)
         self.due = bool(events)
         events += self._admit(commands)
-        events += self._watch_traffic(commands)
+        events += noticing.traffic(self, commands)
         dt, fastest, most = self.dt, self._top_speed, self.settings.robot.wheel_acceleration * self.dt
         in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self.commands]
         in_force = [None if self.missions.stopped(number) else c for number, c in enumerate(in_force)]
-        for number, command in enumerate(in_force):
-            wanted = (command.left, command.right) if command else (0.0, 0.0)
-            left, right = self.wheels[number]
-            self.wheels[number] = (
-                ramp(left, max(-fastest, min(fastest, wanted[0])), most),
-                ramp(right, max(-fastest, min(fastest, wanted[1])), most),
-            )
+        wanted = [(command.left, command.right) if command else (0.0, 0.0) for command in in_force]
+        pairs = zip(self.wheels, wanted, strict=True)
+        self.wheels = [ramped(wheels, speeds, fastest, most) for wheels, speeds in pairs]
         movers = [patrol.at(self.time + dt) for patrol in self._movers]
         placed, jumped, said = self.outside.step(self.tick, self.floor, self.wheels)
         events += [self.event(kind, text, self.robots[number]) for number, kind, text in said]
@@ -173,8 +185,8 @@ class World:
         self.steering.look(in_force, poses)
         self.recorder.poses(poses)
         self.recorder.doing(self.commands)
-        self._watch_progress(poses, events)
-        events += [*self._dispatch(), *carry_out(self)]  # first what was reached, then planned orders
+        events += noticing.stalls(self, poses)
+        events += [*noticing.errands(self), *carry_out(self)]  # first what was reached, then planned orders
         self.due |= self.tick % round(self.settings.rate) == 0
         if self.due:
             self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
@@ -184,44 +196,6 @@ class World:
         """Finish what is left to compute, so that the state can be saved."""
         self.physics.settle()
         self.recorder.judge.settle()
-
-    def _watch_progress(self, poses: Sequence[Pose], events: list[Event]) -> None:
-        """Report robots that have stops left and make no progress for long, whatever the cause."""
-        for number in self.progress.look(self.time, poses, self.missions.under_way):
-            stop, others = self.missions.label(number, self.missions.left[number] or 0), self.commands[number].waits
-            waits = f", waits for {' and '.join(others)}" if others else ""
-            text = f"made no progress towards {stop} for {STALLED:g} s{waits}"
-            events.append(self.event("stalled", text, self.robots[number]))
-
-    def _dispatch(self) -> list[Event]:
-        """Hand out errands of the pool, and take back those of robots that do not drive to them."""
-        said = self.dispatch.step(self.poses(), self.traffic.watch.cells, self.commands, self.tick)
-        if said:
-            self.commands = [*map(self.missions.of_these_stops, range(len(self.robots)), self.commands)]
-            self.verdict.clear()
-            self.due = True
-        return [self.event(kind, text, name) for kind, text, name in said]
-
-    def _watch_traffic(self, commands: Mapping[str, Command]) -> list[Event]:
-        events = []
-        for name, command in sorted(commands.items()):
-            for kind, text in command.notes:
-                self.verdict.take(name, kind, text, self.time)
-                events.append(self.event(kind, text, name))
-        for fault in self.traffic.look(self.tick, self.poses(), commands, self.commands):
-            cells = ", ".join(map(str, fault.where))
-            said = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
-            events.append(self.event("traffic_fault", said, fault.robots[0]))
-        return events
-
-    def _tick_off_stops(self) -> list[Event]:
-        """Record the stops that robots are at: by their poses, whatever they say."""
-        events = []
-        for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
-            for kind, text in self.missions.tick_off(number, pose, self.commands[number].unreachable, self.time):
-                self.verdict.clear()  # the jam did not stop the whole fleet
-                events.append(self.event(kind, text, name))
-        return events
 
     def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
         """Take in the commands; name what they say that is not so."""
@@ -259,6 +233,30 @@ class World:
             self.due = True
         answer = Accepted(text=outcome.text, number=outcome.number)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
+
+    def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
+        """Open places for more robots between two ticks; for the result and errors see ``request``."""
+        answer, begun = opened(self, request)
+        if begun:
+            self.recorder.request(len(self.robots), request)
+            self.due = True
+        return answer, [self.event("place", text, name) for name, text in begun]
+
+    def add_robot(self, start: Pose) -> str:
+        """Put one more robot on the floor, without stops; every table by numbers gets a row. Return its name."""
+        name = later_name(len(self.robots), self._first)
+        self._number = self._number | {name: len(self.robots)}
+        self.robots.append(name)
+        self.starts.append(start)
+        self.sensing.add_robot()
+        self.wheels.append((0.0, 0.0))
+        self.commands.append(REST)
+        self._heard.append([])
+        self.distances = [*self.distances, Distances(0.0, 0.0, 0.0, [])]
+        self.progress.add_robot(self.time)
+        for part in (self.physics, self.traffic, self.steering, self.recorder, self.missions):
+            part.add_robot(start)
+        return name
 
     def edit(self, edit: Edit) -> bool:
         """Add or remove walls; robots sense it at this tick. Return False, and do nothing, if it changes nothing.

@@ -41,9 +41,12 @@ def lost_before(item: Item) -> int:
     return count
 
 
-def browses(query: zenoh.Query) -> bool:
-    """Return True if a query only looks for what is kept on many keys: then a request's key has no answer."""
-    return query.payload is None and "*" in str(query.key_expr)
+def browses(query: zenoh.Query, *, kept: bool = False) -> bool:
+    """Return True if a query only looks for what is kept: then it is no request.
+
+    On one key it does so if something is ``kept`` there, on many keys always.
+    """
+    return query.payload is None and (kept or "*" in str(query.key_expr))
 
 
 def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:

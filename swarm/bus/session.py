@@ -44,6 +44,7 @@ class Bus:
         self._endpoint = endpoint
         self._inbox: SimpleQueue[Item] = SimpleQueue()
         self._quiet: dict[str, tuple[Topic[Any], Gaps, Callable[[], zenoh.Sample | None]]] = {}  # by key; how to poll
+        self._kept: set[str] = set()  # keys of topics whose last messages this process answers with
         self._taken: deque[Item] = deque()  # quiet arrivals, for the next calls of ``receive``
         self._declared: dict[str, Any] = {}
         self._readers: list[tuple[Any, Thread]] = []
@@ -199,7 +200,7 @@ class Bus:
         """
 
         def ask(query: zenoh.Query) -> None:
-            if not browses(query) and not self._put(("query", topic, query)):
+            if not browses(query, kept=topic.key in self._kept) and not self._put(("query", topic, query)):
                 query.reply_err(b"expected room in the inbox of this process, found it full; ask again later")
                 query.drop()  # type: ignore[no-untyped-call]
 
@@ -210,15 +211,15 @@ class Bus:
         prefix = self._prefix
 
         def answer(query: zenoh.Query) -> None:
-            for name, message in last().items():
+            for name, message in ({} if topic.key in REPLIES and query.payload is not None else last()).items():
                 if query.key_expr.intersects(zenoh.KeyExpr(prefix + name)):
                     query.reply(
                         prefix + name, encode(message, topic.json), encoding=encoding(type(message), topic.json)
                     )
             query.drop()  # type: ignore[no-untyped-call]
 
-        queryable = self._session.declare_queryable(self._key(topic, ids), channel())
-        self._reading(queryable, answer)
+        self._kept.add(topic.key)
+        self._reading(self._session.declare_queryable(self._key(topic, ids), channel()), answer)
 
     def watch_presence(self, role: str = "*") -> None:
         """Put ``Presence`` of one role, or of all, into the inbox, also of processes that are already present."""

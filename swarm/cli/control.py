@@ -1,7 +1,9 @@
-"""Commands to a running fleet: the paper's buttons, edits of the floor, and its status."""
+"""Commands to a running fleet: the paper's buttons, edits of the floor, more robots, and its status."""
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
+from uuid import uuid4
 
 import msgspec
 
@@ -13,6 +15,8 @@ from swarm.secure.identity import OPERATOR, WATCHER
 if TYPE_CHECKING:
     from swarm.bus import Bus
 
+MAP_LIMIT = 200_000  # characters
+ANSWER = 30.0  # s; a large floor is checked before the answer
 BUTTONS = {
     "go": "start the robots",
     "pause": "stop the clock",
@@ -38,6 +42,48 @@ def edit(options: argparse.Namespace) -> int:
         raise ConfigError(f"edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them")
     with fleet_bus(options, OPERATOR) as bus:
         print(bus.ask(EDIT, Edit(kind=Kind(options.kind), low=options.low, high=options.high)).text)
+    return 0
+
+
+def add_robots(options: argparse.Namespace) -> int:
+    """Open places for more robots; the launcher of the fleet starts a process for each."""
+    from swarm.messages import PLACES, Places
+
+    starts = [(x, y, 0.0) for x, y in options.at]
+    if options.count < 1 or any(abs(value) > 1e6 for start in starts for value in start):
+        raise ConfigError(
+            f"add-robots: expected 1 or more, at points within 1e6 m, got {options.count} at {options.at}"
+        )
+    with fleet_bus(options, OPERATOR) as bus:
+        print(bus.ask(PLACES, Places(id=options.id or uuid4().hex, count=options.count, at=starts)).text)
+    return 0
+
+
+def setup(options: argparse.Namespace) -> int:
+    """Set up another run of a fleet that waits or is paused, or print its set-up if nothing is asked for."""
+    from swarm.maps.files import read_text
+    from swarm.messages import SETUP, Setup
+
+    parts = {
+        "scenario": options.scenario,
+        "robots": options.robots,
+        "speed": options.speed,
+        "starts": [(x, y, 0.0) for x, y in options.start] or None,
+        "targets": options.target or None,
+        "map": None if options.map is None else read_text(options.map, MAP_LIMIT),
+        "cell": options.cell,
+    }
+    try:
+        asked = msgspec.convert(parts, Setup)
+    except msgspec.ValidationError as fault:
+        raise ConfigError(f"setup: {fault}; correct it") from None
+    with fleet_bus(options, OPERATOR) as bus:
+        if any(part is not None for part in parts.values()):
+            print(bus.ask(SETUP, asked, ANSWER).text)
+            return 0
+        if not (found := bus.fetch(SETUP)):
+            raise ConfigError("setup: expected a launcher in that fleet, found none; start one with `swarm run`")
+        print(msgspec.json.encode(found[0]).decode())
     return 0
 
 
@@ -77,6 +123,24 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
+    one = commands.add_parser("setup", help="print what a running fleet drives, or begin anew with something else")
+    one.add_argument("--scenario", metavar="NAME", help="one that comes with the project")
+    one.add_argument("--robots", type=int, metavar="N", help="how many")
+    one.add_argument("--speed", type=float, metavar="SHARE", help="of the paper's wheel speeds, up to 1")
+    one.add_argument("--start", type=point, action="append", default=[], metavar="X,Y", help="m; once for each robot")
+    one.add_argument("--target", type=point, action="append", default=[], metavar="X,Y", help="m; in order")
+    one.add_argument("--map", type=Path, metavar="FILE.txt", help="a drawing: # wall, o obstacle, . free")
+    one.add_argument("--cell", type=float, metavar="METRES", help="side of a character of the drawing")
+    of_a_client(one)
+    one.set_defaults(command=setup)
+    one = commands.add_parser("add-robots", help="add robots to a running fleet that stays (--serve)")
+    one.add_argument("count", type=int, metavar="N", help="how many")
+    text = "m; start of the first, then of the next; the world finds a free place for each of the others"
+    one.add_argument("--at", type=point, action="append", default=[], metavar="X,Y", help=text)
+    text = "name of the request, a new one by default; the same request given again changes nothing"
+    one.add_argument("--id", metavar="NAME", help=text)
+    of_a_client(one)
+    one.set_defaults(command=add_robots)
     one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
     of_a_client(one)
     one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")

@@ -27,14 +27,15 @@ def run(options: argparse.Namespace) -> int:
     source = Source(found(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
         warm_up(source, secure=options.secure is not None)
-    from swarm.launch import run as launch
+    from swarm.launch.options import Options
+    from swarm.launch.run import run as launch
 
     scenario = source.read()
     robots, seed, limit = _numbers(options, scenario.settings)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
-    return launch.run(
-        launch.Options(
+    return launch(
+        Options(
             scenario=scenario,
             robots=robots,
             robots_per_process=_at_least_one("--robots-per-process", options.robots_per_process),
@@ -49,6 +50,7 @@ def run(options: argparse.Namespace) -> int:
             port=options.port,
             fleet=options.fleet,
             secure=options.secure,
+            outside=options.body,
         )
     )
 
@@ -175,8 +177,6 @@ def add(commands: "Commands[Parser]") -> None:
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
     saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")
-    text = "the body of this robot is outside: it reports on robot/NAME/body; may be repeated"
-    one.add_argument("--body", action="append", default=[], metavar="NAME", help=text)
     one.set_defaults(command=world)
 
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
@@ -194,6 +194,8 @@ def _of_a_run(parser: Parser) -> None:
     parser.add_argument("--wait", action="store_true", help="wait for `swarm go` before the start")
     text = "a fleet that stays: who is done waits for `swarm order`; the run ends by `swarm stop`, or at --limit"
     parser.add_argument("--serve", action="store_true", help=text)
+    text = "the body of this robot is outside: it reports on robot/NAME/body; may be repeated"
+    parser.add_argument("--body", action="append", default=[], metavar="NAME", help=text)
     parser.add_argument("--report", type=Path, metavar="FILE.json")
 
 

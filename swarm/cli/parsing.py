@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 DEFAULT_PLACE: Final = "127.0.0.1:7447"
 PACES: Final[dict[str, Pace]] = {"realtime": 1.0, "max": "max"}
-POINTS: Final = ("--from", "--to")
+POINTS: Final = ("--from", "--to", "--at", "--start", "--target")
 
 Commands = argparse._SubParsersAction  # argparse gives it no public name
 

@@ -6,7 +6,7 @@ import os
 import resource
 import signal
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, forkserver
@@ -124,7 +124,7 @@ class Fleet:
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload(list(PRELOAD))
         self._running: dict[str, Running] = {}
-        self._arguments: dict[str, dict[str, Any]] = {}  # of each process's first start
+        self._arguments: dict[str, dict[str, Any]] = {}  # of each process, as it was asked for
         self._ends: defaultdict[str, deque[float]] = defaultdict(deque)  # [s] of a process, within WITHIN
         self.starts: defaultdict[str, int] = defaultdict(int)  # how often each process was started
         self.lost: list[str] = []  # processes of robots that were not started again
@@ -143,7 +143,11 @@ class Fleet:
         Raises:
             ConfigError: this machine has no room for another process.
         """
-        self._arguments.setdefault(name, dict(arguments))
+        self._arguments[name] = dict(arguments)
+        self._launch(role, name)
+
+    def _launch(self, role: Role, name: str) -> None:
+        arguments = role.again(self._arguments[name], self.starts[name] + 1)
         child.status_of(self.log_of(name)).unlink(missing_ok=True)
         process = self._context.Process(
             target=child.main, args=(role.load, dict(arguments), self.log_of(name)), name=name, daemon=False
@@ -188,7 +192,7 @@ class Fleet:
                 self.lost.append(name)
             ended.append(Ended(name, status, self.last_lines(name), then))
             if then is EarlyEnd.RESTART and again:
-                self.start(role, name, role.again(self._arguments[name], self.starts[name] + 1))
+                self._launch(role, name)
         return ended
 
     def _too_often(self, name: str) -> bool:
@@ -207,9 +211,9 @@ class Fleet:
             return ""
         return "\n".join(text.splitlines()[-LAST_LINES:])
 
-    def stop(self) -> None:
+    def stop(self, roles: Sequence[Role] = STOP_ORDER) -> None:
         """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""
-        for role in STOP_ORDER:
+        for role in roles:
             processes = [running for running in self._running.values() if running.role is role]
             for running in processes:
                 running.send(signal.SIGTERM)
@@ -219,4 +223,4 @@ class Fleet:
                     running.send(signal.SIGKILL)
                     running.wait(None)
                 running.close()
-        self._running.clear()
+        self._running = {name: running for name, running in self._running.items() if running.role not in roles}

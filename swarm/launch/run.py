@@ -4,53 +4,31 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil
-from pathlib import Path
 from threading import Event as Flag
-from time import monotonic
-from typing import IO, Any, Final, TextIO, cast
+from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
 from dashboard.mode import choose, missing, page_address
 from dashboard.terminal import FOLLOWED, Terminal
-from swarm.bus import Bus, Endpoint
+from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
-from swarm.launch.fleet import Ended, Fleet, check_open_files
+from swarm.launch.fleet import Ended, Fleet
+from swarm.launch.options import Options, ready
+from swarm.launch.output import Output
+from swarm.launch.processes import Processes, let_finish
 from swarm.launch.running import CARD, named, registered
+from swarm.launch.setup import answered, as_set
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
-from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
-from swarm.scenario.check import check
-from swarm.scenario.load import Scenario
+from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
+from swarm.messages import CLOCK, SETUP, Phase
 from swarm.scenario.starts import names
 from swarm.secure import Identity, identity
-from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.1  # s between two looks at the processes
-FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
-
-
-@dataclass(frozen=True, kw_only=True)
-class Options:
-    """The options of `swarm run`."""
-
-    scenario: Scenario
-    robots: int
-    robots_per_process: int
-    seed: int
-    pace: Pace
-    limit: float  # s, simulated
-    wait: bool
-    dashboard: str  # auto, viewer, web, off
-    rules: str | None  # the robot whose fired rules the dashboard shows
-    record: Path | None
-    report: Path | None
-    port: int
-    fleet: str | None
-    secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
+ANSWERS: Final = 2.0  # s in which a world that lives tells the phase
 
 
 def run(options: Options) -> int:
@@ -59,9 +37,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    processes = 3 + ceil(options.robots / options.robots_per_process)
-    check_open_files(processes)
-    options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
+    options = ready(options)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -74,7 +50,7 @@ def run(options: Options) -> int:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
-    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(processes)
+    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(options.sessions)
     with (
         told_to_stop() as stop,
         registered(options.fleet or named(options.scenario.settings.name), endpoint) as (
@@ -93,15 +69,17 @@ def run(options: Options) -> int:
             shown |= ports
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
+            processes = Processes(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
             try:
-                start(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
-                trouble = _watch(fleet, endpoint, name, stop, console, report_of_world, options.scenario)
+                processes.start()
+                trouble = _watch(fleet, processes, stop, console)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
                 elif mode is not None and not stop.is_set():
-                    _let_finish(fleet, stop)
+                    let_finish(fleet, stop)
             except SwarmError as fault:
                 trouble = str(fault)
+            options = processes.options
         known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
@@ -110,41 +88,6 @@ def run(options: Options) -> int:
         if options.report is not None:
             write_report(options.report, summary)
     return 0 if summary["complete"] else 1
-
-
-class Output:
-    """The standard output of a launcher. When its reader or its terminal is gone, the run is told to stop."""
-
-    def __init__(self, inner: TextIO, stop: Flag) -> None:
-        self._inner, self._stop = inner, stop
-
-    @property
-    def encoding(self) -> str:
-        """That of the standard output."""
-        return self._inner.encoding
-
-    def isatty(self) -> bool:
-        """Return True if people read it on a terminal."""
-        return self._inner.isatty()
-
-    def fileno(self) -> int:
-        """Return the descriptor of the standard output."""
-        return self._inner.fileno()
-
-    def write(self, text: str) -> int:
-        """Write a text if that is still possible."""
-        try:
-            return self._inner.write(text)
-        except OSError:
-            self._stop.set()
-            return len(text)
-
-    def flush(self) -> None:
-        """Pass on what was written if that is still possible."""
-        try:
-            self._inner.flush()
-        except OSError:
-            self._stop.set()
 
 
 def _router_of(options: Options) -> Identity | None:
@@ -165,78 +108,48 @@ def _free_port() -> int:
     return Endpoint("127.0.0.1", 0).claim().port
 
 
-def start(
-    fleet: Fleet,
-    options: Options,
-    endpoint: Endpoint,
-    name: str,
-    shown: dict[str, Any] | None,
-    summary_file: Path,
-) -> None:
-    """Start the processes of a fleet; the world writes its report to ``summary_file`` at the end."""
-
-    def common(member: str) -> dict[str, Any]:
-        return {"endpoint": endpoint.seen_by(member), "fleet": name}
-
-    fleet.start(ROUTER, "router", {"endpoint": endpoint})
-    fleet.start(
-        WORLD,
-        "world",
-        common(identity.WORLD)
-        | {
-            "scenario": options.scenario,
-            "robots": options.robots,
-            "seed": options.seed,
-            "pace": options.pace,
-            "limit": options.limit,
-            "wait": options.wait,
-            "watchers": 1 if shown is not None else 0,
-            "report_to": summary_file,
-            "snapshot": summary_file.with_name("world.snapshot"),
-        },
-    )
-    if shown is not None:
-        fleet.start(DASHBOARD, "dashboard", common(identity.WATCHER) | shown)
-    everybody, size = names(options.robots), options.robots_per_process
-    for first in range(0, options.robots, size):
-        robots = everybody[first : first + size]
-        fleet.start(
-            ROBOT,
-            robots[0] if len(robots) == 1 else f"{robots[0]}-{robots[-1]}",
-            common(robots[0]) | {"robots": robots},
-        )
-
-
-def _watch(
-    fleet: Fleet,
-    endpoint: Endpoint,
-    name: str,
-    stop: Flag,
-    console: Console,
-    summary_file: Path,
-    scenario: Scenario,
-) -> str:
+def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
-    terminal = Terminal(console, home=scenario.settings.return_home)
+    endpoint = processes.endpoint
+    terminal = Terminal(console, home=processes.options.scenario.settings.return_home)
     bus: Bus | None = None
     trouble = ""
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
-                bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), name))
-                bus.watch_presence()
-                for topic in FOLLOWED:
-                    bus.listen(topic)
-            _show(bus, terminal)
+                bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
+                _follow(bus, processes)
+            for request in _show(bus, terminal):
+                if (other := answered(request, processes.options, _phase(bus))) is not None:
+                    console.print(f"begins anew: {other.scenario.settings.name}, {other.robots} robots")
+                    processes.begin_anew(other, terminal.progress.run + 1, stop)
+                    terminal.begin_anew(processes.first_run, home=other.scenario.settings.return_home)
+            processes.look(terminal.progress.order, console.print)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
-                    trouble = _tell(ended, console.print, reported=summary_file.exists())
+                    trouble = _tell(ended, console.print, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
                     console.print(f"{ended.name} has left; the run goes on")
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
                     return trouble
     return "interrupted"
+
+
+def _follow(bus: Bus, processes: Processes) -> None:
+    """Listen to all that the terminal shows, and to set-ups; with keys nobody may answer those."""
+    bus.watch_presence()
+    for topic in FOLLOWED:
+        bus.listen(topic)
+    if processes.endpoint.identity is None:
+        bus.keep(SETUP, lambda: {SETUP.key: as_set(processes.options)})
+        bus.serve(SETUP)
+
+
+def _phase(bus: Bus | None) -> Phase | None:
+    """Return the phase of the run as the world says now; None: there is no answer."""
+    clocks = bus.fetch(CLOCK, ANSWERS) if bus is not None else []
+    return clocks[0].phase if clocks else None
 
 
 def _listens(endpoint: Endpoint) -> bool:
@@ -248,10 +161,15 @@ def _listens(endpoint: Endpoint) -> bool:
     return False
 
 
-def _show(bus: Bus | None, terminal: Terminal) -> None:
+def _show(bus: Bus | None, terminal: Terminal) -> list[Request]:
+    """Show all that has arrived; return the requests among it."""
+    requests = []
     while bus is not None and (arrived := bus.receive(0.0)) is not None:
+        if isinstance(arrived, Request):
+            requests.append(arrived)
         terminal.fold(arrived)
     terminal.refresh()
+    return requests
 
 
 def _tell(ended: Ended, say: Callable[[str], None], reported: bool) -> str:
@@ -269,9 +187,3 @@ def _tell(ended: Ended, say: Callable[[str], None], reported: bool) -> str:
     if ended.last_lines:
         say("\n".join(f"  {ended.name}| {line}" for line in ended.last_lines.splitlines()))
     return trouble
-
-
-def _let_finish(fleet: Fleet, stop: Flag) -> None:
-    deadline = monotonic() + FAREWELL
-    while fleet.pid_of("dashboard") is not None and monotonic() < deadline and not stop.is_set():
-        fleet.watch(LOOK, again=False)

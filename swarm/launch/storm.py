@@ -7,7 +7,8 @@ from typing import Any, Final
 
 from swarm.bus import Endpoint
 from swarm.launch.fleet import Ended, Fleet
-from swarm.launch.run import Options, start
+from swarm.launch.options import Options
+from swarm.launch.processes import Processes
 from swarm.launch.running import registered
 from swarm.launch.table import EarlyEnd
 from world.storm.draw import draw
@@ -45,7 +46,7 @@ def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> d
     with registered("storm", endpoint) as (name, home):
         path = Path(home) / "report.json"
         with Fleet(home, said.append) as fleet:
-            start(fleet, options, endpoint, name, None, path)
+            Processes(fleet, options, endpoint, name, None, path).start()
             ends = _until_over(fleet, stop)
         if path.exists():
             report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

@@ -25,11 +25,13 @@ from swarm.messages.world import (
     Map,
     Mover,
     Order,
+    Places,
     PoolCounts,
     PoolTargets,
     RobotAction,
     RobotStatus,
     Seen,
+    Setup,
     Status,
     Truth,
     Welcome,
@@ -47,12 +49,14 @@ __all__ = [
     "LEAVE",
     "MAP",
     "ORDER",
+    "PLACES",
     "PLAN",
     "POOL",
     "RADIO",
     "REPLIES",
     "ROBOT_ACTION",
     "SENSE",
+    "SETUP",
     "STATE",
     "STATUS",
     "TOPICS",
@@ -82,6 +86,7 @@ __all__ = [
     "Order",
     "PackedMap",
     "Phase",
+    "Places",
     "Plan",
     "Point",
     "PoolCounts",
@@ -95,6 +100,7 @@ __all__ = [
     "ScenarioOnWire",
     "Seen",
     "Sense",
+    "Setup",
     "State",
     "Status",
     "Steering",
@@ -127,13 +133,15 @@ LEAVE     = Topic("world/leave",            Leave,     0.0,  0.0)
 ORDER     = Topic("robot/{robot}/order",    Order,     0.0,  0.0,     False,    65_536)
 ROBOT_ACTION = Topic("robot/{robot}/action", RobotAction, 0.0, 0.0)
 POOL      = Topic("world/pool",             PoolTargets, 0.0, 0.0,   False,    65_536)
+PLACES    = Topic("world/places",           Places,    0.0,  0.0,     False,    65_536)
+SETUP     = Topic("fleet/setup",            Setup,     0.0,  0.0,     False,    262_144)
 # fmt: on
 
 TOPICS: Final = (
     SENSE, COMMAND, BODY, RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, EVENTS, STATUS, MAP, ACTION, EDIT, JOIN, LEAVE,
-    ORDER, ROBOT_ACTION, POOL,
+    ORDER, ROBOT_ACTION, POOL, PLACES, SETUP,
 )  # fmt: skip
 REPLIES: Final[dict[str, type[Message]]] = {
     ACTION.key: Accepted, EDIT.key: Accepted, JOIN.key: Welcome, LEAVE.key: Accepted, ORDER.key: Accepted,
-    ROBOT_ACTION.key: Accepted, POOL.key: Accepted,
+    ROBOT_ACTION.key: Accepted, POOL.key: Accepted, PLACES.key: Accepted, SETUP.key: Accepted,
 }  # fmt: skip

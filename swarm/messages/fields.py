@@ -16,6 +16,7 @@ Seconds = Annotated[float, Meta(ge=0, le=1e9)]
 Scale = Annotated[float, Meta(ge=0.01, le=1)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Text = Annotated[str, Meta(max_length=2000)]
+Drawing = Annotated[str, Meta(max_length=200_000)]
 Point = tuple[Metres, Metres]
 
 

@@ -5,7 +5,21 @@ from typing import Annotated, NamedTuple
 from msgspec import Meta
 
 from swarm.messages.enums import Activity, Do, Liveness, Phase, RobotDo, Steering
-from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Point, Scale, Seconds, Speed, Text, says
+from swarm.messages.fields import (
+    Angle,
+    Count,
+    Drawing,
+    Id,
+    Length,
+    Message,
+    Metres,
+    Point,
+    Scale,
+    Seconds,
+    Speed,
+    Text,
+    says,
+)
 from swarm.messages.floor import PackedMap, ScenarioOnWire
 from swarm.messages.robot import MOST_STOPS, Assigned, State
 
@@ -163,6 +177,38 @@ class PoolTargets(Message, frozen=True, kw_only=True):
     targets: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; at most 100 are accepted")]
 
 
+class Places(Message, frozen=True, kw_only=True):
+    """A request of a user: places for more robots in a fleet that stays. They wait for processes to take them."""
+
+    id: Annotated[Id, says("name of the request; the same one said again changes nothing")]
+    count: Annotated[Count, says("how many; a fleet has at most 1000 robots")]
+    at: Annotated[
+        list[tuple[Metres, Metres, Angle]],
+        Meta(max_length=MOST_STOPS, description="m, m, rad; starts of the first ones; the world finds the others"),
+    ] = []
+
+
+Share = Annotated[float, Meta(gt=0, le=1)]
+Cell = Annotated[float, Meta(gt=0, le=10)]
+Starts = Annotated[list[tuple[Metres, Metres, Angle]], Meta(max_length=1000)]
+Stops = Annotated[list[Point], Meta(max_length=MOST_STOPS)]
+
+
+class Setup(Message, frozen=True, kw_only=True):
+    """What a fleet drives, without a file: the paper's box. A ``get`` has it as it is; in a request null keeps a part.
+
+    A request that is accepted begins anew: other starts, nothing reached, waiting for ``go``.
+    """
+
+    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project, or null")]
+    robots: Annotated[Count | None, says("how many; null with `starts`: one at each")] = None
+    speed: Annotated[Share | None, says("share of the paper's wheel speeds (0..4 m/s)")] = None
+    starts: Annotated[Starts | None, says("m, m, rad; of the robots")] = None
+    targets: Annotated[Stops | None, says("m; each robot visits all in order")] = None
+    map: Annotated[Drawing | None, says("`#` wall, `o` obstacle, `.` free; the first line is the top")] = None
+    cell: Annotated[Cell | None, says("m; side of a character of `map`")] = None
+
+
 class Join(Message, frozen=True, kw_only=True):
     """A robot process's request for a place in the fleet."""
 
@@ -199,3 +245,4 @@ class Accepted(Message, frozen=True, kw_only=True):
 
     text: Annotated[Text, says("what was done, for people")]
     number: Annotated[Count | None, says("of an order: the `assignment` in the robot's state while it has it")] = None
+    robots: Annotated[list[Id], says("of places: the robots that they are for")] = []

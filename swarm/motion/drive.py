@@ -23,6 +23,14 @@ class DifferentialDrive:
         return twist.linear - half, twist.linear + half
 
 
+def ramped(
+    wheels: tuple[float, float], wanted: tuple[float, float], fastest: float, most: float
+) -> tuple[float, float]:
+    """Return rim speeds [m/s] one control step later: ``ramp`` towards the wanted ones, of which none is faster."""
+    left, right = (max(-fastest, min(fastest, speed)) for speed in wanted)
+    return ramp(wheels[0], left, most), ramp(wheels[1], right, most)
+
+
 @njit("f8(f8, f8, f8)", cache=True)
 def ramp(current: float, wanted: float, most: float) -> float:
     """Return a rim speed [m/s] one control step later: it approaches ``wanted`` by at most ``most`` [m/s]."""

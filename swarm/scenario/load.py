@@ -44,7 +44,8 @@ class Scenario:
     def stops(self, robot: int, start: Point) -> tuple[Point, ...]:
         """Return the stops [m] of robot number ``robot`` in order: its targets, then home if the mission returns."""
         settings = self.settings
-        targets = settings.own_targets[robot] if settings.own_targets else settings.targets
+        own = settings.own_targets[robot : robot + 1]  # none for a robot whose place was opened later
+        targets = own[0] if own else settings.targets
         if settings.start.circle is not None:
             x, y, _ = settings.start.circle
             targets = [(2 * x - start[0], 2 * y - start[1])]

@@ -19,6 +19,15 @@ def names(robots: int) -> tuple[str, ...]:
     return tuple(f"r{number:0{width}d}" for number in range(1, robots + 1))
 
 
+def later_name(number: int, robots: int) -> str:
+    """Return the name of robot ``number``, from 0, whose place was opened in a fleet that began with ``robots``.
+
+    >>> later_name(3, 3), later_name(11, 11), later_name(9, 9)
+    ('r4', 'r12', 'r10')
+    """
+    return f"r{number + 1:0{len(str(robots))}d}"
+
+
 def number_of(name: str) -> int:
     """Return a robot's number, from 0: the inverse of ``names``."""
     return int(name[1:]) - 1

@@ -18,6 +18,7 @@ from swarm.messages import (
     LEAVE,
     MAP,
     ORDER,
+    PLACES,
     PLAN,
     POOL,
     RADIO,
@@ -59,7 +60,7 @@ LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keep
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
-        answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, *LAST),
+        answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES, *LAST),
         hears=(COMMAND, BODY, STATE, PLAN),
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
@@ -78,7 +79,7 @@ RIGHTS: Final = {
         sends=(),
         answers=(),
         hears=None,
-        asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION, POOL),
+        asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION, POOL, PLACES),
         present_as=None,
         sees="*",
     ),

@@ -200,6 +200,23 @@ def test_a_restart_is_a_recording_of_its_own(tmp_path: Path) -> None:
         assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")][-1] == "to 2"
 
 
+def test_a_robot_that_came_later_is_drawn_from_then_on_in_a_recording_of_its_own(tmp_path: Path) -> None:
+    recorder, few, more = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(2), Rehearsal(3)
+    show = Show(recorder, "test")
+    messages: list[Message] = [floor(few), few.clock(0), few.truth(2), few.truth(4)]
+    messages += [floor(more), more.clock(5), more.truth(6), *(more.state(n, 6) for n in range(3)), more.truth(8)]
+    for message in messages:
+        show.take(message)
+    show.draw()
+    recorder.close()
+    before, after = Recording(tmp_path / "run.rrd"), Recording(tmp_path / "run-run2.rrd")
+    counts = [[len(places) for _, places in one.rows("/world/robots", "Points2D:positions")] for one in (before, after)]
+    assert counts[0][-2:] == [2, 2]
+    assert counts[1][-2:] == [3, 3]
+    assert "/progress/r3" in after.entities
+    assert "r3" in show.progress.robots
+
+
 def test_a_changed_map_is_drawn_again(tmp_path: Path) -> None:
     recorder, rehearsal = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
     show = Show(recorder, "test")

@@ -12,3 +12,11 @@ def small(tmp_runtime: Path) -> Path:
     path = tmp_runtime / "small.yaml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture
+def waiting(tmp_runtime: Path) -> Path:
+    """Return a scenario without any target."""
+    path = tmp_runtime / "waiting.yaml"
+    path.write_text(SMALL.replace("targets: [[9.5, 2.0], [9.5, 6.0]]\n", ""))
+    return path

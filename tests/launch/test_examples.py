@@ -231,6 +231,29 @@ def test_a_body_outside_completes_the_papers_mission_among_two_of_the_worlds_own
 
 
 @pytest.mark.processes
+def test_one_robot_of_a_launched_fleet_has_its_body_outside(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--pace", "max", "--body", "r2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        with started_at(fleet.endpoint, fleet.name, "foreign_body.py", "r2") as body:
+            read_to(body, "stands at")
+            assert fleet.end() == 0, fleet.text
+            text, _ = body.communicate(timeout=FAREWELL)
+            assert body.returncode == 0, text
+        summary = fleet.report()
+    assert summary["complete"]
+    assert sum(summary["contacts"].values()) == 0
+    assert summary["not_reproducible"] == ["the body of r2 is outside, and nobody knows what it does"]
+    assert summary["per_robot"]["r2"]["path_length"] > 5.0
+
+
+def test_a_body_of_no_robot_is_refused_before_anything_is_started(
+    small: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(small), "--robots", "2", "--dashboard", "off", "--body", "r7"]) == 2
+    assert "--body r7: expected one of r1, r2, got 'r7'" in capsys.readouterr().err
+
+
+@pytest.mark.processes
 def test_a_body_that_dies_stands_and_the_run_goes_on_when_it_is_back(endpoint: Endpoint, tmp_runtime: Path) -> None:
     wire = ("--connect", str(endpoint), "--fleet", "dies")
     (file := tmp_runtime / "small.yaml").write_text(SMALL)

@@ -7,17 +7,9 @@ import pytest
 from swarm.bus import Bus
 from swarm.cli import main
 from swarm.messages import Activity, Liveness, Phase, RobotStatus, Status
-from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_phase, await_status
+from tests.launch.actors import Command, Fleet, await_clock, await_phase, await_status
 
 pytestmark = pytest.mark.processes
-
-
-@pytest.fixture
-def waiting(tmp_runtime: Path) -> Path:
-    """Return a scenario without any target."""
-    path = tmp_runtime / "waiting.yaml"
-    path.write_text(SMALL.replace("targets: [[9.5, 2.0], [9.5, 6.0]]\n", ""))
-    return path
 
 
 def row(status: Status, robot: str) -> RobotStatus:

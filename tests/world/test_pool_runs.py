@@ -14,6 +14,7 @@ from tests.world.test_snapshot import host
 from world import snapshot, snapshot_file
 from world.dispatch import WINDOW
 from world.faults import Faults, Health, Spell
+from world.places import Book
 from world.simulate import Simulation
 from world.world import World
 
@@ -285,7 +286,7 @@ def test_a_run_from_a_snapshot_goes_on_bit_for_bit(tmp_path: Path) -> None:
         simulation.step()
     file, settled = tmp_path / "s", simulation.scenario
     held = snapshot.Snapshot(
-        scenario=snapshot_file.fingerprint(settled), robots=4, seed=1, identity="abc", run=0, floor=None,
+        scenario=snapshot_file.fingerprint(settled), robots=4, seed=1, identity="abc", run=0, places=Book(starts=[], requests={}), floor=None,
         state=snapshot.saved(simulation.world), host=host(),
     )  # fmt: skip
     snapshot_file.write(held, file)

@@ -16,6 +16,7 @@ from swarm.messages import (
     JOIN,
     LEAVE,
     ORDER,
+    PLACES,
     POOL,
     ROBOT_ACTION,
     STATUS,
@@ -28,6 +29,7 @@ from swarm.messages import (
     Leave,
     Message,
     Order,
+    Places,
     PoolTargets,
     RobotAction,
     RobotDo,
@@ -48,6 +50,7 @@ RIGHT: dict[str, Message] = {
     ORDER.key.format(robot="r1"): Order(id="far", targets=[(-9.0, -9.0)]),
     ROBOT_ACTION.key.format(robot="r99"): RobotAction(do=RobotDo.STOP),
     POOL.key: PoolTargets(id="far", targets=[(-9.0, -9.0)]),
+    PLACES.key: Places(id="far", count=1, at=[(-9.0, -9.0, 0.0)]),
 }
 ODD: tuple[Any, ...] = (
     None,

@@ -66,7 +66,7 @@ def record(plan: StormPlan) -> History:
     world = simulation.world
     history = History(
         settings=scenario.settings,
-        robots=world.robots,
+        robots=tuple(world.robots),
         stops=tuple(world.stops(name) for name in world.robots),
         floors=[(0, world.floor)],
         mute=frozenset(plan.mute),

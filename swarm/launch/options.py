@@ -1,0 +1,51 @@
+"""The options of `swarm run`, and their check before anything is started."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from pathlib import Path
+
+from swarm.launch.fleet import check_open_files
+from swarm.scenario.check import check
+from swarm.scenario.load import Scenario
+from swarm.settings import Pace
+from world.outside import check_outside
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """The options of `swarm run`."""
+
+    scenario: Scenario
+    robots: int
+    robots_per_process: int
+    seed: int
+    pace: Pace
+    limit: float  # s, simulated
+    wait: bool
+    dashboard: str  # auto, viewer, web, off
+    rules: str | None  # the robot whose fired rules the dashboard shows
+    record: Path | None
+    report: Path | None
+    port: int
+    fleet: str | None
+    secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
+    outside: Sequence[str] = ()  # robots whose body reports from outside the world
+    loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
+
+    @property
+    def sessions(self) -> int:
+        """How many processes the fleet has: robots, world, router and dashboard."""
+        return 3 + ceil(self.robots / self.robots_per_process)
+
+
+def ready(options: Options) -> Options:
+    """Return the options with the scenario prepared for its run.
+
+    Raises:
+        ConfigError: the scenario cannot be driven by so many robots, or this machine has no room for them.
+    """
+    check_open_files(options.sessions)
+    mission = check(options.scenario, options.robots, options.seed)
+    check_outside(options.outside, options.robots)
+    return replace(options, scenario=mission.scenario, loaded=options.scenario)

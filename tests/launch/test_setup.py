@@ -1,0 +1,93 @@
+"""Another set-up of a fleet over the wire: the launcher ends the world and the robots, and begins anew."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from swarm.cli import main
+from swarm.errors import PeerError
+from swarm.messages import MAP, SETUP, Phase, Setup
+from tests.launch.actors import Fleet, await_clock, await_phase, await_status
+
+pytestmark = pytest.mark.processes
+
+DRAWN = """\
+########
+#......#
+#......#
+#......#
+########
+"""
+
+
+def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (drawing := tmp_runtime / "drawing.txt").write_text(DRAWN)
+    with Fleet(small, "--pace", "1", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_phase(bus, Phase.WAITING)
+        assert main(["setup"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert (told["scenario"], told["robots"], told["speed"], told["starts"][1]) == (
+            "small",
+            2,
+            0.4,
+            [2.5, 4.0, 0.0],
+        )
+        assert main(["go"]) == 0
+        await_phase(bus, Phase.RUNNING)
+        assert main(["setup", "--robots", "3"]) == 2
+        assert (
+            "expected a run that waits or is paused, got one that is running; pause it first" in capsys.readouterr().err
+        )
+        assert main(["pause"]) == 0
+        await_phase(bus, Phase.PAUSED)
+        assert main(["setup", "--robots", "9"]) == 2
+        assert "start.poses: expected at least 9 poses, got 3" in capsys.readouterr().err
+        assert main(["setup", "--target", "0.5,0.5"]) == 2
+        assert "expected free floor, got a wall or obstacle" in capsys.readouterr().err
+        before = await_phase(bus, Phase.PAUSED)
+        assert before.robots == ["r1", "r2"], "what is refused changes nothing"
+
+        spots = ["--start", "1.5,1.5", "--start", "1.5,3.5", "--start", "4.5,1.5", "--target", "6.5,2.5"]
+        asked = ["--map", str(drawing), "--cell", "1.0", "--speed", "0.5", *spots]
+        assert main(["setup", *asked]) == 0
+        assert capsys.readouterr().out.strip() == "small with 3 robots begins anew, waits for go"
+        fresh = await_clock(bus, lambda clock: clock.run > before.run and len(clock.present) == 3)
+        assert (fresh.phase, fresh.tick, fresh.robots) == (Phase.WAITING, 0, ["r1", "r2", "r3"])
+        floor = bus.fetch(MAP)[0]
+        assert (floor.packed.rows, floor.packed.columns) == (5, 8)
+        assert floor.scenario.settings.robot.speed_scale == 0.5
+        assert main(["go"]) == 0
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert report["complete"], report["reason"]
+    assert list(report["per_robot"]) == ["r1", "r2", "r3"]
+    assert all(row["targets"] == 2 for row in report["per_robot"].values()), "one target, then home"
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+    assert "started again" not in fleet.text
+
+
+def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        await_phase(bus, Phase.WAITING)
+        with pytest.raises(PeerError, match=r"setup: scenario: expected one of .*paper.*, got 'nowhere'"):
+            bus.ask(SETUP, Setup(scenario="nowhere"))
+        with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
+            bus.ask(SETUP, Setup(scenario=None, cell=0.7))
+        assert main(["setup", "--scenario", "paper", "--robots", "1"]) == 0
+        await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
+        assert main(["go"]) == 0
+        await_status(bus, lambda status: status.time > 1.0)
+        fleet.member("world").kill()
+        fleet.await_line("world was ended by signal 9; started again")
+        (told,) = bus.fetch(SETUP)
+        assert (told.scenario, told.robots) == ("paper", 1)
+        assert fleet.end() == 0, fleet.text
+        report = fleet.report()
+    assert (report["scenario"], report["robots"], report["complete"]) == ("paper", 1, True)

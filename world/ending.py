@@ -1,0 +1,37 @@
+"""Whether a run has an end of its own: nobody has anything left to do, or a jam has no solution."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from swarm.messages import Edit
+from world.recorder import WAITING
+
+if TYPE_CHECKING:
+    from world.world import World
+
+
+def finished(world: "World") -> bool:
+    """Return True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
+    unfinished = world.unfinished
+    if not unfinished or world.missions.any_stopped or world.planned_orders.left:
+        return not unfinished and not world.plans_matter
+    standing = dict(zip(world.robots, world.progress.standing(world.time), strict=True))
+    waiting = [world.robots[number] for number, one in enumerate(world.commands) if one.activity in WAITING]
+    return world.verdict.ends(world.time, standing, waiting)
+
+
+def plans_matter(world: "World", recent: Sequence[Edit]) -> bool:
+    """Return True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately.
+
+    ``recent`` are the edits that robots may not have heard of.
+    """
+    frees = "free" in [edit.kind for edit in world.planned.left] + [edit.kind for edit in recent]
+    lacking = world.settings.retry_stops and any(command.unreachable for command in world.commands)
+    now = bool(world.planned_orders.left) or (frees and (lacking or bool(world.dispatch.pool.waiting)))
+    return now or world.dispatch.matters(world.poses(), world.traffic.watch.cells, world.commands, world.tick)
+
+
+def waits_for(world: "World", present: Sequence[str]) -> list[str]:
+    """Return the robots that have something left to do, without places that nobody has taken and that have no order."""
+    idle = {name for name in world.robots if name not in present and world.untouched(name)}
+    return [name for name in world.unfinished if name not in idle]

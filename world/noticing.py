@@ -1,0 +1,57 @@
+"""What the world notices about robots by itself at a tick, and tells as events."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from swarm.geometry import Pose
+from swarm.messages import Command, Event
+from world.progress import STALLED
+
+if TYPE_CHECKING:
+    from world.world import World
+
+
+def arrivals(world: "World") -> list[Event]:
+    """Record the stops that robots are at: by their poses, whatever they say; return an event for each."""
+    events = []
+    for number, (name, pose) in enumerate(zip(world.robots, world.poses(), strict=True)):
+        given_up = world.commands[number].unreachable
+        for kind, text in world.missions.tick_off(number, pose, given_up, world.time):
+            world.verdict.clear()  # the jam did not stop the whole fleet
+            events.append(world.event(kind, text, name))
+    return events
+
+
+def stalls(world: "World", poses: Sequence[Pose]) -> list[Event]:
+    """Return events about robots that have stops left and make no progress for long, whatever the cause."""
+    events = []
+    for number in world.progress.look(world.time, poses, world.missions.under_way):
+        stop, others = world.missions.label(number, world.missions.left[number] or 0), world.commands[number].waits
+        waits = f", waits for {' and '.join(others)}" if others else ""
+        text = f"made no progress towards {stop} for {STALLED:g} s{waits}"
+        events.append(world.event("stalled", text, world.robots[number]))
+    return events
+
+
+def traffic(world: "World", commands: Mapping[str, Command]) -> list[Event]:
+    """Return what robots note with their commands, and what the world's own check of traffic finds."""
+    events = []
+    for name, command in sorted(commands.items()):
+        for kind, text in command.notes:
+            world.verdict.take(name, kind, text, world.time)
+            events.append(world.event(kind, text, name))
+    for fault in world.traffic.look(world.tick, world.poses(), commands, world.commands):
+        cells = ", ".join(map(str, fault.where))
+        said = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
+        events.append(world.event("traffic_fault", said, fault.robots[0]))
+    return events
+
+
+def errands(world: "World") -> list[Event]:
+    """Hand out errands of the pool, and take back those of robots that do not drive to them; return what changed."""
+    said = world.dispatch.step(world.poses(), world.traffic.watch.cells, world.commands, world.tick)
+    if said:
+        world.commands = [*map(world.missions.of_these_stops, range(len(world.robots)), world.commands)]
+        world.verdict.clear()
+        world.due = True
+    return [world.event(kind, text, name) for kind, text, name in said]
