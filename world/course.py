@@ -180,6 +180,14 @@ class Course:
         """Send an event of the present tick."""
         self.speaker.tell(self.world.event(kind, text, robot))
 
+    def part(self, name: str) -> None:
+        """Take in that a robot has left."""
+        self.roll.left.add(name)
+        self.tell("left", "has left; its body stays where it stands until a process takes its place", name)
+        self.repeatable.no_longer(f"{name} has left", self.world.time)
+        self.tell_clock()
+        self.save_soon()
+
     def tell_map(self) -> None:
         """Take over the world's current floor and send it to all listeners."""
         self.speaker.take_map(self.world.floor)

@@ -34,6 +34,7 @@ from swarm.stopping import told_to_stop
 from world.answering import answer
 from world.answers import SILENT, Asked
 from world.course import Course
+from world.lobby import LEFT
 from world.report import write
 from world.requests import Requests
 from world.rival import check_alone
@@ -90,6 +91,7 @@ class Host:
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
+        self._impostors: set[str] = set()  # robots in whose name somebody else has spoken
 
     def open(self) -> None:
         """Listen to the robots, answer requests, and announce this process."""
@@ -135,7 +137,7 @@ class Host:
         return self._course.phase is Phase.OVER
 
     def _answer(self, request: Request) -> None:
-        answer(request, self._course, self._bus.id)
+        answer(request, self._course, self._bus)
 
     def _tick(self, stop: Flag) -> None:
         """Run one tick: sense for all robots, wait for their commands or for the time to pass, move all."""
@@ -194,9 +196,14 @@ class Host:
         course = self._course
         arrived = self._bus.receive(min(timeout, PEEK) if course.lobby.unsettled else timeout)
         match arrived:
-            case Arrival(ids=ids, message=message) if course.lobby.knows(ids["robot"]):
-                course.roll.heard(ids["robot"])
+            case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and course.lobby.knows(ids["robot"]):
                 course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+            case Arrival(ids=ids, message=message, sender=sender):
+                if course.lobby.speaks(ids["robot"], sender):
+                    course.roll.heard(ids["robot"])
+                    course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+                else:
+                    self._name_impostor(ids["robot"])
             case Presence():
                 self._take_presence(arrived)
             case Request():
@@ -214,11 +221,19 @@ class Host:
     def _take_presence(self, presence: Presence) -> None:
         course = self._course
         note = course.lobby.take(presence, course.awake.now())
-        if note is not None:
+        if note is not None and note.kind == LEFT:
+            course.part(note.robot)
+        elif note is not None:
             course.tell(*note)
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
             self._asked.forget(presence.id)
             course.tell_clock()
+
+    def _name_impostor(self, robot: str) -> None:
+        """Tell once for each robot that somebody else speaks in its name."""
+        if robot in self._course.lobby.present and robot not in self._impostors:
+            self._impostors.add(robot)
+            self._course.tell("impostor", "is spoken for by another process; what that says is ignored", robot)
 
     def _look_who_has_gone(self) -> None:
         course = self._course

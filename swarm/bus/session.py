@@ -77,6 +77,11 @@ class Bus:
         return str(self._session.zid())
 
     @property
+    def sender(self) -> int:
+        """The number that this session attaches to all its messages."""
+        return self._numbers.sender
+
+    @property
     def refused(self) -> Counter[str]:
         """Messages dropped because they are bad, by topic key."""
         return self._ledger.refused.counts

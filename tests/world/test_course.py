@@ -59,7 +59,7 @@ def come(one: Course, name: str, session: str, world: str | None = None) -> Any:
 
 def ask(one: Course, topic: Any, message: Any, **ids: str) -> Any:  # noqa: ANN401
     request = Mock(spec=Request, topic=topic, message=message, ids=ids)
-    answer(request, one, "the world")
+    answer(request, one, Mock(spec=Bus, id="the world", sender=7))
     return request.accept.call_args.args[0] if request.accept.called else request.refuse.call_args.args[0]
 
 
