@@ -24,7 +24,7 @@ from world.rival import new_identity
 from world.roll import LOST, Roll
 from world.saving import Saver
 from world.snapshot import HostState, Snapshot, restore
-from world.snapshot_file import read
+from world.snapshot_file import newest
 from world.speaker import Speaker
 from world.status import states, status
 from world.truth import truth
@@ -71,8 +71,8 @@ class Course:
         self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
-        if snapshot is not None and snapshot.exists():
-            self._resume(read(snapshot, scenario, robots, seed))
+        if snapshot is not None and (found := newest(snapshot, scenario, robots, seed, log)) is not None:
+            self._resume(found)
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
         self.world.poses()
 

@@ -1,8 +1,7 @@
 """One Zenoh session for the rest of the project: send, listen, ask, answer, and one inbox for everything that arrives.
 
-What arrives waits in a channel of Zenoh's, and ``receive`` decodes it in the thread of its caller. No thread of Zenoh's
-runs code of ours: it would wait for Python's lock, and a computation that holds the lock for longer than the lease
-would end the session. Everybody would then call this process gone.
+What arrives waits in a channel of Zenoh's until ``receive`` decodes it. Zenoh's threads run no code of ours: it would
+wait for Python's lock, and a process that computes for longer than the lease would be called gone.
 """
 
 import re

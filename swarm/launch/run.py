@@ -19,7 +19,7 @@ from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet, check_open_files
-from swarm.launch.running import CARD, named, registered
+from swarm.launch.running import CARD, keep, named, registered
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
 from swarm.scenario.check import check
@@ -218,7 +218,7 @@ def _watch(
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     terminal = Terminal(console, home=scenario.settings.return_home)
     bus: Bus | None = None
-    trouble = ""
+    trouble = said = ""
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
@@ -227,6 +227,8 @@ def _watch(
                 for topic in FOLLOWED:
                     bus.listen(topic)
             _show(bus, terminal)
+            if said != (said := keep(summary_file.parent, name, endpoint)) and said:
+                console.print(said)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
