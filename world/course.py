@@ -30,6 +30,7 @@ from world.status import states, status
 from world.truth import truth
 from world.world import World
 
+AWAY: Final = 90.0  # s of absence after which the run ends without a robot if all others are finished
 NAMED: Final = 64  # named buttons whose answers are kept
 
 
@@ -49,6 +50,7 @@ class Course:
         snapshot: Path | None,
         log: Callable[[str], None],
         outside: Sequence[str] = (),
+        given_up: Path | None = None,
     ) -> None:
         scenario, _, starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
@@ -64,6 +66,7 @@ class Course:
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
         self.last = LastMessages()
+        self._given_up = given_up
         self._reason = ""
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
@@ -104,6 +107,12 @@ class Course:
             return False
         awaited = world.unfinished or world.planned.left or world.plans_matter
         return not awaited and not any(map(any, world.wheels))
+
+    @property
+    def waits(self) -> bool:
+        """True if only robots that are absent have anything left to do."""
+        absent = set(self.lobby.absent)
+        return bool(absent) and absent.issuperset(self.world.unfinished)
 
     def _resume(self, found: Snapshot) -> None:
         """Go on with the run of a snapshot."""
@@ -221,14 +230,25 @@ class Course:
 
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
-        lost = bool(unfinished) and not stays and all(self.lobby.away(name) >= LOST for name in unfinished)
+        lost = bool(unfinished) and not stays and all(map(self._is_lost, unfinished))
         if not stays and world.finished:
             self.end(missing(world))
         elif lost and not world.plans_matter:
             self._lost = unfinished
-            self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
+            away = min(map(self.lobby.away, unfinished))
+            self.end(f"lost {', '.join(unfinished)}: absent for {away:.0f} s; {missing(world)}")
         elif world.time >= self._limit:
             self.end(f"time limit of {self._limit:g} s; {missing(world)}")
+
+    def _is_lost(self, name: str) -> bool:
+        """Return True if a robot has been absent for too long; that is sooner if nobody will start it again."""
+        away = self.lobby.away(name)
+        if away < LOST or away >= AWAY:
+            return away >= AWAY
+        try:
+            return self._given_up is not None and name in self._given_up.read_text(encoding="utf-8").split()
+        except (OSError, ValueError):
+            return False
 
     def go_to(self, phase: Phase) -> None:
         """Enter a phase."""

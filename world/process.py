@@ -59,18 +59,20 @@ def run(
     snapshot: Path | None = None,
     log: Callable[[str], None] = print,
     outside: Sequence[str] = (),
+    given_up: Path | None = None,
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
-    was saved from goes on. The bodies of the robots ``outside`` are reported by other processes.
+    was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. The file ``given_up``
+    will have the names of robots that nobody starts again.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside)
+        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, given_up)
         host = Host(bus, course, log)
         with check_alone(bus, fleet, log):
             host.open()
@@ -91,6 +93,7 @@ class Host:
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
+        self._rival = False  # another world was seen
         self._impostors: set[str] = set()  # robots in whose name somebody else has spoken
 
     def open(self) -> None:
@@ -150,11 +153,20 @@ class Host:
             self._bus.send(SENSE, self._senses[name], robot=name)
         course.speaker.tell_truth(world.tick, course.truth)
         if course.lockstep:
+            if course.waits:  # else hours would be over before they are back
+                self._let_pass(world.dt, stop)
             self._await_all(stop)
         else:
             self._await_time(stop)
         if course.world is world and course.in_tick and self._linked and not stop.is_set():
             course.step()  # else it was ended or restarted, or goes on later; a pause begins after the tick
+
+    def _let_pass(self, seconds: float, stop: Flag) -> None:
+        """Receive for some time of the wall clock."""
+        course = self._course
+        until = course.awake.now() + seconds
+        while course.in_tick and not stop.is_set() and (left := until - course.awake.now()) > 0.0:
+            self._receive(left)
 
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
@@ -225,6 +237,11 @@ class Host:
             course.part(note.robot)
         elif note is not None:
             course.tell(*note)
+        if presence.role == "world" and presence.alive and presence.session != self._bus.id and not self._rival:
+            self._rival = True
+            course.tell(
+                "rival", "another world has come; each robot obeys the one that welcomed it; stop one of the two"
+            )
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
             self._asked.forget(presence.id)
             course.tell_clock()

@@ -30,6 +30,7 @@ from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.1  # s between two looks at the processes
+GIVEN_UP: Final = "given_up"  # the file with the names of robots that are not started again, for the world
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
 
@@ -192,6 +193,7 @@ def start(
             "watchers": 1 if shown is not None else 0,
             "report_to": summary_file,
             "snapshot": summary_file.with_name("world.snapshot"),
+            "given_up": summary_file.with_name(GIVEN_UP),
         },
     )
     if shown is not None:
@@ -234,6 +236,8 @@ def _watch(
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
                     console.print(f"{ended.name} has left; the run goes on")
+                if ended.then is EarlyEnd.LOSE:
+                    fleet.tell_lost(summary_file.with_name(GIVEN_UP))
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
                     return trouble
