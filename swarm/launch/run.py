@@ -230,7 +230,7 @@ def _watch(
                     bus.listen(topic)
             _show(bus, terminal)
             if said != (said := keep(summary_file.parent, name, endpoint)) and said:
-                console.print(said)
+                console.print(said, soft_wrap=True)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=summary_file.exists())
