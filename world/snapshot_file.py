@@ -58,7 +58,7 @@ def write(snapshot: Snapshot, path: Path) -> None:
         OSError: the file cannot be written.
     """
     packed = ENCODER.encode(snapshot)
-    beside = path.with_name(f".{path.name}.new")
+    beside = _beside(path)
     beside.write_bytes(HEAD + _checksum(packed) + packed)
     earlier(path).unlink(missing_ok=True)
     with suppress(FileNotFoundError):  # the first one
@@ -69,6 +69,16 @@ def write(snapshot: Snapshot, path: Path) -> None:
 def earlier(path: Path) -> Path:
     """Return the file of the snapshot before."""
     return path.with_name(f".{path.name}.earlier")
+
+
+def make_room(path: Path) -> None:
+    """Remove what is kept beside a snapshot."""
+    for file in (earlier(path), _beside(path)):
+        file.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.new")
 
 
 def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:

@@ -117,6 +117,8 @@ def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
     for _ in range(2):
         snapshot_file.write(before, file)
         assert {path.name for path in tmp_path.iterdir()} == {"s", snapshot_file.earlier(file).name}
+    snapshot_file.make_room(file)
+    assert [path.name for path in tmp_path.iterdir()] == ["s"]
     world = reborn(simulation, file)
     assert packed(snapshot.saved(world)) == packed(snapshot.saved(simulation.world))
 
