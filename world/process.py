@@ -30,6 +30,7 @@ from swarm.messages import (
     Sense,
 )
 from swarm.scenario.load import Scenario
+from swarm.secure import Identity
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 from world.answering import answer
@@ -75,7 +76,7 @@ def run(
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, given_up)
-        host = Host(bus, course, log)
+        host = Host(bus, course, log, endpoint.identity)
         with check_alone(bus, fleet, log):
             host.open()
         host.serve(stop)
@@ -94,8 +95,8 @@ def run(
 class Host:
     """The main loop of one fleet's world."""
 
-    def __init__(self, bus: Bus, course: Course, log: Callable[[str], None]) -> None:
-        self._bus, self._course, self._log = bus, course, log
+    def __init__(self, bus: Bus, course: Course, log: Callable[[str], None], identity: Identity | None = None) -> None:
+        self._bus, self._course, self._log, self._identity = bus, course, log, identity
         self._requests = Requests(course.world.dt)
         self._linked = True
         self._looked_at = float("-inf")  # s, for robots that have gone
@@ -135,6 +136,8 @@ class Host:
             elif stands:
                 course.stopwatch.halt()
                 self._receive(LOOK)
+                if not self._linked:
+                    self._end_without_keys()
                 if course.phase is Phase.WAITING and not course.held and course.lobby.ready(course.awake.now()):
                     course.go_to(Phase.RUNNING)
             elif course.phase is Phase.RUNNING:
@@ -143,6 +146,14 @@ class Host:
                 course.tell_clock()
         course.stopwatch.halt()
         course.tell_clock()
+
+    def _end_without_keys(self) -> None:
+        """End the run if the keys have expired: no router lets this process in again."""
+        try:
+            if self._identity is not None:
+                self._identity.check()
+        except ConfigError as fault:
+            self._course.end(f"no router can be reached any more: {fault}")
 
     def _is_over(self) -> bool:
         return self._course.phase is Phase.OVER

@@ -1,14 +1,17 @@
 """What the world makes of arrivals: whom it believes, who leaves, and which other world has come."""
 
 from collections.abc import Iterator
+from threading import Event as Flag
 from typing import Any
 from unittest.mock import Mock
 
 import msgspec
 import pytest
 
-from swarm.bus import Arrival, Bus, Presence, Request
+from swarm.bus import Arrival, Bus, Link, Presence, Request
+from swarm.errors import ConfigError
 from swarm.messages import COMMAND, EVENT, JOIN, LEAVE, Event, Join, Leave, Message, Topic
+from swarm.secure import Identity
 from tests.shared import scenario_of
 from world.course import Course
 from world.process import Host
@@ -74,6 +77,15 @@ def test_a_robot_has_left_when_its_token_goes() -> None:
     rig.take(Presence("robot", "r1", "session-r1", alive=False))
     assert (rig.course.lobby.present, rig.told()) == ([], [("left", "r1")])
     assert rig.course.roll.left == {"r1"}
+
+
+def test_a_run_ends_when_its_keys_have_expired_and_not_when_only_the_router_is_away() -> None:
+    expired = ConfigError("keys/world: it expired")
+    rig, keys = Rig(), Mock(spec=Identity)
+    keys.check.side_effect = [None, None, expired]
+    rig.bus.receive.side_effect = [Link(up=False), None, None, AssertionError("it went on")]
+    Host(rig.bus, rig.course, lambda line: None, keys).serve(Flag())
+    assert rig.course.report()["reason"] == "no router can be reached any more: keys/world: it expired"
 
 
 def test_another_world_is_told_once_and_this_one_is_none() -> None:
