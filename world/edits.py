@@ -20,8 +20,11 @@ def edited(
     bodies: Iterable[tuple[str, Pose, tuple[float, float]]],
     robot: RobotSettings,
     dt: float,
+    late: int = 0,
 ) -> OccupancyMap:
     """Return the edited floor; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is the length of a tick [s].
+
+    Robots sense it ``late`` ticks later than now.
 
     Raises:
         ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
@@ -38,7 +41,7 @@ def edited(
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
         speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
-        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SAFETY.gap:
+        if any(wheels) and gap <= speed**2 / (2 * robot.wheel_acceleration) + (2 + late) * speed * dt + SAFETY.gap:
             raise ConfigError(
                 f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
                 f"it drives {gap:.2f} m away; wait"

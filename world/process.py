@@ -115,8 +115,9 @@ class Host:
         while not self._is_over():
             course.save()
             stands = course.stands or not self._linked
-            self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, between=True)
+            if stands:
+                self._requests.idle()
+            self._serve_requests()
             if stop.is_set():
                 course.end("interrupted")
             elif stands:
@@ -133,6 +134,14 @@ class Host:
 
     def _is_over(self) -> bool:
         return self._course.phase is Phase.OVER
+
+    @property
+    def _between(self) -> bool:
+        """True if requests may change anything now. In real time they may within a tick too: robots sense it later."""
+        return not (self._course.lockstep and self._course.in_tick)
+
+    def _serve_requests(self) -> None:
+        self._requests.serve(self._answer, between=self._between)
 
     def _answer(self, request: Request) -> None:
         answer(request, self._course, self._bus.id)
@@ -186,7 +195,7 @@ class Host:
         while course.in_tick and not stop.is_set() and taken < TAKEN:
             left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
             taken += left == 0.0
-            if not self._receive(left) and left == 0.0:
+            if not self._receive(min(left, self._requests.wait(between=True))) and left == 0.0:
                 return
 
     def _receive(self, timeout: float) -> bool:
@@ -201,11 +210,11 @@ class Host:
                 self._take_presence(arrived)
             case Request():
                 self._requests.add(arrived)
-                self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
                 course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
+        self._serve_requests()
         often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
         if self._linked and not often:
             self._look_who_has_gone()

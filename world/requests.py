@@ -1,7 +1,8 @@
-"""The requests that wait for the world, in a bounded line, and the share of each tick that they get."""
+"""The requests that wait for the world, in a bounded line, and the share of the time that they get."""
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from time import perf_counter
 from typing import Final
 
@@ -9,18 +10,20 @@ from swarm.bus import Request
 from swarm.messages import EDIT, ORDER, POOL, ROBOT_ACTION
 
 WAIT: Final = 16  # requests that wait at most; an edit takes up to 0.1 s, and who asks waits 5 s
-FEW: Final = 4  # requests that are answered in one tick
-BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION, POOL)  # requests that are carried out between ticks
-SHARE: Final = 0.2  # of a tick's time; what a slow request took beyond that is taken from the next ticks
+BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION, POOL)  # requests that change what a tick in lockstep begins with
+SHARE: Final = 0.2  # of the wall time; what a slow request took beyond that is taken from the next ones
 
 
 class Requests:
-    """The line. Those of ``BETWEEN`` are carried out between ticks, all other requests also within one."""
+    """The line. In lockstep those of ``BETWEEN`` are carried out between ticks, all others also within one."""
 
     def __init__(self, dt: float) -> None:
         self._line: deque[Request] = deque()
-        self._share = SHARE * dt  # s
-        self._count, self._seconds = FEW, self._share
+        self._most = SHARE * dt  # s that can be saved up
+        self._saved, self._at = self._most, perf_counter()
+
+    def __len__(self) -> int:
+        return len(self._line)
 
     def add(self, request: Request) -> None:
         """Put a request into the line, or refuse it if the line is full."""
@@ -29,19 +32,27 @@ class Requests:
         else:
             request.refuse(f"{WAIT} requests are waiting already; ask again later")
 
-    def renew(self, *, idle: bool) -> None:
-        """Begin a tick; while the clock stands, ``idle``, all of the time is theirs."""
-        self._count = FEW
-        self._seconds = self._share if idle else min(self._share, self._seconds + self._share)
+    def idle(self) -> None:
+        """Give them all of the time: the clock stands."""
+        self._saved = self._most
+
+    def wait(self, *, between: bool) -> float:
+        """Return the seconds until the next request may be answered; infinity if none waits for its share alone."""
+        return inf if self._next(between=between) is None else max(0.0, -self._earned() / SHARE)
 
     def serve(self, answer: Callable[[Request], None], *, between: bool) -> None:
-        """Answer those who wait, first come first served, until this tick's share is spent."""
-        while self._count > 0 and self._seconds > 0.0:
-            request = next((one for one in self._line if between or one.topic not in BETWEEN), None)
-            if request is None:
-                return
+        """Answer those who wait, first come first served, until their share is spent."""
+        while (request := self._next(between=between)) is not None and self._earned() >= 0.0:
             self._line.remove(request)
             began = perf_counter()
             answer(request)
-            self._count -= 1
-            self._seconds -= perf_counter() - began
+            self._saved -= perf_counter() - began
+
+    def _next(self, *, between: bool) -> Request | None:
+        return next((one for one in self._line if between or one.topic not in BETWEEN), None)
+
+    def _earned(self) -> float:
+        """Return the time [s] that they have left, negative if they took too much."""
+        now = perf_counter()
+        self._saved, self._at = min(self._most, self._saved + SHARE * (now - self._at)), now
+        return self._saved
