@@ -16,6 +16,7 @@ from swarm.messages import (
     ROBOT_ACTION,
     STATE,
     STATUS,
+    TRUTH,
     Action,
     Do,
     Edit,
@@ -25,8 +26,8 @@ from swarm.messages import (
     RobotAction,
     RobotDo,
 )
+from swarm.scenario.starts import names
 
-AISLES: Final = (1.0, 3.0, 6.0, 9.0, 12.0)  # m, y of the lines between the shelves
 OUTSIDE: Final = (-9.0, -9.0)  # m
 BORDER: Final = [Edit(kind=kind, low=(0.05, 0.05), high=(0.1, 0.1)) for kind in (Kind.OBSTACLE, Kind.WALL)]
 
@@ -52,11 +53,14 @@ def refused(case: Callable[[], object]) -> Callable[[], None]:
 
 def requests(bus: Bus, robots: int, chance: Random) -> dict[str, Callable[[], object]]:
     """Return a request of each kind, accepted and refused."""
-    numbers, places = count(), cycle(BORDER)
-    stops = {f"r{1 + k}": cycle((RobotDo.STOP, RobotDo.GO_ON)) for k in range(robots)}
+    numbers, borders = count(), cycle(BORDER)
+    (truth,) = bus.fetch(TRUTH)
+    starts = [(body.x, body.y) for body in truth.bodies]
+    fleet = names(robots)
+    stops = {name: cycle((RobotDo.STOP, RobotDo.GO_ON)) for name in fleet}
 
     def name() -> str:
-        return f"r{1 + chance.randrange(robots)}"
+        return chance.choice(fleet)
 
     def order(*targets: Point) -> object:
         return bus.ask(ORDER, Order(id=f"bench-{next(numbers)}", targets=list(targets)), robot=name())
@@ -67,20 +71,17 @@ def requests(bus: Bus, robots: int, chance: Random) -> dict[str, Callable[[], ob
     def pool(*targets: Point) -> object:
         return bus.ask(POOL, PoolTargets(id=f"bench-{next(numbers)}", targets=list(targets)))
 
-    def free() -> Point:
-        return chance.uniform(1.0, 19.0), chance.choice(AISLES)
-
     return {
-        "an order, accepted": lambda: order(free(), free()),
+        "an order, accepted": lambda: order(chance.choice(starts), chance.choice(starts)),
         "an order, refused": refused(lambda: order(OUTSIDE)),
         "stop or go on, accepted": lambda: act(name()),
         "stop or go on, refused": refused(lambda: act("r99")),
-        "the pool, accepted": lambda: pool(free()),
+        "the pool, accepted": lambda: pool(chance.choice(starts)),
         "the pool, refused": refused(lambda: pool(OUTSIDE)),
         "go again, accepted": lambda: bus.ask(ACTION, Action(do=Do.GO)),
-        "an edit, accepted": lambda: bus.ask(EDIT, next(places)),
+        "an edit, accepted": lambda: bus.ask(EDIT, next(borders)),
         "an edit, refused": refused(lambda: bus.ask(EDIT, Edit(kind=Kind.WALL, low=OUTSIDE, high=OUTSIDE))),
-        "one state": lambda: bus.fetch(STATE, robot="r1"),
+        "one state": lambda: bus.fetch(STATE, robot=name()),
         "all states": lambda: bus.fetch(STATE),
         "the status, JSON": lambda: bus.fetch(STATUS),
     }

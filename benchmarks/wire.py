@@ -46,6 +46,7 @@ from swarm.messages import (
 from swarm.messages.topic import below
 
 ROOT: Final = Path(__file__).parents[1]
+DEPOT: Final = ROOT / "scenarios" / "depot.yaml"
 FLEET: Final = "bench"
 ALL: Final[tuple[Topic[Any], ...]] = (CLOCK, TRUTH, STATE, PLAN, MAP, EVENTS, STATUS)
 TARGET: Final = 0.3  # s
@@ -60,14 +61,13 @@ START_AREA: Final = [0.8, 0.8, 19.0, 12.0]  # m, nearly the whole floor: it take
 @contextmanager
 def fleet(robots: int) -> Iterator[Endpoint]:
     """Run a fleet in real time inside the block; it waits for `go`."""
-    depot = ROOT / "scenarios" / "depot.yaml"
     endpoint = Endpoint("127.0.0.1", 0).claim()
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "depot.yaml"
-        raw = msgspec.yaml.decode(depot.read_bytes()) | {"patrol": True, "robots": robots}
+        raw = msgspec.yaml.decode(DEPOT.read_bytes()) | {"patrol": True, "robots": robots}
         raw["start"]["area"] = START_AREA
         raw["map"]["file"] = "depot.map"
-        (Path(folder) / "depot.map").write_bytes((depot.parent / "maps" / "depot.map").read_bytes())
+        (Path(folder) / "depot.map").write_bytes((DEPOT.parent / "maps" / "depot.map").read_bytes())
         scenario.write_bytes(msgspec.yaml.encode(raw))
         command = [
             sys.executable, "-m", "swarm.cli", "run", str(scenario), "--robots", str(robots), "--dashboard", "off",
@@ -176,8 +176,8 @@ def asking(robots: int, count: int) -> None:
     with fleet(robots) as endpoint:
         opened(endpoint, robots)
         with joined(endpoint) as bus:
-            press(bus, Do.GO)
             cases = requests(bus, robots, chance)
+            press(bus, Do.GO)
             seconds: dict[str, list[float]] = {kind: [] for kind in cases}
             for _ in range(count):
                 for kind in chance.sample(list(cases), len(cases)):
