@@ -23,8 +23,10 @@ class Desk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
         self.now, self.seconds = 0.0, seconds
+        self.elsewhere = 0.0  # s in which the machine did something else
         self.answered: list[Any] = []
         monkeypatch.setattr(requests, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(requests, "thread_time", lambda: self.now - self.elsewhere)
         self.line = Requests(DT)
 
     def answer(self, one: Request) -> None:
@@ -77,6 +79,19 @@ def test_who_asks_now_and_then_does_not_wait(monkeypatch: pytest.MonkeyPatch) ->
         assert desk.serve() == 1
         assert desk.line.wait(between=True) == inf, "nobody is there to wait for"
         desk.now += DT
+
+
+def test_who_asks_does_not_pay_for_what_else_the_machine_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(monkeypatch, SHARE * DT)
+    desk.line.add(request())
+
+    def slow(one: Request) -> None:
+        desk.answer(one)
+        desk.now, desk.elsewhere = desk.now + 20 * DT, desk.elsewhere + 20 * DT
+
+    desk.line.serve(slow, between=True)
+    desk.line.add(request())
+    assert desk.line.wait(between=True) == 0.0
 
 
 def test_while_the_clock_stands_nobody_waits_for_a_share(monkeypatch: pytest.MonkeyPatch) -> None:
