@@ -252,7 +252,21 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert course().world.identity != one.world.identity, "without a file it is another one"
 
 
-def test_within_a_tick_nothing_is_saved(tmp_path: Path) -> None:
+def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
+    file = tmp_path / "world.snapshot"
+    one = course(file, pace=1.0)
+    come(one, "r1", "a")
+    one.world.senses(lockstep=False)
+    one.in_tick = True
+    order = Order(id="a", targets=[(2.5, 2.5)])
+    said = ask(one, ORDER, order, robot="r1")
+    assert said.number == 1
+    other = course(file, pace=1.0)
+    assert other.world.missions.orders.assigned(0) == one.world.missions.orders.assigned(0) != None  # noqa: E711
+    assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
+
+
+def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
     one = course(file)
     one.world.senses(lockstep=True)

@@ -103,6 +103,9 @@ def _hopeless(simulation: Simulation) -> bool:
     if world.missions.any_stopped or world.planned_orders.left:
         return False
     dead = simulation.drill.dead
+    free = set(world.robots).difference(dead, world.unfinished)
+    if free and world.plans_matter:
+        return False  # it gets an errand soon
     stands = world.progress.standing(world.time)
     return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (
         len(dead) == len(world.robots)
