@@ -14,7 +14,8 @@ from swarm.planning.path import plan
 from world.orders import FATES
 from world.world import World
 
-NAMED: Final = 5  # errands in the sentence on what is missing
+NAMED: Final = 200  # characters for the stops of one robot, and for errands, in the sentence on what is missing
+ROOM: Final = 600  # characters for each of its parts; whatever the fleet, a status message must take the sentence
 
 
 def report(
@@ -135,7 +136,10 @@ def _traffic(world: World) -> dict[str, Any]:
 
 
 def missing(world: World) -> str:
-    """Return in one sentence which stops were not reached, which of them had no path, and which robots stalled."""
+    """Return in one sentence which stops were not reached, which of them had no path, and which robots stalled.
+
+    It names as many as fit into a status message; ``per_robot`` of the report has all.
+    """
     lacking = []
     record = world.recorder
     everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
@@ -148,13 +152,33 @@ def missing(world: World) -> str:
             if time is None
         ]
         if stops:
-            lacking.append(f"{name} {', '.join(stops)}")
+            lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
     if left := list(world.dispatch.pool.left()):
-        lacking.append(f"{', '.join(left[:NAMED])}{f' and {len(left) - NAMED} more' * (len(left) > NAMED)}")
-    verdict = f"{world.verdict.text}; " if world.verdict.text and lacking else ""
+        lacking.append(listed(left, ", ", NAMED))
+    if not lacking:
+        return ""
     stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
              for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
-    return f"{verdict}not reached: {'; '.join(lacking)}{'; ' if stuck else ''}{', '.join(stuck)}" if lacking else ""
+    verdict = (world.verdict.text[:ROOM],) if world.verdict.text else ()
+    return "; ".join(
+        [*verdict, f"not reached: {listed(lacking, '; ', ROOM)}", *([listed(stuck, ", ", ROOM)] if stuck else [])]
+    )
+
+
+def listed(parts: Sequence[str], separator: str, room: int) -> str:
+    """Return the first parts, as many as fit into ``room`` characters but at least one, and how many more there are.
+
+    >>> listed(["r1", "r2", "r3"], ", ", 7)
+    'r1, r2 and 1 more'
+    """
+    fitting, length = 0, 0
+    for part in parts:
+        length += len(part) + len(separator)
+        if fitting and length > room:
+            break
+        fitting += 1
+    more = f" and {len(parts) - fitting} more" if fitting < len(parts) else ""
+    return separator.join(parts[:fitting]) + more
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:

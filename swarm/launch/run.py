@@ -59,7 +59,8 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    check_open_files(3 + ceil(options.robots / options.robots_per_process))
+    processes = 3 + ceil(options.robots / options.robots_per_process)
+    check_open_files(processes)
     options = replace(options, scenario=check(options.scenario, options.robots, options.seed).scenario)
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
@@ -73,7 +74,7 @@ def run(options: Options) -> int:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
-    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
+    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(processes)
     with (
         told_to_stop() as stop,
         registered(options.fleet or named(options.scenario.settings.name), endpoint) as (

@@ -13,7 +13,7 @@ from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Stage
 from swarm.robot.navigator import Navigator
-from swarm.robot.pilot import Move, PilotInputs
+from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, learned_cells
@@ -78,7 +78,7 @@ class Robot:
         self._told_at = float("-inf")
         self._plan_told: object = None
 
-    def _new_pilot(self) -> CellPilot:
+    def _new_pilot(self) -> Pilot:
         settings, floor = self._settings, self._ground.map
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         return CellPilot(self.name, self._number, settings, cells, self._controller)

@@ -1,14 +1,15 @@
 """The interface of a robot's brain and its pilot: a ``PilotInputs`` goes in, a ``Move`` comes out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import degrees
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.messages.traffic import TrafficBroadcast
+from swarm.robot.ground import Block
 from swarm.robot.navigator import Navigator
 from swarm.robot.safety import WheelSpeeds
 from swarm.settings import RobotSettings
@@ -40,6 +41,25 @@ class Move(NamedTuple):
     members: Sequence[str] = ()
     notes: Sequence[tuple[str, str]] = ()
     traffic: TrafficBroadcast | None = None
+
+
+class Pilot(Protocol):
+    """What a brain needs of its pilot."""
+
+    def drive(self, inputs: PilotInputs) -> Move:
+        """Return what the robot does at one tick; call it once a tick."""
+
+    def can_reach(self, here: Point, goal: Point) -> bool:
+        """Return True if joined cells lead from ``here`` to ``goal`` [m]."""
+
+    def take_floor(self, floor: OccupancyMap) -> None:
+        """Replace the map."""
+
+    def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
+        """Take in changed blocks of a learned map; return True if ways may have changed."""
+
+    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+        """Return a function that says of a point [m] whether another robot's body may be there at a tick."""
 
 
 def fuzzy_speeds(

@@ -1,6 +1,6 @@
 """The body and its cells: what a robot has to hold because its body is there, whatever it wants."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import hypot
 from typing import Final, NamedTuple
 
@@ -34,18 +34,29 @@ def footprint_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Footpr
     return Footprint(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
 
 
-def begun(number: int, body: Footprint, touched: frozenset[int], cells: CellMap) -> RouteProgress:
-    """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim."""
-    head = cells.nearest_standable(body.pose.x, body.pose.y, touched)
-    held = (*sorted(touched - {head}), head)
-    return RouteProgress(Reservations(held, (), number), (BESIDE,) * (len(held) - 1) + (ALONE,))
+def begun(
+    number: int, body: Footprint, touched: frozenset[int], cells: CellMap, held: Collection[int] = ()
+) -> RouteProgress:
+    """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim.
+
+    Where it can stand in none of them, it keeps the nearest cell to stand in of those ``held`` until now: it never
+    takes a cell that it neither touches nor held.
+    """
+    x, y, _ = body.pose
+    standable = [cell for cell in touched if cells.stands[cell]] or [cell for cell in held if cells.stands[cell]]
+    if standable or not touched:
+        head = cells.nearest_standable(x, y, standable)
+    else:
+        head = body.cell if body.cell in touched else min(touched)
+    kept = (*sorted(touched - {head}), head)
+    return RouteProgress(Reservations(kept, (), number), (BESIDE,) * (len(kept) - 1) + (ALONE,))
 
 
 def begun_again(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Begin the way again where the robot is. It holds new cells only if it touches none of those held."""
-    return begun(
-        progress.reservations.number, body, body.touched & set(progress.reservations.held) or body.touched, cells
-    )
+    held = progress.reservations.held
+    touched = body.touched & frozenset(held) or body.touched
+    return begun(progress.reservations.number, body, touched, cells, held)
 
 
 def awoken(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:

@@ -11,7 +11,7 @@ from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, ledg
 from swarm.bus import session as module
 from swarm.bus import tap as tap_module
 from swarm.bus.codec import encode
-from swarm.bus.settings import COMMON, client
+from swarm.bus.settings import LEASE, client
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import (
     ACTION,
@@ -507,6 +507,6 @@ def test_a_computation_longer_than_the_lease_ends_no_session(make_bus: MakeBus, 
     assert next_of(here, Presence) == Presence("robot", "r1", there.id, alive=True)
     for tick in range(1000):
         here.send(RADIO, broadcast("r1", tick), sure=True, zx=0, zy=0, robot="r1")
-    held(1.8 * COMMON["transport/link/tx/lease"] / 1000)
+    held(1.8 * LEASE)
     assert here.receive(QUIET) is None
     assert not isinstance(there.receive(QUIET), Link)

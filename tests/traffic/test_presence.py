@@ -194,3 +194,19 @@ def test_free_drive_counts_two_cells_to_either_side() -> None:
     row, column = divmod(middle, 7)
     about = [r * 7 + c for r in range(row - 2, row + 3) for c in range(column - 2, column + 3)]
     assert free_drive_cells(where, {}, {}, drawn.cells, SETTINGS) == tuple(about)
+
+
+@pytest.mark.parametrize(
+    ("held", "kept"),
+    [
+        ((WALL, C, G), (WALL, G)),  # the nearest of those held that it can stand in
+        ((WALL, A), (WALL, A)),
+        ((WALL,), (WALL,)),  # nowhere to stand: what it touches, and nothing else
+    ],
+)
+def test_where_it_cannot_stand_it_takes_no_cell_that_it_neither_touches_nor_held(
+    held: tuple[int, ...], kept: tuple[int, ...]
+) -> None:
+    found = given_back(progress(held, 1), body(WALL), FLOOR.cells)
+    assert found.reservations.held == kept
+    assert not found.reservations.all_claims

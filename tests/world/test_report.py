@@ -14,6 +14,8 @@ from typing import Any
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
@@ -21,7 +23,7 @@ from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
-from world.report import missing, report, shortest_length, write
+from world.report import listed, missing, report, shortest_length, write
 from world.world import REST, World
 
 COLUMNS = 10
@@ -191,6 +193,14 @@ def test_what_is_missing_is_one_sentence() -> None:
     assert missing(world).startswith(f"{world.verdict.text}; not reached: r2 target 1, ")
 
 
+def test_a_status_message_takes_the_sentence_however_many_robots_there_are() -> None:
+    robots = 256
+    world = World(scenario_of(map={"text": "\n".join(["." * 20] * 20)}), [Pose(1.0, 1.0, 0.0)] * robots, 1)
+    world.verdict.text = "x" * 2000
+    assert "not reached: r001 target 1, home; r002" in missing(world)
+    assert len(missing(world)) < 2000
+
+
 def test_home_is_called_home() -> None:
     world = World(scenario_of(), [AT[0]], 1)
     assert missing(world) == "not reached: r1 target 1, home"
@@ -214,3 +224,13 @@ def test_a_report_is_written_as_json_without_numbers_that_json_lacks(tmp_path: P
 def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="expected a file that can be written, got Is a directory"):
         write({}, tmp_path)
+
+
+@given(st.lists(st.text("ab", min_size=1, max_size=50), min_size=1), st.integers(1, 100))
+def test_a_list_fits_and_counts_what_it_leaves_out(parts: list[str], room: int) -> None:
+    text = listed(parts, ", ", room)
+    names, _, more = text.partition(" and ")
+    kept = names.split(", ")
+    assert kept == parts[: len(kept)]
+    assert len(kept) + (int(more.removesuffix(" more")) if more else 0) == len(parts)
+    assert len(names) <= max(room, len(parts[0]))

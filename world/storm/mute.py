@@ -33,7 +33,7 @@ NOTHING_SHUT: Final = np.empty((0, 4))
 class MuteRobot(Robot):
     """A robot that says nothing of traffic."""
 
-    def _new_pilot(self) -> "StraightPilot":  # type: ignore[override]
+    def _new_pilot(self) -> "StraightPilot":
         return StraightPilot(self._settings)
 
     def step(self, inputs: Inputs) -> Outputs:
