@@ -3,6 +3,7 @@
 import pytest
 
 from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
 from swarm.traffic.aside import CLEAR, LASTS, Aside
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.mute import SAYS, Mutes, Spoken
@@ -15,9 +16,9 @@ HERE, BESIDE, FAR = (CELLS.centre(cell) for cell in ROOM.at("abd"))
 HEAD = ROOM.at("a")[0]
 
 
-def goals(mute: tuple[float, float], ticks: int, *, rests: bool = False, stands: bool = False) -> list[object]:
+def goals(mute: tuple[float, float], ticks: int, *, rests: bool = False, stands: bool = False) -> list[Point | None]:
     """Return the goal in each tick of a robot that stands at ``HERE`` and has none of its own."""
-    mutes, aside, found = Mutes(TrafficSettings()), Aside(), []
+    mutes, aside, found = Mutes(TrafficSettings()), Aside(), list[Point | None]()
     for tick in range(ticks):
         mutes.hear(tick, [Spoken("f1", tick, Pose(*mute, 0.0), rests)], {})
         inputs = TrafficInputs(tick, Pose(*HERE, 0.0), None, stands=stands)
@@ -32,7 +33,7 @@ def test_after_long_it_goes_to_a_place_clear_of_the_mute_robot_and_comes_back() 
     assert first > SAYS
     assert None in found[first : first + LASTS + 1], "it comes back"
     assert len(asides) >= 2, "another place each time"
-    assert all(distance(goal, BESIDE) >= CLEAR * CELLS.side for goal in asides)  # type: ignore[arg-type]
+    assert all(distance(goal, BESIDE) >= CLEAR * CELLS.side for goal in asides)
 
 
 @pytest.mark.parametrize(
