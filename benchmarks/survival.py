@@ -102,7 +102,7 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         scenario = Path(folder) / "hall.yaml"
         scenario.write_text(hall(), encoding="utf-8")
-        rows = [(str(robots), lambda robots=robots: measure(scenario, robots, given.seconds)) for robots in ROBOTS]  # type: ignore[misc]
+        rows = [(str(robots), lambda robots=robots: measure(scenario, robots, given.seconds)) for robots in ROBOTS]
         printed(HEAD, rows)
 
 

@@ -112,7 +112,7 @@ def _edit(edit: Edit, course: Course) -> Accepted:
     """Add or remove walls, and send the new map to all listeners."""
     text = f"{edit.kind.value} from {edit.low} to {edit.high}"
     with course.changing():
-        changed = course.world.edit(edit)
+        changed = course.world.edit(edit, sensed=course.in_tick)
     if not changed:
         return Accepted(text=f"{text}: it changes nothing")
     events = [course.world.event("edit", text)]

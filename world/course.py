@@ -139,14 +139,17 @@ class Course:
     # --- saving ---
 
     def save(self) -> None:
-        """Save the state if it has changed and no tick is under way."""
-        if self._unsaved and not self.in_tick:
+        """Save the state if it has changed; in lockstep only while no tick is under way.
+
+        In real time a run that goes on from there senses that tick again: what it draws for noise differs.
+        """
+        if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
             with self.changing():
                 self._saver.save(self.world, self._state)
 
     def save_soon(self) -> None:
-        """Save the state now, or after the tick that is under way."""
+        """Save the state now, or in lockstep after the tick that is under way."""
         self._unsaved = True
         self.save()
 

@@ -8,20 +8,12 @@ from typing import Final
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
 from swarm.messages import (
-    ACTION,
     BODY,
     CLOCK,
     COMMAND,
-    EDIT,
     EVENTS,
-    JOIN,
-    LEAVE,
     MAP,
-    ORDER,
-    PLACES,
     PLAN,
-    POOL,
-    ROBOT_ACTION,
     SENSE,
     STATE,
     STATUS,
@@ -39,7 +31,7 @@ from world.answers import SILENT, Asked
 from world.course import Course
 from world.lobby import LEFT
 from world.report import write
-from world.requests import Requests
+from world.requests import ANSWERED, Requests, closed
 from world.rival import check_alone
 from world.snapshot_file import make_room
 
@@ -115,7 +107,7 @@ class Host:
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES):
+        for question in ANSWERED:
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -134,8 +126,9 @@ class Host:
         while not self._is_over():
             course.save()
             stands = course.stands or not self._linked
-            self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, between=not course.in_tick)
+            if stands:
+                self._requests.idle()
+            self._serve_requests()
             if stop.is_set():
                 course.end("interrupted")
             elif stands:
@@ -162,6 +155,10 @@ class Host:
 
     def _is_over(self) -> bool:
         return self._course.phase is Phase.OVER
+
+    def _serve_requests(self) -> None:
+        course = self._course
+        self._requests.serve(self._answer, closed=closed(in_tick=course.in_tick, lockstep=course.lockstep))
 
     def _answer(self, request: Request) -> None:
         answer(request, self._course, self._bus)
@@ -224,7 +221,10 @@ class Host:
         while course.in_tick and not stop.is_set() and taken < TAKEN:
             left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
             taken += left == 0.0
-            if not self._receive(left) and left == 0.0:
+            if (
+                not self._receive(min(left, self._requests.wait(closed=closed(in_tick=True, lockstep=False))))
+                and left == 0.0
+            ):
                 return
 
     def _receive(self, timeout: float) -> bool:
@@ -244,11 +244,11 @@ class Host:
                 self._take_presence(arrived)
             case Request():
                 self._requests.add(arrived)
-                self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
                 course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
+        self._serve_requests()
         often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
         if self._linked and not often:
             self._look_who_has_gone()

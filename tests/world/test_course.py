@@ -35,7 +35,8 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from world.answering import answer
-from world.course import AWAY, Course
+from world.course import Course
+from world.ending import AWAY
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
 from world.roll import LOST
@@ -166,7 +167,7 @@ def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
     file = tmp_path / "given_up"
     if given_up:
         file.write_text(given_up)
-    one = Course(Mock(spec=Bus), scenario_of(), 2, 1, "max", 300.0, False, 0, None, print, (), file)
+    one = Course(Mock(spec=Bus), scenario_of(), 2, 1, "max", 300.0, False, 0, None, print, given_up=file)
     one.go_to(Phase.RUNNING)
     come(one, "r1", "a")
     now = one.lobby._looked_at
@@ -277,7 +278,21 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert course().world.identity != one.world.identity, "without a file it is another one"
 
 
-def test_within_a_tick_nothing_is_saved(tmp_path: Path) -> None:
+def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
+    file = tmp_path / "world.snapshot"
+    one = course(file, pace=1.0)
+    come(one, "r1", "a")
+    one.world.senses(lockstep=False)
+    one.in_tick = True
+    order = Order(id="a", targets=[(2.5, 2.5)])
+    said = ask(one, ORDER, order, robot="r1")
+    assert said.number == 1
+    other = course(file, pace=1.0)
+    assert other.world.missions.orders.assigned(0) == one.world.missions.orders.assigned(0) != None  # noqa: E711
+    assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
+
+
+def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
     one = course(file)
     one.world.senses(lockstep=True)

@@ -13,7 +13,8 @@ from swarm.geometry import distance
 from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from world.course import AWAY, Course
+from world.course import Course
+from world.ending import AWAY
 from world.faults import Faults, Health, Spell
 from world.progress import STALLED
 from world.simulate import Simulation
