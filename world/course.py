@@ -20,7 +20,7 @@ from world.lobby import BACK, Lobby
 from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
 from world.repeatable import Repeatable
-from world.report import missing, report
+from world.report import ROOM, listed, missing, report
 from world.rival import new_identity
 from world.roll import Roll
 from world.saving import Saver
@@ -236,12 +236,11 @@ class Course:
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
         away = {name: self.lobby.away(name) for name in unfinished}
-        lost = bool(unfinished) and not stays and is_lost(away, self._given_up)
         if not stays and world.finished:
             self.end(missing(world))
-        elif lost and not world.plans_matter:
+        elif unfinished and not stays and is_lost(away, self._given_up) and not world.plans_matter:
             self._lost = unfinished
-            self.end(f"lost {', '.join(unfinished)}: absent for {min(away.values()):.0f} s; {missing(world)}")
+            self.end(f"lost {listed(unfinished, ', ', ROOM)}: absent for {min(away.values()):.0f} s; {missing(world)}")
         elif world.time >= self._limit:
             self.end(f"time limit of {self._limit:g} s; {missing(world)}")
 

@@ -221,10 +221,8 @@ class Host:
         while course.in_tick and not stop.is_set() and taken < TAKEN:
             left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
             taken += left == 0.0
-            if (
-                not self._receive(min(left, self._requests.wait(closed=closed(in_tick=True, lockstep=False))))
-                and left == 0.0
-            ):
+            soon = self._requests.wait(closed=closed(in_tick=True, lockstep=False))
+            if not self._receive(min(left, soon)) and left == 0.0:
                 return
 
     def _receive(self, timeout: float) -> bool:
