@@ -186,5 +186,5 @@ def test_the_judge_speaks_of_a_planted_fault(
     make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch, fault: Callable[..., None], says: str
 ) -> None:
     monkeypatch.setattr("world.process.answer", fault)
-    found = attacked(make_bus, 200, patience=0.5)
+    found = attacked(make_bus, 400, patience=0.5)
     assert any(says in one for one in found), found
