@@ -78,10 +78,12 @@ def snapshots(scenario: Path, robots: int, seconds: int) -> tuple[float, int]:
 
 def tick_of_a_fleet(scenario: Path, robots: int, seconds: int) -> float:
     """Return the mean wall time [s] of a tick of a fleet of processes in lockstep."""
-    report = scenario.with_suffix(".json")
+    report = scenario.with_name(f"{robots}.json")
     command = ("run", str(scenario), "--robots", str(robots), "--pace", "max", "--dashboard", "off")
     arguments = (*command, "--limit", str(seconds), "--report", str(report))
-    subprocess.run([sys.executable, "-m", "swarm.cli", *arguments], stdout=subprocess.DEVNULL, check=False)
+    done = subprocess.run([sys.executable, "-m", "swarm.cli", *arguments], stdout=subprocess.DEVNULL, check=False)
+    if done.returncode not in {0, 1}:  # 1: the limit came before the last stop
+        raise SystemExit(f"swarm run with {robots} robots: expected status 0 or 1, got {done.returncode}")
     summary = json.loads(report.read_text(encoding="utf-8"))
     return float(summary["wall_time"] / summary["ticks"])
 
