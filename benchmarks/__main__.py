@@ -92,7 +92,8 @@ def kept() -> dict[str, str]:
 def main() -> int:
     """Run the benchmarks; return 1 if one exits with another status than 0 or, with ``--stale``, if a section is stale.
 
-    ``fuzzy`` and ``planner`` exit so if they miss a target; the tables of the others name it beside what was measured.
+    ``fuzzy``, ``planner`` and ``survival`` exit so if they miss a target; the tables of the others name it beside what
+    was measured.
     """
     parser = argparse.ArgumentParser(description="Run benchmarks.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"some of {', '.join(names())}; default: all")
