@@ -82,9 +82,10 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
             bus.ask(SETUP, Setup(scenario=None, cell=0.7))
         assert main(["setup", "--scenario", "paper", "--robots", "1", "--target", "2.5,11.5"]) == 0
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
+        world = fleet.member("world")
         assert main(["go"]) == 0
         await_status(bus, lambda status: status.time > 1.0)
-        fleet.member("world").kill()
+        world.kill()
         fleet.await_line("world was ended by signal 9; started again")
         (told,) = bus.fetch(SETUP)
         assert (told.scenario, told.robots) == ("paper", 1)
