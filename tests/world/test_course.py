@@ -23,11 +23,13 @@ from swarm.messages import (
     Welcome,
 )
 from tests.conftest import MakeBus
+from tests.shared import scenario_of
 from tests.world.shared import ask, come, course_of, step
 from world.ending import AWAY
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
 from world.roll import LOST
+from world.simulate import Simulation
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
 BLOCK = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -212,3 +214,26 @@ def test_of_two_worlds_that_start_at_once_the_one_with_the_larger_id_gives_way(m
     except ConfigError:
         refused = True
     assert refused is larger
+
+
+def test_a_robot_that_comes_from_another_world_is_told_of() -> None:
+    one = course_of()
+    for world in (None, one.world.identity):
+        come(one, "r1", "s1", world)
+    assert not [event for event in one.speaker.events if event.kind == "anew"]
+    come(one, "r2", "s2", "a world whose snapshot was removed"[:16])
+    (event,) = [event for event in one.speaker.events if event.kind == "anew"]
+    assert event.robot == "r2"
+
+
+def test_a_robot_is_at_its_next_stop_until_that_counts() -> None:
+    simulation = Simulation.of(scenario_of(), 2, 1)
+    world, there = simulation.world, 0
+    while world.missions.left[0] is not None:
+        before, was_there = world.missions.left[0], world.is_at_next_stop("r1")
+        simulation.step()
+        assert was_there == (world.missions.left[0] != before), "exactly then it counts at the end of the tick"
+        there += was_there
+    assert there == len(world.missions.stops(0))
+    assert not world.is_at_next_stop("r1"), "it has none"
+    assert not world.is_at_next_stop("r9"), "the fleet has no such robot"

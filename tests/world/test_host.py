@@ -128,17 +128,17 @@ def test_in_lockstep_a_change_waits_for_the_end_of_the_tick_and_a_robot_that_com
     edit.accept.assert_called_once()
 
 
-def test_in_real_time_an_order_waits_until_what_its_robot_reports_is_counted() -> None:
+def test_in_real_time_an_order_waits_while_its_robot_is_at_a_stop_that_does_not_count_yet() -> None:
     rig = Rig(pace=1.0)
-    rig.join("r1", 7)
+    world = rig.course.world
+    world.request("r1", Order(id="here", targets=[world.poses()[0][:2]]))
     rig.course.in_tick = True
-    reached = msgspec.structs.replace(REST, reached=[True, False])
-    rig.take(Arrival(COMMAND, {"robot": "r1"}, reached, 7))
     waits, answered = (rig.ask(ORDER, Order(id="a", targets=[(7.5, 3.5)]), robot=name) for name in ("r1", "r2"))
     assert (waits.mock_calls, len(answered.mock_calls)) == ([], 1)
     rig.course.step()
     rig.take(None)
     waits.accept.assert_called_once()
+    assert [one.fate for one in world.missions.history(0)] == ["superseded", "done", "open"]
 
 
 @pytest.mark.parametrize(("in_tick", "refused"), [(False, False), (True, True)])

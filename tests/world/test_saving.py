@@ -138,7 +138,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.world.identity, other.world.run) == (one.world.identity, one.world.run)
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.floor.cells == one.world.floor.cells).all()
-    assert (other.speaker.scenario.map.cells == one.world.floor.cells).all()
+    assert (other.scenario.map.cells == one.world.floor.cells).all()
     assert other.lobby.expected, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert course_of().world.identity != one.world.identity, "without a file it is another one"
