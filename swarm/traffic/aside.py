@@ -13,9 +13,7 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.mute import SAYS, Mutes
 
-NEAR: Final = (
-    1.5  # cell sides between centres: a mute robot within it may want this place; diagonal cells are 1.41 apart
-)
+NEAR: Final = 1.5  # cell sides; a mute robot so near may want this place: diagonal neighbours are 1.41 apart
 CLEAR: Final = 2.0  # cell sides from a mute robot to a place aside: a cell between them stays free for it
 FARTHEST: Final = 6  # cells, the longest way to a place aside: there and back stays short beside ``LASTS``
 PLACES: Final = 4  # nearest places, tried in turn: the first may be where the mute robot wants to be next
