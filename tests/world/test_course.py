@@ -40,6 +40,7 @@ from world.ending import AWAY
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
 from world.roll import LOST
+from world.simulate import Simulation
 from world.world import REST
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
@@ -272,7 +273,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.world.identity, other.world.run) == (one.world.identity, one.world.run)
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.floor.cells == one.world.floor.cells).all()
-    assert (other.speaker.scenario.map.cells == one.world.floor.cells).all()
+    assert (other.scenario.map.cells == one.world.floor.cells).all()
     assert other.lobby.expected, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert course().world.identity != one.world.identity, "without a file it is another one"
@@ -348,3 +349,26 @@ def test_of_two_worlds_that_start_at_once_the_one_with_the_larger_id_gives_way(m
     except ConfigError:
         refused = True
     assert refused is larger
+
+
+def test_a_robot_that_comes_from_another_world_is_told_of() -> None:
+    one = course()
+    for world in (None, one.world.identity):
+        come(one, "r1", "s1", world)
+    assert not [event for event in one.speaker.events if event.kind == "anew"]
+    come(one, "r2", "s2", "a world whose snapshot was removed"[:16])
+    (event,) = [event for event in one.speaker.events if event.kind == "anew"]
+    assert event.robot == "r2"
+
+
+def test_a_robot_is_at_its_next_stop_until_that_counts() -> None:
+    simulation = Simulation.of(scenario_of(), 2, 1)
+    world, there = simulation.world, 0
+    while world.missions.left[0] is not None:
+        before, was_there = world.missions.left[0], world.is_at_next_stop("r1")
+        simulation.step()
+        assert was_there == (world.missions.left[0] != before), "exactly then it counts at the end of the tick"
+        there += was_there
+    assert there == len(world.missions.stops(0))
+    assert not world.is_at_next_stop("r1"), "it has none"
+    assert not world.is_at_next_stop("r9"), "the fleet has no such robot"

@@ -71,6 +71,17 @@ def test_a_request_is_refused_with_the_reason_and_changes_nothing(name: str) -> 
     assert (world.robots, world.recorder.digest, world.places.starts) == (["r1", "r2"], before, [])
 
 
+def test_no_body_is_put_where_a_restart_puts_another_one_back() -> None:
+    one, home = fleet(targets=[[7.5, 4.5]]), (2.5, 2.5, 0.0)
+    run_on(one, 6.0)
+    assert distance(one.world.poses()[0], home) > 2.0, "it has driven away"
+    for x in (2.5, 2.7, 2.89):
+        with pytest.raises(PeerError, match="expected a place that is nobody's home"):
+            one.open_places(ask(1, (x, 2.5, 0.0)))
+    one.open_places(ask(10, name="b"))
+    assert min(distance(a, b) for a, b in combinations(one.world.starts, 2)) > 2 * one.world.settings.robot.radius
+
+
 def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
     mover = {"radius": 0.3, "waypoints": [[7.5, 4.5], [7.5, 1.5]], "speed": 0.001}
     simulation = fleet(movers=[mover])
@@ -85,7 +96,7 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
 def test_no_more_robots_than_a_fleet_may_have() -> None:
     simulation = fleet()
     world = simulation.world
-    spots = Spots(world.settings, world.floor, world.traffic.watch.cells, [], [], [])
+    spots = Spots(world.settings, world.floor, world.traffic.watch.cells, [], [], [], [])
     with pytest.raises(PeerError, match="expected at most 1000 robots, got 2 beside the 999 of now"):
         spots.starts(ask(2), MOST_ROBOTS - 1)
 
@@ -207,7 +218,7 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
     assert one.roll.seen["r3"].liveness is Liveness.GONE
     assert one.lobby.absent[-1] == "r3"
     assert one.status().robots[2].pose == pytest.approx(FREE)
-    assert one.speaker.floor(one.world).scenario.starts["r3"] == pytest.approx(FREE)  # type: ignore[index]
+    assert one.speaker.floor.scenario.starts["r3"] == pytest.approx(FREE)  # type: ignore[index]
     assert not one.repeatable.reasons, "it came before the first tick"
     one.restart()
     assert one.world.robots == ["r1", "r2", "r3"]

@@ -192,6 +192,7 @@ def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tm
     found = snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
     assert found is not None
     assert found.state.world.tick == 2
+    assert found.identity != simulation.world.identity, "robots that know more than it have to join again"
     (line,) = said
     assert reason in line
     assert line.endswith("; went on from the snapshot before")
