@@ -9,7 +9,7 @@ import msgspec
 
 from docs.markdown import rows
 from swarm.messages import REPLIES, TOPICS, enums
-from swarm.messages.schema import types
+from swarm.messages.schema import described, types
 from swarm.settings import Section, Settings
 
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"  # (.*)$')
@@ -51,7 +51,7 @@ def messages() -> str:
 
 def scenario() -> str:
     """Return the sections on a scenario file, field by field."""
-    _, shapes = msgspec.json.schema_components([Settings])
+    shapes = described(msgspec.json.schema_components([Settings])[1])
     order = ["Settings", *(name for name in shapes if name != "Settings")]
     places = {name: place for place, name in _places()}
     parts = []

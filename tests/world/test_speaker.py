@@ -109,5 +109,5 @@ def test_the_last_events_are_kept_in_their_order_and_no_more() -> None:
 
 def test_a_welcome_crosses_the_wire_and_has_no_starts_of_others() -> None:
     one, world, _ = speaker_of(Wire())
-    packed = encode(welcome("r1", world, one, "the world", 7))
+    packed = encode(welcome("r1", world, one, "session", 7))
     assert decode(packed, Welcome, 100_000).scenario.starts is UNSET
