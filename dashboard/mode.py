@@ -10,7 +10,8 @@ from typing import Final, Literal, cast
 from swarm.errors import ConfigError
 
 Mode = Literal["viewer", "web", "off-screen"]
-ASKED: Final = ("auto", "viewer", "web", "off")
+ASKED: Final = ("auto", "viewer", "web", "box", "off")
+BOX: Final = "box"  # the page of dashboard/page, which needs no Rerun
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
 FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that was finished
@@ -22,7 +23,7 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
     """Return the mode for what was asked, or None for no dashboard.
 
     ``auto`` is the native viewer if there is a display and the viewer is installed, else the web viewer. With
-    ``record``, ``off`` still draws into the file (``off-screen``).
+    ``record``, ``off`` still draws into the file (``off-screen``), and so does ``box``, which is none of Rerun's.
 
     Raises:
         ConfigError: ``asked`` is not in ``ASKED``.
@@ -32,12 +33,16 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
     """
     if asked not in ASKED:
         raise ConfigError(f"dashboard: expected one of {', '.join(ASKED)}, got {asked!r}")
-    if asked == "off":
+    if asked in {"off", BOX}:
         return "off-screen" if record else None
     if asked == "auto":
-        screen = any(environ.get(name) for name in SCREENS)
-        return "viewer" if screen and find_spec("rerun_cli") else "web"
+        return "viewer" if has_screen(environ) and find_spec("rerun_cli") else "web"
     return cast("Mode", asked)
+
+
+def has_screen(environ: Mapping[str, str]) -> bool:
+    """Return True if there is a display on which a window can be opened."""
+    return any(environ.get(name) for name in SCREENS)
 
 
 def missing() -> str | None:

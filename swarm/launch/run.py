@@ -10,7 +10,8 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import choose, missing, page_address
+from dashboard.mode import BOX, choose, has_screen, missing, page_address
+from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
@@ -60,16 +61,22 @@ def run(options: Options) -> int:
     ):
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = console.print if console.is_terminal else partial(print, file=output, flush=True)
+        say = partial(console.print, soft_wrap=True) if console.is_terminal else partial(print, file=output, flush=True)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
             say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
+        box = None
+        if options.dashboard == BOX:
+            box = {"port": _free_port(), "token": token(), "open_page": has_screen(os.environ)}
+            say(f"box: {address(box['port'], box['token'])}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
-            processes = Processes(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
+            processes = Processes(
+                fleet, options, endpoint, name, shown if mode is not None else None, report_of_world, box
+            )
             try:
                 processes.start()
                 trouble = _watch(fleet, processes, stop, console)
@@ -99,7 +106,8 @@ def _router_of(options: Options) -> Identity | None:
             f"--robots-per-process: expected 1 with --secure, got {options.robots_per_process}: a robot's keys are for "
             "its name only, so it needs a process of its own; leave out one of the two"
         )
-    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *names(options.robots)):
+    steering = [identity.OPERATOR] if options.dashboard == BOX else []
+    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *steering, *names(options.robots)):
         Identity(options.secure, member).check()
     return Identity(options.secure, identity.ROUTER)
 

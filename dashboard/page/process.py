@@ -1,0 +1,171 @@
+"""The process of the box: it listens to a fleet, shows it to browsers, and hands their requests to the wire.
+
+It takes no part in the fleet: the fleet runs the same without it, with one browser, or with ten. It does not listen to
+the radio, whose relayed records are most of a fleet's bytes.
+"""
+
+import webbrowser
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, Final
+
+from dashboard.mode import LOOPBACK
+from dashboard.page import telling
+from dashboard.page.address import address
+from dashboard.page.asking import Asking
+from dashboard.page.server import Server
+from dashboard.progress import Progress, fold
+from dashboard.scene import Scene, scene_of
+from swarm.bus import Arrival, Bus, Endpoint, Link
+from swarm.errors import SwarmError
+from swarm.fuzzy import Controller, Profile
+from swarm.messages import (
+    CLOCK,
+    EVENT,
+    EVENTS,
+    MAP,
+    PLAN,
+    SETUP,
+    STATE,
+    TRUTH,
+    Clock,
+    Event,
+    Events,
+    Map,
+    Message,
+    Plan,
+    Topic,
+    Truth,
+)
+from swarm.scenario.shipped import shipped
+from swarm.stopping import told_to_stop
+
+PERIOD: Final = 0.1  # s between two frames
+OVERVIEW_EVERY: Final = 3  # frames between two overviews
+ASK_EVERY: Final = 1.0  # s between two requests for a map that has not come yet
+LAST_WORDS: Final = 0.3  # s for messages that are still under way when we are told to stop
+LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, EVENT, MAP, TRUTH)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, EVENTS, MAP, TRUTH)
+
+
+def run(
+    endpoint: Endpoint,
+    fleet: str,
+    port: int,
+    token: str,
+    *,
+    open_page: bool = False,
+    log: Callable[[str], None] = print,
+) -> int:
+    """Serve the box until we are told to stop; ``open_page`` shows it in this machine's browser.
+
+    Raises:
+        ConfigError: the port is in use, or there is no router.
+    """
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Server(LOOPBACK, port, token, Asking(bus)) as server:
+        server.show(telling.HELLO, telling.hello(fleet, shipped()))
+        if open_page:
+            webbrowser.open(address(port, token))
+        follow(bus, Shown(bus, server, log), stop.is_set)
+    return 0
+
+
+def follow(bus: Bus, shown: "Shown", stopped: Callable[[], bool]) -> None:
+    """Take in what arrives and show it ten times a second, until we are told to stop."""
+    for topic in LISTEN:
+        bus.listen(topic)
+    shown.catch_up()
+    due = asked = monotonic()
+    while not stopped():
+        now = monotonic()
+        if now >= due:
+            shown.show()
+            due = max(due + PERIOD, now)
+        if shown.scene is None and now - asked >= ASK_EVERY:
+            shown.catch_up()
+            asked = now
+        shown.take(bus.receive(timeout=max(0.0, due - monotonic())))
+    end = monotonic() + LAST_WORDS
+    while (now := monotonic()) < end:
+        shown.take(bus.receive(timeout=end - now))
+    shown.show(last=True)
+
+
+class Shown:
+    """What is known of the fleet, and what of it is new to browsers."""
+
+    def __init__(self, bus: Bus, server: Server, log: Callable[[str], None]) -> None:
+        self.scene: Scene | None = None
+        self._progress = Progress()
+        self._bus, self._server, self._log = bus, server, log
+        self._controller: Controller | None = None
+        self._truth: Truth | None = None
+        self._plans: dict[str, Plan] = {}
+        self._link = True
+        self._frame = 0
+
+    def catch_up(self) -> None:
+        """Fetch the last messages that the world keeps, and the launcher's set-up."""
+        for topic in CATCH_UP:
+            for message in self._bus.fetch(topic, timeout=1.0):
+                self._fold(message)
+        for setup in self._bus.fetch(SETUP, timeout=1.0):
+            self._server.show(SETUP.key, telling.framed(SETUP.key, setup))
+
+    def take(self, arrived: object) -> None:
+        """Take in what ``Bus.receive`` returned."""
+        before = self._progress.run, self._progress.order
+        match arrived:
+            case Arrival(message=message):
+                self._fold(message)
+            case Link(up=up):
+                self._link = up
+        if (self._progress.run, self._progress.order) != before and before[0] >= 0 or arrived == Link(up=True):
+            self.catch_up()  # another set-up, perhaps; and messages of the new run may have come before the world's
+
+    def show(self, *, last: bool = False) -> None:
+        """Show what is new. The overview comes less often: it changes once a second and robot."""
+        self._frame += 1
+        if self._truth is not None:
+            self._show(TRUTH.key, self._truth)
+            if self._controller is not None and self.scene is not None:
+                why = telling.rules(self._controller, self.scene, self._truth, self._server.selected)
+                self._show(telling.RULES, why)
+        if self._frame % OVERVIEW_EVERY == 0 or last:
+            home = self.scene is not None and self.scene.settings.return_home
+            self._show(telling.OVERVIEW, telling.overview(self._progress, home, link=self._link))
+
+    def _show(self, key: str, content: object) -> None:
+        self._server.show(key, telling.framed(key, content))
+
+    def _fold(self, message: Message) -> None:
+        if isinstance(message, Events):
+            for event in message.events:
+                self._progress = fold(self._progress, event)
+        elif isinstance(message, Map):
+            self._take_floor(message)
+        run = self._progress.run
+        self._progress = fold(self._progress, message)
+        if self._progress.run != run:
+            self._plans, self._truth = {}, None
+        match message:
+            case Truth() if message.run == self._progress.run:
+                self._truth = message
+            case Plan() if message.run == self._progress.run:
+                self._plans[message.robot] = message
+                self._show(PLAN.key, list(self._plans.values()))
+            case Clock():
+                self._show(CLOCK.key, message)
+            case Event() | Events():
+                self._show(EVENTS.key, Events(events=list(self._progress.events)))
+
+    def _take_floor(self, floor: Map) -> None:
+        try:
+            self.scene = scene_of(floor)
+            self._controller = (
+                Controller(Profile.from_builtins(self.scene.profile)) if self.scene.profile is not None else None
+            )
+        except SwarmError as fault:
+            self._log(f"box: {fault}")
+            return
+        self._show(MAP.key, floor)

@@ -1,0 +1,130 @@
+"""What the box tells a browser beside the wire's own messages: progress in numbers and words, and one robot's rules."""
+
+from typing import Annotated, Final
+
+import msgspec
+from msgspec import Meta, Struct
+
+from dashboard import naming, palette
+from dashboard.overlays import explained
+from dashboard.progress import Progress
+from dashboard.scene import Scene
+from swarm.errors import SwarmError
+from swarm.fuzzy import Controller
+from swarm.messages import Activity, Body, Liveness, Phase, Truth
+
+OVERVIEW: Final = "box/overview"
+RULES: Final = "box/rules"
+HELLO: Final = "box/hello"
+CONTACT: Final = "contact"  # the kind of event
+COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """One robot's progress."""
+
+    robot: str
+    heard: Liveness
+    doing: Annotated[str, Meta(description="in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
+    activity: Activity
+    share: Annotated[float, Meta(description="of its way through its stops, 0 to 1, by distance")]
+    reached: int
+    stops: int
+    target: Annotated[int, Meta(description="index of the stop it drives to; the number of stops when all are reached")]
+    left: Annotated[float, Meta(description="m; to that stop along its path")]
+    waits: Annotated[float, Meta(description="s; for how long it has been waiting now")]
+    waited: Annotated[float, Meta(description="s; in this run")]
+    unreachable: Annotated[tuple[int, ...], Meta(description="stops given up because no path leads there")]
+    assignment: Annotated[int, Meta(description="number of its stops; 0: the scenario's")]
+
+
+class Overview(Struct, frozen=True, kw_only=True):
+    """The progress of the run."""
+
+    run: int
+    time: Annotated[float, Meta(description="s; since the run began")]
+    phase: Phase
+    link: Annotated[bool, Meta(description="the box is connected to the fleet's router")]
+    share: Annotated[float, Meta(description="of all robots' ways, 0 to 1")]
+    contacts: Annotated[int, Meta(description="touches of robots with anything, among the last 100 events")]
+    robots: tuple[Row, ...]
+
+
+class Why(Struct, frozen=True, kw_only=True):
+    """Why a robot's wheels turn as they do: the inference of its fuzzy controller."""
+
+    robot: str
+    steering: Annotated[str | None, Meta(description="how its command differs from the tables' speeds")]
+    inputs: Annotated[dict[str, float], Meta(description="m, and degrees (right positive)")]
+    memberships: dict[str, dict[str, float]]
+    weights: dict[str, float]
+    rules: Annotated[list[tuple[str, int, float, str]], Meta(description="behaviour, number, strength 0..1, text")]
+    left_v: Annotated[float, Meta(description="m/s; the tables' speed of the left rim")]
+    right_v: Annotated[float, Meta(description="m/s")]
+
+
+def hello(fleet: str, scenarios: dict[str, str]) -> str:
+    """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours."""
+    colours = [palette.hexadecimal(palette.robot(number)) for number in range(COLOURS)]
+    return framed(HELLO, {"fleet": fleet, "scenarios": scenarios, "colours": colours})
+
+
+def framed(key: str, content: object) -> str:
+    """Return a frame of the WebSocket: a key and a message as JSON."""
+    return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
+
+
+def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
+    """Return the progress in numbers and words; ``home`` says whether the scenario's mission returns."""
+    rows = tuple(_row(progress, name, home) for name in progress.order)
+    told = [row for row in rows if row.stops]
+    return Overview(
+        run=max(0, progress.run),
+        time=progress.time,
+        phase=progress.phase,
+        link=link,
+        share=sum(row.share for row in told) / len(rows) if rows else 0.0,
+        contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
+        robots=rows,
+    )
+
+
+def _row(progress: Progress, name: str, home: bool) -> Row:
+    robot = progress.robot(name)
+    return Row(
+        robot=name,
+        heard=progress.heard(name),
+        doing=naming.lane(robot, home),
+        activity=robot.activity,
+        share=round(robot.share, 4),
+        reached=robot.reached,
+        stops=robot.stops,
+        target=robot.target,
+        left=round(robot.distance, 3),
+        waits=round(progress.waits(name), 1),
+        waited=round(progress.seconds(robot.waited), 1),
+        unreachable=robot.unreachable,
+        assignment=robot.assignment,
+    )
+
+
+def rules(controller: Controller, scene: Scene, truth: Truth, selected: frozenset[str]) -> dict[str, Why | str]:
+    """Return for each selected robot which rules fire, or a sentence that says why that cannot be told."""
+    return {body.robot: _why(controller, scene, body) for body in truth.bodies if body.robot in selected}
+
+
+def _why(controller: Controller, scene: Scene, body: Body) -> Why | str:
+    try:
+        told = explained(controller, scene.settings, body)
+    except SwarmError as fault:
+        return str(fault)
+    return Why(
+        robot=body.robot,
+        steering=None if body.steering is None else body.steering.value,
+        inputs=told.inputs,
+        memberships=told.memberships,
+        weights=told.weights,
+        rules=[(rule.behaviour, rule.rule, rule.strength, rule.text) for rule in told.rules],
+        left_v=told.left_v,
+        right_v=told.right_v,
+    )
