@@ -120,7 +120,7 @@ class Shown:
                 self._fold(message)
             case Link(up=up):
                 self._link = up
-        if (self._progress.run, self._progress.order) != before and before[0] >= 0 or arrived == Link(up=True):
+        if ((self._progress.run, self._progress.order) != before and before[0] >= 0) or arrived == Link(up=True):
             self.catch_up()  # another set-up, perhaps; and messages of the new run may have come before the world's
 
     def show(self, *, last: bool = False) -> None:

@@ -70,8 +70,9 @@ def run(options: Options) -> int:
             shown |= ports
         box = None
         if options.dashboard == BOX:
-            box = {"port": _free_port(), "token": token(), "open_page": has_screen(os.environ)}
-            say(f"box: {address(box['port'], box['token'])}")
+            port, secret = _free_port(), token()
+            box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
+            say(f"box: {address(port, secret)}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
             processes = Processes(
