@@ -52,6 +52,13 @@ def missing() -> str | None:
     return None
 
 
+def missing_for_box() -> str | None:
+    """Return a sentence that says what is not installed, or None if the box has all that it needs."""
+    if find_spec("aiohttp") is None:
+        return "the box needs aiohttp, which is not installed: pip install aiohttp, or run without"
+    return None
+
+
 def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
     """Return the address of the page on which a dashboard in mode ``web`` with these ports is seen."""
     host = gethostname() if bind == ANY else bind

@@ -22,6 +22,7 @@ from swarm.messages import (
     ROBOT_ACTION,
     SETUP,
     STATUS,
+    Id,
     Topic,
 )
 from swarm.messages.schema import index
@@ -73,9 +74,10 @@ class Asking:
         topic = REQUESTS[name]
         ids = {}
         if topic.key in OF_A_ROBOT:
-            if not robot or not all(character.isalnum() or character in "_.:-" for character in robot):
-                raise ConfigError(f"/{name}: expected ?robot=NAME, such as ?robot=r1, got {robot!r}; add it")
-            ids["robot"] = robot
+            try:
+                ids["robot"] = msgspec.convert(robot, Id)
+            except msgspec.ValidationError:
+                raise ConfigError(f"/{name}: expected ?robot=NAME, such as ?robot=r1, got {robot!r:.100}") from None
         try:
             message = msgspec.json.decode(body, type=topic.message)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:

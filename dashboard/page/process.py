@@ -148,6 +148,7 @@ class Shown:
         self._progress = fold(self._progress, message)
         if self._progress.run != run:
             self._plans, self._truth = {}, None
+            self._show(PLAN.key, [])
         match message:
             case Truth() if message.run == self._progress.run:
                 self._truth = message

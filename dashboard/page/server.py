@@ -107,6 +107,7 @@ class Server:
         try:
             self._loop.run_until_complete(self._serve())
         finally:
+            self._listens.cancel()  # whoever waits for it learns that it never will
             self._loop.close()
 
     async def _serve(self) -> None:
@@ -145,7 +146,7 @@ class Server:
         if origin is not None and origin != f"http://{request.host}":
             return refused(403, f"expected a request of the box's own page, got one of {origin[:100]!r}")
         open_to_all = request.path.startswith("/page/")  # they hold no secret
-        if not (open_to_all or compare_digest(_token_of(request).encode(), self._token.encode())):
+        if not (open_to_all or compare_digest(_token_of(request).encode("utf-8", "replace"), self._token.encode())):
             return refused(403, "expected the token of this box, got none or another; use the address that was printed")
         try:
             return await handler(request)
@@ -212,7 +213,7 @@ class Server:
                 for frame in viewer.take():
                     await socket.send_str(frame)
                 if self._over.is_set():
-                    return
+                    await socket.close(code=WSCloseCode.GOING_AWAY, message=b"the box has ended")
                 await asyncio.sleep(PERIOD)
 
 

@@ -3,7 +3,7 @@
 from typing import Annotated, Final
 
 import msgspec
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from dashboard import naming, palette
 from dashboard.overlays import explained
@@ -12,6 +12,7 @@ from dashboard.scene import Scene
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
 from swarm.messages import Activity, Body, Liveness, Phase, Truth
+from swarm.messages.fields import says
 
 OVERVIEW: Final = "box/overview"
 RULES: Final = "box/rules"
@@ -23,44 +24,44 @@ COLOURS: Final = 32  # robots with a colour of their own; then the colours repea
 class Row(Struct, frozen=True, kw_only=True):
     """One robot's progress."""
 
-    robot: str
-    heard: Liveness
-    doing: Annotated[str, Meta(description="in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
-    activity: Activity
-    share: Annotated[float, Meta(description="of its way through its stops, 0 to 1, by distance")]
-    reached: int
-    stops: int
-    target: Annotated[int, Meta(description="index of the stop it drives to; the number of stops when all are reached")]
-    left: Annotated[float, Meta(description="m; to that stop along its path")]
-    waits: Annotated[float, Meta(description="s; for how long it has been waiting now")]
-    waited: Annotated[float, Meta(description="s; in this run")]
-    unreachable: Annotated[tuple[int, ...], Meta(description="stops given up because no path leads there")]
-    assignment: Annotated[int, Meta(description="number of its stops; 0: the scenario's")]
+    robot: Annotated[str, says("its name")]
+    heard: Annotated[Liveness, says("whether its process is there and speaks")]
+    doing: Annotated[str, says("in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
+    activity: Annotated[Activity, says("what it is doing")]
+    share: Annotated[float, says("of its way through its stops, 0 to 1, by distance")]
+    reached: Annotated[int, says("stops reached")]
+    stops: Annotated[int, says("targets, and home if the mission returns; 0: it has not spoken yet")]
+    target: Annotated[int, says("index of the stop it drives to; the number of stops when all are reached")]
+    left: Annotated[float, says("m; to that stop along its path")]
+    waits: Annotated[float, says("s; for how long it has been waiting now")]
+    waited: Annotated[float, says("s; in this run")]
+    unreachable: Annotated[tuple[int, ...], says("stops given up because no path leads there")]
+    assignment: Annotated[int, says("number of its stops; 0: the scenario's")]
 
 
 class Overview(Struct, frozen=True, kw_only=True):
     """The progress of the run."""
 
-    run: int
-    time: Annotated[float, Meta(description="s; since the run began")]
-    phase: Phase
-    link: Annotated[bool, Meta(description="the box is connected to the fleet's router")]
-    share: Annotated[float, Meta(description="of all robots' ways, 0 to 1")]
-    contacts: Annotated[int, Meta(description="touches of robots with anything, among the last 100 events")]
-    robots: tuple[Row, ...]
+    run: Annotated[int, says("increases with each restart")]
+    time: Annotated[float, says("s; since the run began")]
+    phase: Annotated[Phase, says("phase of the run")]
+    link: Annotated[bool, says("the box is connected to the fleet's router")]
+    share: Annotated[float, says("of all robots' ways, 0 to 1")]
+    contacts: Annotated[int, says("touches of robots with anything, among the last 100 events")]
+    robots: Annotated[tuple[Row, ...], says("all robots of the run")]
 
 
 class Why(Struct, frozen=True, kw_only=True):
     """Why a robot's wheels turn as they do: the inference of its fuzzy controller."""
 
-    robot: str
-    steering: Annotated[str | None, Meta(description="how its command differs from the tables' speeds")]
-    inputs: Annotated[dict[str, float], Meta(description="m, and degrees (right positive)")]
-    memberships: dict[str, dict[str, float]]
-    weights: dict[str, float]
-    rules: Annotated[list[tuple[str, int, float, str]], Meta(description="behaviour, number, strength 0..1, text")]
-    left_v: Annotated[float, Meta(description="m/s; the tables' speed of the left rim")]
-    right_v: Annotated[float, Meta(description="m/s")]
+    robot: Annotated[str, says("its name")]
+    steering: Annotated[str | None, says("how its command differs from the tables' speeds")]
+    inputs: Annotated[dict[str, float], says("m, and degrees (right positive)")]
+    memberships: Annotated[dict[str, dict[str, float]], says("0 to 1, of each input in each term")]
+    weights: Annotated[dict[str, float], says("of each behaviour; they sum to 1")]
+    rules: Annotated[list[tuple[str, int, float, str]], says("behaviour, number, strength 0..1, text")]
+    left_v: Annotated[float, says("m/s; the tables' speed of the left rim")]
+    right_v: Annotated[float, says("m/s")]
 
 
 def hello(fleet: str, scenarios: dict[str, str]) -> str:

@@ -10,7 +10,7 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, choose, has_screen, missing, page_address
+from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address
 from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint, Request
@@ -51,6 +51,8 @@ def run(options: Options) -> int:
         if options.dashboard != "auto" or options.record is not None:
             raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
         mode = None
+    if options.dashboard == BOX and (lacks := missing_for_box()) is not None:
+        raise ConfigError(f"--dashboard box: {lacks}")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(options.sessions)
     with (
         told_to_stop() as stop,

@@ -18,6 +18,8 @@ from swarm.errors import ConfigError
         ("web", {"DISPLAY": ":0"}, False, "web"),
         ("off", {"DISPLAY": ":0"}, False, None),
         ("off", {}, True, "off-screen"),
+        ("box", {"DISPLAY": ":0"}, False, None),
+        ("box", {}, True, "off-screen"),
     ],
 )
 def test_choose(

@@ -90,10 +90,9 @@ export function picture(floor, colours) {
   canvas.width = floor.columns;
   canvas.height = floor.rows;
   const context = canvas.getContext("2d"), image = context.createImageData(floor.columns, floor.rows);
-  const rgb = colours.map((colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16)));
-  for (let cell = 0; cell < floor.cells.length; cell++) {
-    image.data.set([...rgb[floor.cells[cell]], 255], 4 * cell);
-  }
+  const rgba = colours.flatMap((colour) => [...[1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16)), 255]);
+  const whole = new Uint32Array(Uint8Array.from(rgba).buffer), pixels = new Uint32Array(image.data.buffer);
+  for (let cell = 0; cell < floor.cells.length; cell++) pixels[cell] = whole[floor.cells[cell]];
   context.putImageData(image, 0, 0);
   return canvas;
 }

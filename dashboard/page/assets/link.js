@@ -6,8 +6,8 @@ const AGAIN = 1000; // ms between two attempts
 let socket = null;
 let selected = null;
 
-/** Call `take(key, message)` for each frame, and `changed(up)` when the connection comes or goes. */
-export function connect(take, changed) {
+/** Call `take(key, message)` for each frame, and `changed(up)` when the connection comes or goes, while `goesOn()`. */
+export function connect(take, changed, goesOn) {
   socket = new WebSocket(`ws://${location.host}/live?token=${encodeURIComponent(token)}`);
   socket.onopen = () => {
     changed(true);
@@ -19,7 +19,7 @@ export function connect(take, changed) {
   };
   socket.onclose = () => {
     changed(false);
-    setTimeout(() => connect(take, changed), AGAIN);
+    if (goesOn()) setTimeout(() => connect(take, changed, goesOn), AGAIN);
   };
 }
 

@@ -24,6 +24,8 @@ const SAID = 6000; // ms that a sentence stays
 
 // --- frames ---
 
+let maps = 0; // that have come
+
 const TAKE = {
   "box/hello": (hello) => {
     state.hello = hello;
@@ -44,8 +46,9 @@ const TAKE = {
   },
   "robot/{robot}/plan": (plans) => (state.plans = new Map(plans.map(({ robot, points }) => [robot, points]))),
   "world/map": async (map) => {
-    const before = state.floor;
-    state.floor = await unpacked(map);
+    const before = state.floor, mine = ++maps, floor = await unpacked(map);
+    if (mine !== maps) return; // a newer one has come meanwhile
+    state.floor = floor;
     if (!before || before.rows !== state.floor.rows || before.columns !== state.floor.columns) whole();
     redraw();
   },
@@ -60,6 +63,7 @@ connect(
     state.connected = up;
     redraw();
   },
+  () => phase() !== "over",
 );
 
 // --- drawing ---
@@ -100,7 +104,11 @@ function inputs() {
   if (active !== $("robots") && robots) $("robots").value = robots;
   if (active !== $("speed")) $("speed").value = wanted("speed") ?? 0.4;
   $("speed_reading").textContent = `${Math.round(100 * $("speed").value)} %`;
-  if (active !== $("scenario") && wanted("scenario")) $("scenario").value = wanted("scenario");
+  const name = wanted("scenario");
+  if (active !== $("scenario") && name && $("scenario").value !== name) {
+    if (![...$("scenario").options].some((option) => option.value === name)) $("scenario").add(new Option(name, name));
+    $("scenario").value = name;
+  }
   const text = isDrafted() ? `drawn, not driven yet: press go. ${HINTS[state.tool]}` : HINTS[state.tool];
   if ($("hint").textContent !== text) $("hint").textContent = text;
   document.documentElement.classList.toggle("drafted", isDrafted());
@@ -179,8 +187,12 @@ $("robots").addEventListener("change", () => {
     if (wished !== (state.draft.starts ? starts().length : wanted("robots"))) setRobots(wished);
   })());
 });
+$("robots").addEventListener("keydown", (event) => {
+  if (event.key === "Enter") $("robots").blur(); // it is asked for, and the keys steer the page again
+});
 $("speed").addEventListener("input", () => {
   state.draft.speed = Number($("speed").value);
+  if (state.draft.speed === state.setup?.speed) delete state.draft.speed;
   redraw();
 });
 $("scenario").addEventListener("change", () => {

@@ -28,8 +28,8 @@ export function refresh(page) {
 
 function head() {
   const told = state.overview, now = phase();
-  document.documentElement.dataset.phase = state.connected ? now : "away";
-  set($("phase"), !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
+  document.documentElement.dataset.phase = state.connected || now === "over" ? now : "away";
+  set($("phase"), now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
   set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
@@ -51,7 +51,7 @@ function totals(told) {
   const counts = { drive: 0, wait: 0, blocked: 0, stopped: 0, lost: 0, done: 0 };
   for (const robot of told.robots) {
     const here = robot.heard === "alive";
-    const word = !here ? "lost" : { drive: "drive", give_way: "wait", blocked: "blocked", stopped: "stopped", done: "done" }[robot.activity];
+    const word = phase() === "waiting" ? null : !here ? "lost" : { drive: "drive", give_way: "wait", blocked: "blocked", stopped: "stopped", done: "done" }[robot.activity];
     if (word) counts[word] += 1;
   }
   const shown = Object.entries(counts).filter(([word, value]) => value || ["drive", "wait", "done"].includes(word));
@@ -92,7 +92,7 @@ function made(robot, page) {
 function fill(item, told) {
   const [who, bar, doing] = item.firstChild.children, [filled, marks] = bar.children;
   const waiting = phase() === "waiting", here = told.heard === "alive";
-  const word = waiting ? "ready" : here ? told.doing : told.heard;
+  const word = !here ? (waiting ? "starting" : told.heard) : waiting ? "ready" : told.doing;
   who.style.setProperty("--robot", colour(told.robot));
   filled.style.setProperty("--robot", colour(told.robot));
   filled.style.width = `${100 * (waiting ? 0 : told.share)}%`;
@@ -101,7 +101,7 @@ function fill(item, told) {
   }
   const since = told.waits >= 1 && !waiting ? ` ${Math.round(told.waits)} s` : "";
   set(doing, word + since);
-  item.className = !here ? "lost" : waiting ? "" : told.activity;
+  item.className = waiting ? "" : !here ? "lost" : told.activity;
   item.classList.toggle("chosen", told.robot === state.selected);
   item.firstChild.title = `${told.robot}: ${told.reached} of ${count(told.stops, "stop")} reached, ${word}`;
 }

@@ -16,6 +16,7 @@ export async function apply() {
   if (phase() === "running") await ask("/action", { do: "pause" });
   await ask("/setup", asked);
   state.draft = {};
+  state.nextStart = 0;
   await until(() => state.clock && state.clock.run > before && state.clock.phase === "waiting" && isComplete(),
     "the fleet has not begun anew; see the terminal");
 }

@@ -85,7 +85,7 @@ const TOOLS = {
   start: {
     press(view, at) {
       const list = starts(), found = startAt(view, at);
-      const number = found ?? (state.nextStart ?? 0) % Math.max(1, list.length);
+      const number = found ?? state.nextStart % Math.max(1, list.length);
       if (found === null) {
         list[number] = [...rounded(view.toMap(at)), list[number]?.[2] ?? 0];
         state.nextStart = number + 1;
