@@ -27,8 +27,8 @@ from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = (
-    "architecture.md", "box.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md", "traffic-contract.md",
-    "wire.md",
+    "architecture.md", "box.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md",
+    "traffic-contract.md", "wire.md",
 )  # fmt: skip
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

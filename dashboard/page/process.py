@@ -100,9 +100,11 @@ class Shown:
         self._bus, self._server, self._log = bus, server, log
         self._controller: Controller | None = None
         self._truth: Truth | None = None
+        self._clock: Clock | None = None
         self._plans: dict[str, Plan] = {}
+        self._new: set[str] = set()  # keys of frames that have changed since the last ones
         self._link = True
-        self._frame = 0
+        self._frames = 0
 
     def catch_up(self) -> None:
         """Fetch the last messages that the world keeps, and the launcher's set-up."""
@@ -110,28 +112,35 @@ class Shown:
             for message in self._bus.fetch(topic, timeout=1.0):
                 self._fold(message)
         for setup in self._bus.fetch(SETUP, timeout=1.0):
-            self._server.show(SETUP.key, telling.framed(SETUP.key, setup))
+            self._show(SETUP.key, setup)
 
     def take(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
-        before = self._progress.run, self._progress.order
+        before, fleet = self._progress.run, self._progress.order
         match arrived:
             case Arrival(message=message):
                 self._fold(message)
             case Link(up=up):
                 self._link = up
-        if ((self._progress.run, self._progress.order) != before and before[0] >= 0) or arrived == Link(up=True):
+        again = before >= 0 and (self._progress.run, self._progress.order) != (before, fleet)
+        if again or arrived == Link(up=True):
             self.catch_up()  # another set-up, perhaps; and messages of the new run may have come before the world's
 
     def show(self, *, last: bool = False) -> None:
-        """Show what is new. The overview comes less often: it changes once a second and robot."""
-        self._frame += 1
-        if self._truth is not None:
-            self._show(TRUTH.key, self._truth)
-            if self._controller is not None and self.scene is not None:
-                why = telling.rules(self._controller, self.scene, self._truth, self._server.selected)
-                self._show(telling.RULES, why)
-        if self._frame % OVERVIEW_EVERY == 0 or last:
+        """Show what is new. The overview comes less often: each robot's progress changes about once a second."""
+        self._frames += 1
+        contents: dict[str, object] = {
+            CLOCK.key: self._clock,
+            TRUTH.key: self._truth,
+            PLAN.key: list(self._plans.values()),
+            EVENTS.key: Events(events=list(self._progress.events)),
+        }
+        for key in self._new:
+            self._show(key, contents[key])
+        self._new.clear()
+        if (selected := self._server.selected) and self._truth and self._controller and self.scene:
+            self._show(telling.RULES, telling.rules(self._controller, self.scene, self._truth, selected))
+        if self._frames % OVERVIEW_EVERY == 0 or last:
             home = self.scene is not None and self.scene.settings.return_home
             self._show(telling.OVERVIEW, telling.overview(self._progress, home, link=self._link))
 
@@ -141,31 +150,34 @@ class Shown:
     def _fold(self, message: Message) -> None:
         if isinstance(message, Events):
             for event in message.events:
-                self._progress = fold(self._progress, event)
-        elif isinstance(message, Map):
-            self._take_floor(message)
-        run = self._progress.run
+                self._fold(event)
+            return
+        before = self._progress.run
         self._progress = fold(self._progress, message)
-        if self._progress.run != run:
+        run = self._progress.run
+        if run != before:
             self._plans, self._truth = {}, None
-            self._show(PLAN.key, [])
+            self._new = {*self._new, PLAN.key} - {TRUTH.key}
         match message:
-            case Truth() if message.run == self._progress.run:
+            case Map():
+                self._take_floor(message)
+            case Truth(run=said) if said == run:
                 self._truth = message
-            case Plan() if message.run == self._progress.run:
+                self._new.add(TRUTH.key)
+            case Plan(run=said) if said == run:
                 self._plans[message.robot] = message
-                self._show(PLAN.key, list(self._plans.values()))
-            case Clock():
-                self._show(CLOCK.key, message)
-            case Event() | Events():
-                self._show(EVENTS.key, Events(events=list(self._progress.events)))
+                self._new.add(PLAN.key)
+            case Clock(run=said) if said == run:
+                self._clock = message
+                self._new.add(CLOCK.key)
+            case Event():
+                self._new.add(EVENTS.key)
 
     def _take_floor(self, floor: Map) -> None:
         try:
             self.scene = scene_of(floor)
-            self._controller = (
-                Controller(Profile.from_builtins(self.scene.profile)) if self.scene.profile is not None else None
-            )
+            profile = self.scene.profile
+            self._controller = Controller(Profile.from_builtins(profile)) if profile is not None else None
         except SwarmError as fault:
             self._log(f"box: {fault}")
             return

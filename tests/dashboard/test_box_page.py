@@ -9,6 +9,7 @@ from swarm.scenario.check import check
 from swarm.scenario.load import load
 from tests.dashboard.browsing import LACKS, PROGRAM, Box, browser
 from tests.launch.actors import Fleet, await_clock, await_phase
+from tests.test_docs import blocks
 
 pytestmark = [pytest.mark.processes, pytest.mark.skipif(PROGRAM is None, reason=LACKS)]
 
@@ -63,6 +64,10 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         scenario = load(file)
         assert check(scenario, 1, 1).scenario.map.at(10.25, 8.25) == 1, "the wall is in the file"
         assert len(scenario.settings.targets) == 3
+
+        (example,) = blocks("box.md", "js")
+        answer = box.page.evaluate(f"async (address) => {{ {example} return answer; }}", address)
+        assert answer["number"] == 1, "the page's own example gives an order"
 
         fleet.member("box").kill()
         fleet.await_line("box was ended by signal 9; started again")
