@@ -36,6 +36,7 @@ LEFT_OUT = {  # of HOT, and why
     "world/lobby.py": "part of the world's process",
     "world/orders.py": "a compiled class loses the options of msgspec's types",
     "world/pace.py": "part of the world's process",
+    "world/places.py": "a compiled class loses the options of msgspec's types",
     "world/pool.py": "a compiled class loses the options of msgspec's types",
     "world/process.py": "waits for messages; what it calls is compiled",
     "world/report.py": "runs once",

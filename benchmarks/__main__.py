@@ -21,6 +21,7 @@ PAGE: Final = ROOT / "docs" / "benchmarks.md"
 NO_BENCHMARK: Final = (
     "__init__",
     "__main__",
+    "asked",
     "measure",
     "freshness",
     "fuzz_maps",

@@ -34,7 +34,7 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("world/physics.py", "self._disturbed = True  # a contact may have changed a body's velocity", "True becomes"):
      "bodies begin at rest, and those told to move are moving",
     ("world/radio_model.py", "self._chance = np.random.default_rng([seed, 2])", "2 becomes"): _STREAM,
-    ("world/sensing.py", "self._noise = [np.random.default_rng([seed, 1, robot]) for robot in range(robots)]",
+    ("world/sensing.py", "self._noise.append(np.random.default_rng([self._seed, 1, len(self._noise)]))",
      "1 becomes 100"): _STREAM,
     ("world/clearance.py", "BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with the run",
      "256 becomes"): "it costs memory only",

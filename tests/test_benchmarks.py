@@ -7,11 +7,14 @@ from pathlib import Path
 import pytest
 
 from benchmarks import __main__ as benchmarks
-from benchmarks import mutation
+from benchmarks import mutation, survival
 from benchmarks.freshness import MEASURES, STAMP, GitError, git, measured, stale, staleness, stamp
 from benchmarks.harmless import HARMLESS
 from benchmarks.mutants import missing
 from benchmarks.plantable import mutations
+from swarm.scenario.check import check
+from swarm.scenario.load import load
+from world.snapshot_file import read
 
 ROOT = Path(__file__).parents[1]
 PATHS = ("code", "case.yaml")
@@ -264,3 +267,15 @@ def test_what_does_no_harm_can_still_be_planted() -> None:
 
 def test_every_planted_fault_is_a_text_of_the_code() -> None:
     assert missing() == []
+
+
+def test_the_snapshots_that_are_timed_are_those_of_a_world(tmp_path: Path) -> None:
+    scenario = tmp_path / "hall.yaml"
+    scenario.write_text(survival.hall(), encoding="utf-8")
+    seconds, size = survival.snapshots(scenario, 2, 2)
+    file = scenario.with_suffix(".snapshot")
+    found = read(file, check(load(scenario), 2, 1).scenario, 2, 1)
+    assert seconds > 0.0
+    assert size == file.stat().st_size
+    assert found.state.world.tick == 2 * survival.TICKS
+    assert set(found.host.states) == set(found.host.plans) == {"r1", "r2"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from swarm.bus import Request
+from swarm.bus import Bus, Request
 from swarm.errors import PeerError, SwarmError
 from swarm.messages import (
     Accepted,
@@ -25,8 +25,8 @@ from world.roll import LOST
 from world.welcome import welcome
 
 
-def answer(request: Request, course: Course, session: str) -> None:
-    """Carry out a request, or refuse it with the reason; ``session`` is that of the world."""
+def answer(request: Request, course: Course, bus: Bus) -> None:
+    """Carry out a request, or refuse it with the reason; ``bus`` is the world's."""
     try:
         match request.message:
             case Action(do=do, id=name):
@@ -34,7 +34,7 @@ def answer(request: Request, course: Course, session: str) -> None:
             case Edit() as edit:
                 reply = _edit(edit, course)
             case Join() as join:
-                reply = _join(join, course, session)
+                reply = _join(join, course, bus)
             case Leave() as leave:
                 reply = _leave(leave, course)
             case Order() | RobotAction() as asked:
@@ -112,7 +112,7 @@ def _edit(edit: Edit, course: Course) -> Accepted:
     """Add or remove walls, and send the new map to all listeners."""
     text = f"{edit.kind.value} from {edit.low} to {edit.high}"
     with course.changing():
-        changed = course.world.edit(edit)
+        changed = course.world.edit(edit, sensed=course.in_tick)
     if not changed:
         return Accepted(text=f"{text}: it changes nothing")
     events = [course.world.event("edit", text)]
@@ -121,21 +121,18 @@ def _edit(edit: Edit, course: Course) -> Accepted:
     return reply
 
 
-def _join(join: Join, course: Course, session: str) -> Welcome:
+def _join(join: Join, course: Course, bus: Bus) -> Welcome:
     """Assign a robot process its place in the fleet."""
-    name = course.lobby.place(join.robot, join.session, course.awake.now())
+    name = course.lobby.place(join.robot, join.session, course.awake.now(), join.sender)
     if join.world != course.world.identity:
         course.repeatable.no_longer(f"{name} has started again without its memory", course.world.time)
-    return welcome(name, course.world, course.speaker, session)
+    return welcome(name, course.world, course.speaker, bus.id, bus.sender)
 
 
 def _leave(leave: Leave, course: Course) -> Accepted:
     """Take back the place of a robot process that ends; the body stands where it is, as one whose process was lost."""
     name = leave.robot
-    course.lobby.leave(name, leave.session)
-    course.roll.left.add(name)
-    course.tell("left", "has left; its body stays where it stands until a process takes its place", name)
-    course.repeatable.no_longer(f"{name} has left", course.world.time)
-    course.tell_clock()
-    course.save_soon()
+    if not course.lobby.leave(name, leave.session, course.awake.now()):
+        return Accepted(text=f"{name} has left when its token goes")
+    course.part(name)
     return Accepted(text=f"{name} has left")

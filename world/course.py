@@ -15,17 +15,17 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from world.answers import LastMessages
-from world.ending import waits_for
+from world.ending import is_lost, waits_for
 from world.lobby import BACK, Lobby
 from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
 from world.repeatable import Repeatable
-from world.report import missing, report
+from world.report import ROOM, listed, missing, report
 from world.rival import new_identity
-from world.roll import LOST, Roll
+from world.roll import Roll
 from world.saving import Saver
 from world.snapshot import HostState, Snapshot, restore
-from world.snapshot_file import read
+from world.snapshot_file import newest
 from world.speaker import Speaker
 from world.status import states, status
 from world.truth import truth
@@ -51,6 +51,7 @@ class Course:
         log: Callable[[str], None],
         outside: Sequence[str] = (),
         first_run: int = 0,
+        given_up: Path | None = None,
     ) -> None:
         scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
@@ -66,6 +67,7 @@ class Course:
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
         self.last = LastMessages()
+        self._given_up = given_up
         self._reason = ""
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
@@ -73,8 +75,8 @@ class Course:
         self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
-        if snapshot is not None and snapshot.exists():
-            self._resume(read(snapshot, scenario, robots, seed))
+        if snapshot is not None and (found := newest(snapshot, scenario, robots, seed, log)) is not None:
+            self._resume(found)
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
         self.world.poses()
 
@@ -107,6 +109,12 @@ class Course:
         awaited = waits_for(world, self.lobby.members) or world.planned.left or world.plans_matter
         return not awaited and not any(map(any, world.wheels))
 
+    @property
+    def waits(self) -> bool:
+        """True if only robots that are absent have anything left to do."""
+        absent = set(self.lobby.absent)
+        return bool(absent) and absent.issuperset(self.world.unfinished)
+
     def _resume(self, found: Snapshot) -> None:
         """Go on with the run of a snapshot."""
         host = found.host
@@ -131,14 +139,17 @@ class Course:
     # --- saving ---
 
     def save(self) -> None:
-        """Save the state if it has changed and no tick is under way."""
-        if self._unsaved and not self.in_tick:
+        """Save the state if it has changed; in lockstep only while no tick is under way.
+
+        In real time a run that goes on from there senses that tick again: what it draws for noise differs.
+        """
+        if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
             with self.changing():
                 self._saver.save(self.world, self._state)
 
     def save_soon(self) -> None:
-        """Save the state now, or after the tick that is under way."""
+        """Save the state now, or in lockstep after the tick that is under way."""
         self._unsaved = True
         self.save()
 
@@ -183,6 +194,14 @@ class Course:
         """Send an event of the present tick."""
         self.speaker.tell(self.world.event(kind, text, robot))
 
+    def part(self, name: str) -> None:
+        """Take in that a robot has left."""
+        self.roll.left.add(name)
+        self.tell("left", "has left; its body stays where it stands until a process takes its place", name)
+        self.repeatable.no_longer(f"{name} has left", self.world.time)
+        self.tell_clock()
+        self.save_soon()
+
     def tell_map(self) -> None:
         """Take over the world's current floor and send it to all listeners."""
         self.speaker.take_map(self.world.floor)
@@ -216,12 +235,12 @@ class Course:
 
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
-        lost = bool(unfinished) and not stays and all(self.lobby.away(name) >= LOST for name in unfinished)
+        away = {name: self.lobby.away(name) for name in unfinished}
         if not stays and world.finished:
             self.end(missing(world))
-        elif lost and not world.plans_matter:
+        elif unfinished and not stays and is_lost(away, self._given_up) and not world.plans_matter:
             self._lost = unfinished
-            self.end(f"lost {', '.join(unfinished)}: absent for {LOST:g} s; {missing(world)}")
+            self.end(f"lost {listed(unfinished, ', ', ROOM)}: absent for {min(away.values()):.0f} s; {missing(world)}")
         elif world.time >= self._limit:
             self.end(f"time limit of {self._limit:g} s; {missing(world)}")
 

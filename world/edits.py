@@ -20,8 +20,11 @@ def edited(
     bodies: Iterable[tuple[str, Pose, tuple[float, float]]],
     robot: RobotSettings,
     dt: float,
+    late: int = 0,
 ) -> OccupancyMap:
     """Return the edited floor; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is the length of a tick [s].
+
+    Robots sense it ``late`` ticks later than now.
 
     Raises:
         ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
@@ -37,7 +40,7 @@ def edited(
         gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
-        if not stops_before(gap, wheels, robot, dt):
+        if not stops_before(gap, wheels, robot, dt, late):
             raise ConfigError(
                 f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
                 f"it drives {gap:.2f} m away; wait"
@@ -45,7 +48,10 @@ def edited(
     return changed
 
 
-def stops_before(gap: float, wheels: tuple[float, float], robot: RobotSettings, dt: float) -> bool:
-    """Return True if a robot with these rim speeds [m/s] stands, or can stop before what is put ``gap`` [m] away."""
+def stops_before(gap: float, wheels: tuple[float, float], robot: RobotSettings, dt: float, late: int = 0) -> bool:
+    """Return True if a robot with these rim speeds [m/s] stands, or can stop before what is put ``gap`` [m] away.
+
+    It senses that ``late`` ticks later than now.
+    """
     speed = max(abs(wheel) for wheel in wheels) + robot.wheel_acceleration * dt
-    return not any(wheels) or gap > speed**2 / (2 * robot.wheel_acceleration) + 2 * speed * dt + SAFETY.gap
+    return not any(wheels) or gap > speed**2 / (2 * robot.wheel_acceleration) + (2 + late) * speed * dt + SAFETY.gap

@@ -1,13 +1,18 @@
 """Whether a run has an end of its own: nobody has anything left to do, or a jam has no solution."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from swarm.messages import Edit
 from world.recorder import WAITING
+from world.roll import LOST
 
 if TYPE_CHECKING:
     from world.world import World
+
+AWAY: Final = 90.0  # s of absence after which the run ends without a robot if all others are finished
 
 
 def finished(world: "World") -> bool:
@@ -35,3 +40,17 @@ def waits_for(world: "World", present: Sequence[str]) -> list[str]:
     """Return the robots that have something left to do, without places that nobody has taken and that have no order."""
     idle = {name for name in world.robots if name not in present and world.untouched(name)}
     return [name for name in world.unfinished if name not in idle]
+
+
+def is_lost(away: Mapping[str, float], given_up: Path | None) -> bool:
+    """Return True if robots have all been ``away`` [s] for too long; that is sooner for those that nobody starts again.
+
+    The launcher writes their names to the file ``given_up``.
+    """
+    if any(time < LOST for time in away.values()):
+        return False
+    hopeless: list[str] = []
+    if given_up is not None:
+        with suppress(OSError, ValueError):
+            hopeless = given_up.read_text(encoding="utf-8").split()
+    return all(time >= AWAY or name in hopeless for name, time in away.items())

@@ -11,6 +11,8 @@ PROMISED: Final = 5.0  # s that a place is kept for a robot that was welcomed an
 WATCHERS: Final = 15.0  # s that the start waits for a dashboard that was announced
 HOLD: Final = 0.2  # s; when the router goes, all tokens go, some of them before the link's own end is told
 BACK: Final = 10.0  # s that the clock waits for robots to come back, after the router or the world was away
+PARTING: Final = 5.0  # s from a robot's leave to the end of its token; if that ends later, the robot was lost
+LEFT: Final = "left"  # kind of the event
 STRANGERS: Final = 16  # sessions that announce a robot without having joined, and are remembered
 
 
@@ -22,19 +24,27 @@ class Note(NamedTuple):
     robot: str
 
 
+class Welcomed(NamedTuple):
+    """A session that was welcomed in a robot's place; its token takes the place."""
+
+    sender: int | None  # what it attaches to its messages; None: anything, or nothing
+    until: float  # s; for so long the place is promised to it
+
+
 class Lobby:
     """The robots and dashboards that are present. The caller passes the time ``now`` [s], always of one clock."""
 
     def __init__(self, robots: Sequence[str], watchers: int, now: float) -> None:
-        self._joined: dict[str, str] = {}  # robot -> the session that was welcomed in its place
+        self._joined: dict[str, str] = {}  # robot -> the session that has its place
+        self._welcomed: dict[str, dict[str, Welcomed]] = {name: {} for name in robots}  # robot -> by session
         self._tokens: dict[str, set[str]] = {name: set() for name in robots}  # robot -> sessions that announce it
+        self._parting: dict[str, float] = {}  # robot -> when it said that it leaves
         self._leaving: dict[str, float] = {}  # robot -> when its token went away
         self._replaced: list[str] = []  # robots whose place a new process took before the old one was given up
         self._expected: set[str] = set()  # robots that were present before the router or the world went away
         self._expected_until = inf
         self._named: set[tuple[str, str]] = set()  # duplicates
         self._dashboards: set[str] = set()
-        self._promised: dict[str, float] = {}
         self._away: dict[str, float] = {}  # robot -> s for which it has been absent
         self._looked_at = now
         self.most_in_one = 0  # robots that were present from one process at a time
@@ -82,8 +92,15 @@ class Lobby:
         return robot in self._tokens
 
     def add(self, robots: Iterable[str]) -> None:
-        """Have places for more robots; the table is replaced as a whole, since other threads read it."""
+        """Have places for more robots; the tables are replaced as a whole, since other threads read them."""
+        robots = list(robots)
+        self._welcomed = self._welcomed | {name: {} for name in robots}
         self._tokens = self._tokens | {name: set() for name in robots}
+
+    def speaks(self, robot: str, sender: int | None) -> bool:
+        """Return True if a message in a robot's name is of the process that has its place, as far as one can tell."""
+        welcomed = self._welcomed[robot].get(self._joined.get(robot, "")) if self.knows(robot) else None
+        return welcomed is not None and welcomed.sender in {None, sender}
 
     def ready(self, now: float) -> bool:
         """Return True if all robots are present, and the announced dashboards are present or took too long."""
@@ -115,13 +132,18 @@ class Lobby:
             return None
         tokens, owner = self._tokens[name], self._joined.get(name)
         if not presence.alive:
-            if session in tokens and session == owner:
-                self._leaving[name] = now
+            lost = session in tokens and session == owner
             tokens.discard(session)
+            if lost and now - self._parting.pop(name, -inf) < PARTING:
+                del self._joined[name]
+                return Note(LEFT, "has left; its body stays where it stands until a process takes its place", name)
+            if lost:
+                self._leaving[name] = now
             return None
-        if session == owner or len(tokens) < STRANGERS:
+        if session in self._welcomed[name] or len(tokens) < STRANGERS:
             tokens.add(session)
-        if session == owner:
+        if session in self._welcomed[name] and (session == owner or owner not in tokens):
+            self._joined[name] = session
             self._came(name)
         elif owner in tokens and (name, session) not in self._named and len(self._named) < STRANGERS:
             self._named.add((name, session))
@@ -130,9 +152,9 @@ class Lobby:
 
     def _came(self, name: str) -> None:
         self._leaving.pop(name, None)
-        self._promised.pop(name, None)
         self._away.pop(name, None)
         self._expected.discard(name)
+        self._welcomed[name][self._joined[name]] = self._welcomed[name][self._joined[name]]._replace(until=-inf)
         together = sum(self._joined.get(other) == self._joined[name] for other in self.present)
         self.most_in_one = max(self.most_in_one, together)
 
@@ -152,8 +174,10 @@ class Lobby:
         self._looked_at = now
         return [Note("gone", "has lost its process; its body stops", name) for name in gone]
 
-    def place(self, asked: str | None, session: str, now: float) -> str:
+    def place(self, asked: str | None, session: str, now: float, sender: int | None = None) -> str:
         """Return a place and promise it to a session: the place that is asked for, or the first free one.
+
+        It is the session's only with its token: who asks and is not there keeps nobody out who asks and is.
 
         Raises:
             PeerError: there is no such robot, it is present already, or all places are taken.
@@ -165,30 +189,38 @@ class Lobby:
             asked is not None
             and asked in self.present
             and asked not in self._leaving
-            and session != self._joined[asked]
+            and session != self._joined.get(asked)
         ):
             raise PeerError(f"robot {asked!r} is here already; stop that one first, or join without a name")
-        free = [name for name in self.absent if self._promised.get(name, -inf) < now]
+        free = [name for name in self.absent if all(one.until < now for one in self._welcomed[name].values())]
         if asked is None and not free:
             raise PeerError(f"all {len(everybody)} places are taken; start the world with more robots")
         name = asked or min(free, key=lambda name: name in self._expected)
-        self._joined[name], self._promised[name] = session, now + PROMISED
+        owner, tokens = self._joined.get(name), self._tokens[name]
+        self._welcomed[name] = {
+            other: one for other, one in self._welcomed[name].items() if other == owner or one.until >= now
+        } | {session: Welcomed(sender, now + PROMISED)}
         if self._leaving.pop(name, None) is not None:
             self._replaced.append(name)
-        if session in self._tokens[name]:
+        if session in tokens:
+            self._joined[name] = session
             self._came(name)
         return name
 
-    def leave(self, name: str, session: str) -> None:
-        """Free the place of a robot whose process ends; nobody waits for it.
+    def leave(self, name: str, session: str, now: float) -> bool:
+        """Free the place of a robot whose process ends; return False if its token is still there.
+
+        The place is free when the token goes: nobody else can make a robot leave that stays. Nobody waits for it then.
 
         Raises:
             PeerError: the session does not have that place.
         """
         if not self.knows(name) or self._joined.get(name) != session:
             raise PeerError(f"{name}: expected the session that has this place, got another one; only it can leave")
-        del self._joined[name]
-        self._tokens[name].discard(session)
         self._leaving.pop(name, None)
-        self._promised.pop(name, None)
         self._expected.discard(name)
+        if stays := session in self._tokens[name]:
+            self._parting[name] = now
+        else:
+            del self._joined[name]
+        return not stays

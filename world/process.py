@@ -6,21 +6,14 @@ from threading import Event as Flag
 from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
+from swarm.errors import ConfigError
 from swarm.messages import (
-    ACTION,
     BODY,
     CLOCK,
     COMMAND,
-    EDIT,
     EVENTS,
-    JOIN,
-    LEAVE,
     MAP,
-    ORDER,
-    PLACES,
     PLAN,
-    POOL,
-    ROBOT_ACTION,
     SENSE,
     STATE,
     STATUS,
@@ -30,14 +23,17 @@ from swarm.messages import (
     Sense,
 )
 from swarm.scenario.load import Scenario
+from swarm.secure import Identity
 from swarm.settings import Pace
 from swarm.stopping import told_to_stop
 from world.answering import answer
 from world.answers import SILENT, Asked
 from world.course import Course
+from world.lobby import LEFT
 from world.report import write
-from world.requests import Requests
+from world.requests import ANSWERED, Requests, closed
 from world.rival import check_alone
+from world.snapshot_file import make_room
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
@@ -60,46 +56,58 @@ def run(
     log: Callable[[str], None] = print,
     outside: Sequence[str] = (),
     first_run: int = 0,
+    given_up: Path | None = None,
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
     was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. ``first_run`` is the
-    number of the first run: above those of a world before in the same fleet, or listeners would take it for older.
+    number of the first run: above those of a world before in the same fleet, or listeners would take it for older. The
+    file ``given_up`` will have the names of robots that nobody starts again.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        course = Course(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run)
-        host = Host(bus, course, log)
+        course = Course(
+            bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up
+        )
+        host = Host(bus, course, log, endpoint.identity)
         with check_alone(bus, fleet, log):
             host.open()
         host.serve(stop)
         summary = course.report()
         if report_to is not None:
-            write(summary, report_to)
+            try:
+                write(summary, report_to)
+            except ConfigError:
+                if snapshot is None:
+                    raise
+                make_room(snapshot)  # the disk may be full
+                write(summary, report_to)
         return 0 if summary["complete"] else 1
 
 
 class Host:
     """The main loop of one fleet's world."""
 
-    def __init__(self, bus: Bus, course: Course, log: Callable[[str], None]) -> None:
-        self._bus, self._course, self._log = bus, course, log
+    def __init__(self, bus: Bus, course: Course, log: Callable[[str], None], identity: Identity | None = None) -> None:
+        self._bus, self._course, self._log, self._identity = bus, course, log, identity
         self._requests = Requests(course.world.dt)
         self._linked = True
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
+        self._rival = False  # another world was seen
+        self._impostors: set[str] = set()  # robots in whose name somebody else has spoken
 
     def open(self) -> None:
         """Listen to the robots, answer requests, and announce this process."""
         bus, course = self._bus, self._course
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
-        for question in (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES):
+        for question in ANSWERED:
             bus.serve(question)
         bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
@@ -118,13 +126,16 @@ class Host:
         while not self._is_over():
             course.save()
             stands = course.stands or not self._linked
-            self._requests.renew(idle=stands)
-            self._requests.serve(self._answer, between=not course.in_tick)
+            if stands:
+                self._requests.idle()
+            self._serve_requests()
             if stop.is_set():
                 course.end("interrupted")
             elif stands:
                 course.stopwatch.halt()
                 self._receive(LOOK)
+                if not self._linked:
+                    self._end_without_keys()
                 if course.phase is Phase.WAITING and not course.held and course.lobby.ready(course.awake.now()):
                     course.go_to(Phase.RUNNING)
             elif course.phase is Phase.RUNNING:
@@ -134,11 +145,23 @@ class Host:
         course.stopwatch.halt()
         course.tell_clock()
 
+    def _end_without_keys(self) -> None:
+        """End the run if the keys have expired: no router lets this process in again."""
+        try:
+            if self._identity is not None:
+                self._identity.check()
+        except ConfigError as fault:
+            self._course.end(f"no router can be reached any more: {fault}")
+
     def _is_over(self) -> bool:
         return self._course.phase is Phase.OVER
 
+    def _serve_requests(self) -> None:
+        course = self._course
+        self._requests.serve(self._answer, closed=closed(in_tick=course.in_tick, lockstep=course.lockstep))
+
     def _answer(self, request: Request) -> None:
-        answer(request, self._course, self._bus.id)
+        answer(request, self._course, self._bus)
 
     def _tick(self, stop: Flag) -> None:
         """Run one tick: sense for all robots, wait for their commands or for the time to pass, move all."""
@@ -151,11 +174,20 @@ class Host:
             self._bus.send(SENSE, self._senses[name], robot=name)
         course.speaker.tell_truth(world.tick, course.truth)
         if course.lockstep:
+            if course.waits:  # else hours would be over before they are back
+                self._let_pass(world.dt, stop)
             self._await_all(stop)
         else:
             self._await_time(stop)
         if course.world is world and course.in_tick and self._linked and not stop.is_set():
             course.step()  # else it was ended or restarted, or goes on later; a pause begins after the tick
+
+    def _let_pass(self, seconds: float, stop: Flag) -> None:
+        """Receive for some time of the wall clock."""
+        course = self._course
+        until = course.awake.now() + seconds
+        while course.in_tick and not stop.is_set() and (left := until - course.awake.now()) > 0.0:
+            self._receive(left)
 
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
@@ -189,7 +221,8 @@ class Host:
         while course.in_tick and not stop.is_set() and taken < TAKEN:
             left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
             taken += left == 0.0
-            if not self._receive(left) and left == 0.0:
+            soon = self._requests.wait(closed=closed(in_tick=True, lockstep=False))
+            if not self._receive(min(left, soon)) and left == 0.0:
                 return
 
     def _receive(self, timeout: float) -> bool:
@@ -197,18 +230,23 @@ class Host:
         course = self._course
         arrived = self._bus.receive(min(timeout, PEEK) if course.lobby.unsettled else timeout)
         match arrived:
-            case Arrival(ids=ids, message=message) if course.lobby.knows(ids["robot"]):
-                course.roll.heard(ids["robot"])
+            case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and course.lobby.knows(ids["robot"]):
                 course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+            case Arrival(ids=ids, message=message, sender=sender):
+                if course.lobby.speaks(ids["robot"], sender):
+                    course.roll.heard(ids["robot"])
+                    course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+                else:
+                    self._name_impostor(ids["robot"])
             case Presence():
                 self._take_presence(arrived)
             case Request():
                 self._requests.add(arrived)
-                self._requests.serve(self._answer, between=False)
             case Link(up=up):
                 self._linked = up
                 course.lobby.link(up, course.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
+        self._serve_requests()
         often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
         if self._linked and not often:
             self._look_who_has_gone()
@@ -217,11 +255,24 @@ class Host:
     def _take_presence(self, presence: Presence) -> None:
         course = self._course
         note = course.lobby.take(presence, course.awake.now())
-        if note is not None:
+        if note is not None and note.kind == LEFT:
+            course.part(note.robot)
+        elif note is not None:
             course.tell(*note)
+        if presence.role == "world" and presence.alive and presence.session != self._bus.id and not self._rival:
+            self._rival = True
+            course.tell(
+                "rival", "another world has come; each robot obeys the one that welcomed it; stop one of the two"
+            )
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
             self._asked.forget(presence.id)
             course.tell_clock()
+
+    def _name_impostor(self, robot: str) -> None:
+        """Tell once for each robot that somebody else speaks in its name."""
+        if robot in self._course.lobby.present and robot not in self._impostors:
+            self._impostors.add(robot)
+            self._course.tell("impostor", "is spoken for by another process; what that says is ignored", robot)
 
     def _look_who_has_gone(self) -> None:
         course = self._course

@@ -7,7 +7,7 @@ from typing import Final
 from swarm.messages import STATE, Liveness, Seen
 from world.lobby import Note
 
-LOST: Final = 20.0  # s of absence after which the run ends without a robot, if all others are finished
+LOST: Final = 20.0  # s of absence after which a robot counts as lost
 STEP: Final = 1.0  # s; a longer time between two looks is one in which the world itself stood
 
 

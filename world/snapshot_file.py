@@ -3,6 +3,8 @@
 import hashlib
 import os
 from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -50,15 +52,52 @@ DECODER: Final = msgspec.msgpack.Decoder(Snapshot, dec_hook=_from_plain)
 
 
 def write(snapshot: Snapshot, path: Path) -> None:
-    """Replace the file at once: whoever reads it finds the old snapshot or the new one.
+    """Replace the file at once, and keep the one before: whoever reads finds a whole snapshot.
 
     Raises:
         OSError: the file cannot be written.
     """
     packed = ENCODER.encode(snapshot)
-    beside = path.with_name(f".{path.name}.new")
+    beside = _beside(path)
     beside.write_bytes(HEAD + _checksum(packed) + packed)
+    earlier(path).unlink(missing_ok=True)
+    with suppress(FileNotFoundError):  # the first one
+        os.link(path, earlier(path))
     os.replace(beside, path)
+
+
+def earlier(path: Path) -> Path:
+    """Return the file of the snapshot before."""
+    return path.with_name(f".{path.name}.earlier")
+
+
+def make_room(path: Path) -> None:
+    """Remove what is kept beside a snapshot."""
+    for file in (earlier(path), _beside(path)):
+        file.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.new")
+
+
+def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:
+    """Return the snapshot in a file, or the one before if that file is spoilt; None if there is no file.
+
+    Raises:
+        ConfigError: neither can be read, is whole and belongs to this run.
+    """
+    if not path.exists():
+        return None
+    try:
+        return read(path, scenario, robots, seed)
+    except ConfigError as fault:
+        try:
+            found = read(earlier(path), scenario, robots, seed)
+        except ConfigError:
+            raise fault from None
+        log(f"{fault}; went on from the snapshot before")
+        return found
 
 
 def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:

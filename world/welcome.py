@@ -5,8 +5,8 @@ from world.speaker import Speaker
 from world.world import World
 
 
-def welcome(name: str, world: World, speaker: Speaker, session: str) -> Welcome:
-    """Return the welcome of a robot."""
+def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int) -> Welcome:
+    """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
     return Welcome(
         robot=name,
         world=world.identity,
@@ -17,6 +17,7 @@ def welcome(name: str, world: World, speaker: Speaker, session: str) -> Welcome:
         start=world.starts[world.number(name)],
         state=progress(name, world) if world.tick else None,
         assigned=world.missions.orders.assigned(world.number(name)),
+        sender=sender,
     )
 
 

@@ -258,14 +258,14 @@ class World:
             part.add_robot(start)
         return name
 
-    def edit(self, edit: Edit) -> bool:
-        """Add or remove walls; robots sense it at this tick. Return False, and do nothing, if it changes nothing.
+    def edit(self, edit: Edit, *, sensed: bool = False) -> bool:
+        """Add or remove walls, also if robots have ``sensed`` this tick. Return False if it changes nothing.
 
         Raises:
             ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
         """
         bodies = zip(self.robots, self.poses(), self.wheels, strict=True)
-        floor = edited(self.floor, edit, bodies, self.settings.robot, self.dt)
+        floor = edited(self.floor, edit, bodies, self.settings.robot, self.dt, int(sensed))
         if np.array_equal(floor.cells, self.floor.cells):
             return False
         self.floor = floor

@@ -24,6 +24,7 @@ class Arrival:
     topic: Topic[Any]
     ids: dict[str, str]  # the key's variable parts
     message: Any  # of ``topic.message``
+    sender: int | None = field(default=None, compare=False)  # the number that its sender has attached, if it has
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,14 +20,14 @@ class Numbers:
     """Numbers the messages of one sender, on each key from 0."""
 
     def __init__(self) -> None:
-        self._sender = SystemRandom().randrange(2**32)
+        self.sender = SystemRandom().randrange(2**32)
         self._next: dict[str, int] = {}
 
     def attachment(self, key: str) -> bytes:
         """Return what to attach to the next message on a key."""
         number = self._next.get(key, 0)
         self._next[key] = number + 1
-        return ENCODER.encode((self._sender, number))
+        return ENCODER.encode((self.sender, number))
 
 
 class Gaps:
@@ -61,3 +61,7 @@ class Gaps:
         last = before[1] if before is not None and goes_on else number
         self._last[key] = sender, max(last, number)  # put back at the end
         return max(0, number - last - 1)
+
+    def sender(self, key: str, attached: bytes | None) -> int | None:
+        """Return the sender of the message on a key that was counted last; None if nothing was attached to it."""
+        return None if attached is None else self._last[key][0]

@@ -50,13 +50,13 @@ def browses(query: zenoh.Query, *, kept: bool = False) -> bool:
 
 
 def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
-    """Return what an item of the inbox says. ``prefix`` is the fleet's part of a key.
+    """Return what an item of the inbox says, a sample after ``lost_before``. ``prefix`` is the fleet's part of a key.
 
     Raises:
         PeerError: the key or the payload is not what the topic says; a request has been refused with the reason.
     """
     match item:
-        case ("sample", topic, key, payload, *_):
+        case ("sample", topic, key, payload, *counted):
             ids = _ids(prefix, topic, key)
             if isinstance(payload, int):
                 raise PeerError(f"{key}: expected at most {topic.limit} bytes, got {payload}")
@@ -64,7 +64,7 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
             claimed = getattr(message, "robot", None)
             if "robot" in ids and claimed is not None and claimed != ids["robot"]:
                 raise PeerError(f"{key}: expected a message of {ids['robot']!r}, got one of {claimed!r}")
-            return Arrival(topic, ids, message)
+            return Arrival(topic, ids, message, counted[0].sender(key, counted[1]) if counted else None)
         case ("query", topic, query):
             key = str(query.key_expr)
             try:

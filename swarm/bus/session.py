@@ -1,8 +1,7 @@
 """One Zenoh session for the rest of the project: send, listen, ask, answer, and one inbox for everything that arrives.
 
-What arrives waits in a channel of Zenoh's, and ``receive`` decodes it in the thread of its caller. No thread of Zenoh's
-runs code of ours: it would wait for Python's lock, and a computation that holds the lock for longer than the lease
-would end the session. Everybody would then call this process gone.
+What arrives waits in a channel of Zenoh's until ``receive`` decodes it. Zenoh's threads run no code of ours: it would
+wait for Python's lock, and a process that computes for longer than the lease would be called gone.
 """
 
 import re
@@ -76,6 +75,11 @@ class Bus:
     def id(self) -> str:
         """This session's own id."""
         return str(self._session.zid())
+
+    @property
+    def sender(self) -> int:
+        """The number that this session attaches to all its messages."""
+        return self._numbers.sender
 
     @property
     def refused(self) -> Counter[str]:
@@ -291,7 +295,6 @@ class Bus:
                 while True:
                     use(next_one())
 
-        reader = Thread(target=read, name="swarm-bus", daemon=True)
-        reader.start()
+        (reader := Thread(target=read, name="swarm-bus", daemon=True)).start()
         self._readers = [*(one for one in self._readers if one[1].is_alive()), (declared, reader)]
         return declared

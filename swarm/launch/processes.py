@@ -64,7 +64,7 @@ class Processes:
         self._fleet.stop((WORLD,))
         let_finish(self._fleet, stop)
         self._fleet.stop((DASHBOARD, ROBOT))
-        for file in (self.summary_file, self._snapshot):
+        for file in (self.summary_file, self._snapshot, self.given_up):
             file.unlink(missing_ok=True)
         self._fleet.lost.clear()
         self.options, self.first_run = options, first_run
@@ -75,6 +75,11 @@ class Processes:
     @property
     def _snapshot(self) -> Path:
         return self.summary_file.with_name("world.snapshot")
+
+    @property
+    def given_up(self) -> Path:
+        """The file with the names of robots that are not started again, for the world."""
+        return self.summary_file.with_name("given_up")
 
     def _begin(self) -> None:
         options, shown = self.options, self._shown
@@ -94,6 +99,7 @@ class Processes:
                 "report_to": self.summary_file,
                 "snapshot": self._snapshot,
                 "first_run": self.first_run,
+                "given_up": self.given_up,
             },
         )
         if shown is not None:

@@ -19,7 +19,7 @@ from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes, let_finish
-from swarm.launch.running import CARD, named, registered
+from swarm.launch.running import CARD, keep, named, registered
 from swarm.launch.setup import answered, as_set
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
@@ -124,7 +124,7 @@ def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> 
     endpoint = processes.endpoint
     terminal = Terminal(console, home=processes.options.scenario.settings.return_home)
     bus: Bus | None = None
-    trouble = ""
+    trouble = said = ""
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
@@ -136,11 +136,15 @@ def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> 
                     processes.begin_anew(other, terminal.progress.run + 1, stop)
                     terminal.begin_anew(processes.first_run, home=other.scenario.settings.return_home)
             processes.look(terminal.progress.order, console.print)
+            if said != (said := keep(processes.summary_file.parent, processes.name, endpoint)) and said:
+                console.print(said, soft_wrap=True)
             for ended in fleet.watch(LOOK):
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
                     console.print(f"{ended.name} has left; the run goes on")
+                if ended.then is EarlyEnd.LOSE:
+                    fleet.tell_lost(processes.given_up)
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
                     return trouble

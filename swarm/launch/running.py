@@ -76,10 +76,7 @@ def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
             _remove_dead(all_fleets)
             name = _free(all_fleets, wanted)
             home = all_fleets / name
-            home.mkdir(mode=0o700)
-            card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-            fcntl.flock(card, fcntl.LOCK_EX)
-            os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+            card = _made(home, name, endpoint)
         finally:
             os.close(lock)
     except OSError as fault:
@@ -94,6 +91,30 @@ def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
     finally:
         rmtree(home, ignore_errors=True)
         os.close(card)
+
+
+def keep(home: Path, name: str, endpoint: Endpoint) -> str:
+    """Make the folder of a fleet again if somebody has removed it; return a sentence about that, "" for nothing.
+
+    The new card is this fleet's until its launcher ends.
+    """
+    if home.exists():
+        return ""
+    try:
+        folder()
+        _made(home, name, endpoint)
+    except (OSError, ConfigError) as fault:
+        return f"{home}: was removed and cannot be made again, so the report may be lost: {fault}"
+    return f"{home}: was removed; it was made again, and the run goes on"
+
+
+def _made(home: Path, name: str, endpoint: Endpoint) -> int:
+    """Make the folder of a fleet and its card; return the descriptor that holds the card's lock."""
+    home.mkdir(mode=0o700)
+    card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+    fcntl.flock(card, fcntl.LOCK_EX)
+    os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+    return card
 
 
 def _opened(path: Path, flags: int) -> int:

@@ -14,6 +14,7 @@ Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]
 Speed = Annotated[float, Meta(ge=-20, le=20)]
 Seconds = Annotated[float, Meta(ge=0, le=1e9)]
 Scale = Annotated[float, Meta(ge=0.01, le=1)]
+Sender = Annotated[int, Meta(ge=0, lt=2**32)]  # a random number; see `Sequence`
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Text = Annotated[str, Meta(max_length=2000)]
 Drawing = Annotated[str, Meta(max_length=200_000)]

@@ -16,6 +16,7 @@ from swarm.messages.fields import (
     Point,
     Scale,
     Seconds,
+    Sender,
     Speed,
     Text,
     says,
@@ -200,7 +201,7 @@ class Setup(Message, frozen=True, kw_only=True):
     A request that is accepted begins anew: other starts, nothing reached, waiting for ``go``.
     """
 
-    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project")] = None
+    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project, or null")]
     robots: Annotated[Count | None, says("how many; null with `starts`: one at each")] = None
     speed: Annotated[Share | None, says("share of the paper's wheel speeds (0..4 m/s)")] = None
     starts: Annotated[Starts | None, says("m, m, rad; of the robots")] = None
@@ -215,6 +216,9 @@ class Join(Message, frozen=True, kw_only=True):
     robot: Annotated[Id | None, says("the place; null: any free one")]
     session: Annotated[Id, says("Zenoh session of the process: its token `alive/robot/<id>/<session>` takes the place")]
     world: Annotated[Id | None, says("identity of the world whose run this robot is in; null: it remembers nothing")]
+    sender: Annotated[
+        Sender | None, says("what is attached to its messages: the world takes no others in its name; null: any")
+    ] = None
 
 
 class Leave(Message, frozen=True, kw_only=True):
@@ -238,6 +242,9 @@ class Welcome(Message, frozen=True, kw_only=True):
         State | None, says("progress of its mission, by the world's own record; null: the run has not begun")
     ]
     assigned: Annotated[Assigned | None, says("the stops that it has now; null: those of the scenario")] = None
+    sender: Annotated[
+        Sender | None, says("what is attached to the world's messages: the robot obeys no other sense; null: any")
+    ] = None
 
 
 class Accepted(Message, frozen=True, kw_only=True):

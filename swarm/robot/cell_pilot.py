@@ -32,6 +32,7 @@ from swarm.traffic.mute import Spoken
 from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
+RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
 GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
@@ -89,7 +90,7 @@ class CellPilot:
                 heard=[broadcast.traffic for broadcast in inputs.heard if broadcast.traffic is not None],
                 stands=sense.stopped,
                 mute=[
-                    Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw))
+                    Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
                     for said in inputs.heard
                     if said.traffic is None and said.run == sense.run and said.robot != self._name
                 ],

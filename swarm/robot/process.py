@@ -55,10 +55,10 @@ class Inbox:
         match arrived:
             case Arrival(topic=topic, message=message) if topic is RADIO:
                 self.radio.take(message)
-            case Arrival(topic=topic, ids=ids, message=message) if topic is SENSE:
+            case Arrival(topic=topic, ids=ids, message=message, sender=sender) if topic is SENSE:
                 seat = self.seats.get(ids["robot"])
-                if seat is None:
-                    return None  # its place is to be joined again
+                if seat is None or not seat.obeys(sender):
+                    return None  # its place is to be joined again, or this is not its world
                 if (given := seat.repeat(message)) is not None:
                     return seat.name, given
                 seat.take(message)
@@ -181,7 +181,7 @@ class Crew:
     def _join(self, place: Place) -> None:
         """Ask the world for a robot's place; go on with its run, or begin a new one."""
         bus, known = self._bus, place.name in self._inbox.seats
-        asks = Join(robot=place.name, session=bus.id, world=self._world if known else None)
+        asks = Join(robot=place.name, session=bus.id, world=self._world if known else None, sender=bus.sender)
         try:
             welcome: Welcome = bus.ask(JOIN, asks, WELCOME, fits=lambda reply: reply.session in self._worlds)
             if welcome.world != self._world or not known:
@@ -191,6 +191,7 @@ class Crew:
                 self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
         else:
             place.session = welcome.session
+            self._inbox.seats[welcome.robot].speaker = welcome.sender
             bus.announce("robot", welcome.robot)
 
     def _sit_down(self, place: Place, welcome: Welcome) -> None:

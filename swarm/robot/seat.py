@@ -51,6 +51,7 @@ class Seat:
     def __init__(self, robot: Robot, ear: Ear, kept: int, log: Callable[[str], None], world: str = "local") -> None:
         self.name = robot.name
         self._world = world  # the identity of the one that is obeyed
+        self.speaker: int | None = None  # what its world attaches to its messages; None: anything, or nothing
         self.sense: Sense | None = None  # not answered yet
         self._robot = robot
         self._ear = ear
@@ -60,13 +61,23 @@ class Seat:
         self._until: float | None = None  # s; lockstep waits for missing broadcasts until then
         self._named: set[str] = set()
 
+    def obeys(self, sender: int | None) -> bool:
+        """Return True if a sense comes from the world that welcomed this robot, as far as one can tell; log if not."""
+        fits = self.speaker in {None, sender}
+        if not fits:
+            self._log_once("a sense was dropped: it is of somebody else in the world's name")
+        return fits
+
+    def _log_once(self, text: str, at: str = "") -> None:
+        if text not in self._named and len(self._named) < MOST_NAMED:
+            self._named.add(text)
+            self._log(f"{self.name}: {at}{text}")
+
     def take(self, sense: Sense) -> None:
         """Take a sense to answer, unless a newer one waits; drop one that does not fit and log each reason once."""
         fault = self._robot.fault_of(sense) if sense.world == self._world else "it is of another world"
         if fault is not None:
-            if fault not in self._named and len(self._named) < MOST_NAMED:
-                self._named.add(fault)
-                self._log(f"{self.name}: tick {sense.tick}: the sense was dropped: {fault}")
+            self._log_once(f"the sense was dropped: {fault}", f"tick {sense.tick}: ")
         elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
             self.sense, self._until = sense, None
             self._born = self._born or (sense.run, sense.tick)

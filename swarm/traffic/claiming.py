@@ -146,7 +146,10 @@ class Claiming:
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
         """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
-        held_by_others = [robot for robot, notice in case.others.items() if case.claim.cell in notice.held]
+        cell = case.claim.cell
+        held_by_others = [
+            robot for robot, notice in case.others.items() if cell in notice.held and (robot, cell) not in case.cleared
+        ]
         return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
 
     def _case(self, claim: Claim, progress: RouteProgress, situation: Situation, near: frozenset[str]) -> Case:

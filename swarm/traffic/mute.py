@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
-from swarm.geometry import Pose, Twist, integrate, wrap
+from swarm.geometry import Pose, Twist, distance, integrate, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.cells import OUTSIDE, CellMap
@@ -30,6 +30,7 @@ class Spoken(NamedTuple):
     robot: str
     tick: int
     pose: Pose
+    rests: bool = False  # it says that it wants to go nowhere
 
 
 class Mutes:
@@ -90,6 +91,11 @@ class Mutes:
         return frozenset(
             [robot for robot in self.names if abs(_motion(*self._last[robot], self._settings).linear) >= STANDS]
         )
+
+    def waiting(self, pose: Pose, reach: float) -> list[Pose]:
+        """Return the poses of the mute robots within ``reach`` [m] that stand and want to go on."""
+        still = [self._last[robot][1] for robot in sorted(self.names - self.moving)]
+        return [one.pose for one in still if not one.rests and distance(one.pose, pose) <= reach]
 
     def complaint(self, tick: int, waits: Collection[str]) -> str | None:
         """Return a sentence once a robot has long waited for mute robots only; call it once a tick."""

@@ -15,6 +15,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
+from swarm.traffic.aside import Aside
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.claiming import Claiming
 from swarm.traffic.doing import Doing
@@ -73,6 +74,7 @@ class Traffic:
         self._lookout = Lookout(cells, settings)
         self._telling = Telling(me, settings, slot, cells.side)
         self._goal = Goal()
+        self._aside = Aside()
         self._progress: RouteProgress | None = None
         self._listen_until = 0  # tick
         self._moved = 0  # tick of its last progress
@@ -100,6 +102,8 @@ class Traffic:
         events = self._peers.hear(tick, inputs.heard, inputs.mute)
         fresh = self._peers.fresh(tick)
         self._sightings.hear(tick, fresh.values())
+        if self._peers.mutes:
+            inputs = self._aside.look(inputs, self._peers.mutes, progress.head, self._held_by_others(), self.cells)
 
         # layer 0: the cells that the body needs, and unexpected obstacles
         waits_here = listens or self._joint.frozen is not None or not progress.route or inputs.stands
@@ -149,6 +153,9 @@ class Traffic:
         )  # fmt: skip
         still = self._lookout.still_bodies(self._peers.fallen_silent(tick), self._halting.places(tick), body.pose)
         return granted(doing, body, self._peers, still, self._broadcast(doing), events, self.cells, self.settings)
+
+    def _held_by_others(self) -> set[int]:
+        return {cell for record in self._peers.others.values() for cell in record.held}
 
     # ---- the floor, the body and its cells
 

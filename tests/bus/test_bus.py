@@ -111,6 +111,7 @@ def test_what_is_sent_arrives_in_order_with_the_ids_of_its_key(make_bus: MakeBus
     for tick in range(50):
         arrival = next_of(there, Arrival)
         assert arrival == Arrival(PLAN, {"robot": "r2"}, plan("r2", tick))
+        assert arrival.sender == here.sender != there.sender
 
 
 def test_a_session_hears_itself_once(make_bus: MakeBus) -> None:

@@ -5,12 +5,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from shutil import rmtree
 
 import pytest
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.running import CARD, find, folder, registered
+from swarm.launch.running import CARD, find, folder, keep, registered
 
 ENDPOINT = Endpoint("127.0.0.1", 7447)
 HOLDS = """
@@ -136,3 +137,21 @@ def test_a_full_folder_is_a_sentence_and_leaves_nothing(tmp_runtime: Path) -> No
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert not list(place(tmp_runtime).glob("*/"))
+
+
+def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with registered("held", ENDPOINT) as (name, home):
+        assert keep(home, name, ENDPOINT) == ""
+        rmtree(place(tmp_path))
+        assert keep(home, name, ENDPOINT) == f"{home}: was removed; it was made again, and the run goes on"
+        assert place(tmp_path).stat().st_mode & 0o777 == 0o700
+        assert find("held").pid == os.getpid()
+        with registered("held", ENDPOINT) as (another, _):
+            assert another == "held-2", "its card is locked as before"
+        rmtree(place(tmp_path))
+        place(tmp_path).mkdir(mode=0o755)
+        assert "cannot be made again, so the report may be lost: " in keep(home, name, ENDPOINT)
+    assert not home.exists()

@@ -79,7 +79,7 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
         with pytest.raises(PeerError, match=r"setup: scenario: expected one of .*paper.*, got 'nowhere'"):
             bus.ask(SETUP, Setup(scenario="nowhere"))
         with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
-            bus.ask(SETUP, Setup(cell=0.7))
+            bus.ask(SETUP, Setup(scenario=None, cell=0.7))
         assert main(["setup", "--scenario", "paper", "--robots", "1"]) == 0
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
         assert main(["go"]) == 0

@@ -13,7 +13,7 @@ from swarm.robot.tuning import SCALE
 from swarm.traffic.cells_of import cells_of
 from swarm.traffic.halting import HALTED
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
-from tests.robot.shared import AT, STOPS, robot, step
+from tests.robot.shared import AT, STOPS, pilot_of, robot, step
 from tests.shared import scenario_of
 from world.simulate import Simulation
 
@@ -104,7 +104,7 @@ SCALES = {  # room [m], heading error [rad]: scale
 def test_the_less_room_and_the_more_turn_the_smaller_is_the_scale(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The tables' distances are divided by 40 % to 100 %, as is room, and by 70 % less if the aim is behind."""
     room, heading, scale = SCALES[name]
-    pilot = robot()._pilot
+    pilot = pilot_of(robot())
     monkeypatch.setattr(pilot, "_nowhere", lambda inputs, granted: 0.0)
     for held, exactly, unconstrained, expected in (
         ((1, 2), False, False, scale), ((1,), False, False, scale), ((1, 2), True, False, scale),
@@ -119,7 +119,7 @@ def test_the_longer_it_gets_nowhere_the_farther_all_seems(
     nowhere: float, scale: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Seed 996133: a robot circled before the tip of a wall at 0.15 for good; at 0.02 the tables turn to the aim."""
-    pilot = robot()._pilot
+    pilot = pilot_of(robot())
     monkeypatch.setattr(pilot, "_nowhere", lambda inputs, granted: nowhere)
     granted = Mock(held=(1, 2), exactly=False, unconstrained=False)
     assert pilot._scaled(Mock(), granted, 9.0, 0.0) == pytest.approx(scale)
@@ -173,7 +173,7 @@ def test_standing_before_something_unexplained_is_no_circling() -> None:
 
 def test_traffic_is_told_the_cells_that_the_tables_would_drive_it_over(monkeypatch: pytest.MonkeyPatch) -> None:
     one, told = robot(), []
-    traffic = one._pilot._traffic
+    traffic = pilot_of(one)._traffic
     plain = traffic.step
 
     def listening(inputs: TrafficInputs) -> TrafficOutputs:

@@ -3,6 +3,7 @@
 from typing import Any
 from unittest.mock import Mock
 
+import msgspec
 import pytest
 
 from swarm.awake import Awake
@@ -124,6 +125,22 @@ def test_a_sense_for_a_place_that_is_lost_and_one_of_another_world_are_dropped()
     assert ship.crew._inbox.waiting == {}
     ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS), 0.0)
     assert list(ship.crew._inbox.waiting) == ["r1"]
+
+
+def test_a_sense_in_the_worlds_name_by_somebody_else_is_dropped_and_named_once() -> None:
+    ship = Ship()
+    ship.world("s")
+    (asked,) = ship.join(msgspec.structs.replace(welcome(world="local"), sender=7))
+    assert asked.sender == ship.bus.sender
+    for sender in (None, 8, 8):
+        ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS, sender), 0.0)
+    assert ship.crew._inbox.waiting == {}
+    assert ship.said == ["r1: a sense was dropped: it is of somebody else in the world's name"]
+    ship.world("s", alive=False)
+    ship.world("t")
+    ship.join(msgspec.structs.replace(welcome(world="local", session="t"), sender=8))
+    ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS, 8), 0.0)
+    assert list(ship.crew._inbox.waiting) == ["r1"], "its world came back as another process"
 
 
 def test_a_repeated_sense_is_answered_at_once_though_a_newer_one_waits() -> None:

@@ -12,12 +12,12 @@ from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.safety import DriveState
 from swarm.traffic.traffic import TrafficActivity, TrafficInputs, TrafficOutputs
 from tests.robot.driving import sense_of
-from tests.robot.shared import AT, robot, step
+from tests.robot.shared import AT, pilot_of, robot, step
 from tests.shared import scenario_of
 
 
 def pilot() -> CellPilot:
-    return robot()._pilot
+    return pilot_of(robot())
 
 
 def granted(**fields: object) -> Mock:
@@ -89,7 +89,7 @@ def test_what_a_robot_says_that_it_does(name: str) -> None:
 def test_a_map_is_expected_to_be_seen_from_the_edge_of_the_footprint() -> None:
     """The room is free from 1 m on to the left; a ray begins 0.2 m from the centre and reaches 1.6 m."""
     one = robot()
-    scan = one._pilot._scan(Mock(pose=AT, navigator=one._navigator, sense=Mock(rays=[1.6] * 15)))
+    scan = pilot_of(one)._scan(Mock(pose=AT, navigator=one._navigator, sense=Mock(rays=[1.6] * 15)))
     assert scan._expected([0.0, pi]) == pytest.approx([1.6, 1.3])
 
 
@@ -98,8 +98,8 @@ def test_a_robot_alone_keeps_the_cells_of_the_ticks_in_which_a_last_command_is_o
     one, seen = robot(), set[tuple[bool, int, bool]]()
     for tick in range(60):
         command = step(one, tick).command
-        count = len(one._pilot._under_way(Mock(tick=tick), Mock(left=0.0, right=0.0))) if tick > 50 else 0
-        seen.add((command.unconstrained, one._pilot._rolls, count >= 5))
+        count = len(pilot_of(one)._under_way(Mock(tick=tick), Mock(left=0.0, right=0.0))) if tick > 50 else 0
+        seen.add((command.unconstrained, pilot_of(one)._rolls, count >= 5))
     assert (True, 5, True) in seen
     assert {rolls for unconstrained, rolls, _ in seen if not unconstrained} <= {0}
 
@@ -109,19 +109,19 @@ def test_what_is_looked_ahead_to_is_the_fourth_cell_of_the_way_at_most(monkeypat
     hall = "#" * 21 + "\n" + ("#" + "." * 19 + "#\n") * 6 + "#" * 21 + "\n"
     stops = [[x, AT.y] for x in (18.5, 17.5, 16.5)]
     one, grants = Robot("r2", 1, scenario_of(hall, targets=stops), AT), list[TrafficOutputs]()
-    plain = one._pilot._traffic.step
+    plain = pilot_of(one)._traffic.step
 
     def listening(inputs: TrafficInputs) -> TrafficOutputs:
         grants.append(plain(inputs))
         return grants[-1]
 
-    monkeypatch.setattr(one._pilot._traffic, "step", listening)
+    monkeypatch.setattr(pilot_of(one)._traffic, "step", listening)
     found = set[int]()
     for tick in range(40):
         step(one, tick)
         way = grants[-1].way
         if len(way) > 1 and not grants[-1].exactly:
-            assert one._pilot._drawn_to == one._pilot._cells.centre(way[:5][-1])
+            assert pilot_of(one)._drawn_to == pilot_of(one)._cells.centre(way[:5][-1])
             found.add(len(way))
     assert max(found) > 5
 

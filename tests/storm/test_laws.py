@@ -305,6 +305,8 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("stops that nobody asked for", "orders are kept", lambda h: sensing(h, TICK, assigned=Assigned(number=1, stops=[(9.0, 9.0)]))),
     ("an older number", "orders are kept", older_number),
     ("it drives although it was stopped", "orders are kept", lambda h: sensing(h, 0, stopped=True)),
+    ("an errand that nobody knows", "the pool is kept",
+     lambda h: replace(h, settings=changed(h.settings, pool=[(9.0, 1.8)]))),
     ("a command that no world would take", "passes the wire", unheard_of_scale),
     ("a broadcast that no robot would take", "passes the wire", lambda h: with_words(h, backwards)),
 ]

@@ -36,6 +36,7 @@ from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from world.answering import answer
 from world.course import Course
+from world.ending import AWAY
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
 from world.roll import LOST
@@ -59,7 +60,7 @@ def come(one: Course, name: str, session: str, world: str | None = None) -> Any:
 
 def ask(one: Course, topic: Any, message: Any, **ids: str) -> Any:  # noqa: ANN401
     request = Mock(spec=Request, topic=topic, message=message, ids=ids)
-    answer(request, one, "the world")
+    answer(request, one, Mock(spec=Bus, id="the world", sender=7))
     return request.accept.call_args.args[0] if request.accept.called else request.refuse.call_args.args[0]
 
 
@@ -148,11 +149,25 @@ def test_a_robot_that_is_lost_gets_no_order() -> None:
 # --- who is lost ---
 
 
-@pytest.mark.parametrize(("others", "away", "over"), [(DONE, LOST, True), (DONE, LOST - 1, False), ({}, LOST, False)])
+@pytest.mark.parametrize(
+    ("others", "away", "given_up", "over"),
+    [
+        (DONE, AWAY, "", True),
+        (DONE, AWAY - 1, "", False),
+        ({}, AWAY, "", False),
+        (DONE, LOST, "r7 r2", True),
+        (DONE, LOST, "r7", False),
+        (DONE, LOST - 1, "r2", False),
+        ({}, LOST, "r2", False),
+    ],
+)
 def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
-    others: dict[str, Any], away: float, over: bool
+    others: dict[str, Any], away: float, given_up: str, over: bool, tmp_path: Path
 ) -> None:
-    one = course()
+    file = tmp_path / "given_up"
+    if given_up:
+        file.write_text(given_up)
+    one = Course(Mock(spec=Bus), scenario_of(), 2, 1, "max", 300.0, False, 0, None, print, given_up=file)
     one.go_to(Phase.RUNNING)
     come(one, "r1", "a")
     now = one.lobby._looked_at
@@ -163,7 +178,18 @@ def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
     assert report["lost"] == (["r2"] if over else [])
     assert not report["complete"]
     if over:
-        assert str(report["reason"]).startswith("lost r2: absent for 20 s; not reached: ")
+        assert str(report["reason"]).startswith(f"lost r2: absent for {away:.0f} s; not reached: ")
+
+
+def test_a_run_waits_while_only_absent_robots_have_stops_left() -> None:
+    one = course()
+    one.go_to(Phase.RUNNING)
+    come(one, "r1", "a")
+    assert not one.waits, "r1 has stops too"
+    step(one, r1=DONE)
+    assert one.waits
+    come(one, "r2", "b")
+    assert not one.waits
 
 
 # --- what cannot be repeated ---
@@ -252,7 +278,21 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert course().world.identity != one.world.identity, "without a file it is another one"
 
 
-def test_within_a_tick_nothing_is_saved(tmp_path: Path) -> None:
+def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
+    file = tmp_path / "world.snapshot"
+    one = course(file, pace=1.0)
+    come(one, "r1", "a")
+    one.world.senses(lockstep=False)
+    one.in_tick = True
+    order = Order(id="a", targets=[(2.5, 2.5)])
+    said = ask(one, ORDER, order, robot="r1")
+    assert said.number == 1
+    other = course(file, pace=1.0)
+    assert other.world.missions.orders.assigned(0) == one.world.missions.orders.assigned(0) != None  # noqa: E711
+    assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
+
+
+def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
     one = course(file)
     one.world.senses(lockstep=True)

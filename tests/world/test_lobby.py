@@ -4,7 +4,7 @@ import pytest
 
 from swarm.bus import Presence
 from swarm.errors import PeerError
-from world.lobby import BACK, HOLD, PROMISED, STRANGERS, Lobby
+from world.lobby import BACK, HOLD, LEFT, PARTING, PROMISED, STRANGERS, Lobby
 
 ROBOTS = [f"r{number}" for number in range(1, 6)]
 LATER = 2 * HOLD  # s
@@ -185,11 +185,13 @@ def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
 # --- leaving ---
 
 
-def test_who_leaves_is_gone_at_once_and_its_place_is_free() -> None:
+def test_who_leaves_is_gone_with_its_token_and_its_place_is_free() -> None:
     one = lobby(("r1", "a"), ("r2", "b"))
-    one.leave("r1", "a")
+    assert not one.leave("r1", "a", 0.0)
+    note = one.take(token("r1", "a", alive=False), 0.0)
+    assert note is not None
+    assert (note.kind, note.robot) == (LEFT, "r1")
     assert (one.present, one.unsettled) == (["r2"], False)
-    one.take(token("r1", "a", alive=False), 0.0)
     assert kinds(one, LATER) == [], "nobody lost it"
     assert one.place("r1", "c", LATER) == "r1"
     one.take(token("r1", "c"), LATER)
@@ -200,7 +202,7 @@ def test_who_leaves_is_gone_at_once_and_its_place_is_free() -> None:
 def test_nobody_else_can_make_a_robot_leave(name: str, session: str) -> None:
     one = lobby(("r1", "a"), ("r2", "b"))
     with pytest.raises(PeerError, match=f"{name}: expected the session that has this place"):
-        one.leave(name, session)
+        one.leave(name, session, 0.0)
     assert one.present == ["r1", "r2"]
 
 
@@ -208,5 +210,57 @@ def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
     one = lobby(("r1", "a"))
     one.link(up=False, now=0.0)
     assert one.expected
-    one.leave("r1", "a")
+    assert one.leave("r1", "a", 0.0)
     assert not one.expected
+
+
+def test_a_leave_in_the_name_of_a_robot_that_stays_changes_nothing() -> None:
+    one = lobby(("r1", "a"))
+    one.leave("r1", "a", 0.0)
+    assert one.present == ["r1"]
+    assert one.take(token("r1", "a", alive=False), PARTING) is None, "this was no leaving"
+    assert kinds(one, PARTING + LATER) == [("gone", "r1")]
+
+
+# --- in whose name ---
+
+
+@pytest.mark.parametrize(
+    ("told", "attached", "believed"),
+    [(None, None, True), (None, 7, True), (7, 7, True), (7, 8, False), (7, None, False)],
+)
+def test_only_the_process_that_has_the_place_speaks_in_its_name(
+    told: int | None, attached: int | None, believed: bool
+) -> None:
+    one = lobby()
+    assert not one.speaks("r1", attached), "nobody has the place yet"
+    one.place("r1", "a", 0.0, told)
+    assert not one.speaks("r1", attached)
+    one.take(token("r1", "a"), 0.0)
+    assert one.speaks("r1", attached) is believed
+    assert not one.speaks("r2", attached)
+    assert not one.speaks("r9", attached), "there is no such robot"
+
+
+def test_who_asks_without_end_and_is_not_there_keeps_nobody_out() -> None:
+    one = lobby(("r1", "a"))
+    one.take(token("r1", "a", alive=False), 1.0)
+    for number in range(100):
+        one.place("r1", f"forged-{number}", 1.0 + number / 100)
+        if number == 50:
+            one.place("r1", "b", 1.5, 7)
+    assert kinds(one, 2.0) == [("gone", "r1")]
+    assert one.present == []
+    one.take(token("r1", "b"), 2.0)
+    assert one.present == ["r1"]
+    assert one.speaks("r1", 7)
+    with pytest.raises(PeerError, match="'r1' is here already"):
+        one.place("r1", "forged", 2.0)
+
+
+def test_sessions_that_were_welcomed_and_never_came_are_forgotten() -> None:
+    one = lobby(("r1", "a"))
+    one.take(token("r1", "a", alive=False), 0.0)
+    for number in range(1000):
+        one.place("r1", f"forged-{number}", float(number))
+    assert len(one._welcomed["r1"]) <= 2 + PROMISED

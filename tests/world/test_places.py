@@ -190,7 +190,7 @@ def host(**fields: Any) -> Course:  # noqa: ANN401
 
 def put(one: Course, request: Places) -> Mock:
     asked = Mock(spec=Request, topic=PLACES, message=request, ids={})
-    answer(asked, one, "w")
+    answer(asked, one, Mock(spec=Bus))
     return asked
 
 
@@ -216,7 +216,7 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
     assert one.lobby.place(None, "s", 0.0) == "r1"
     assert one.lobby.place("r3", "t", 0.0) == "r3"
     join = Mock(spec=Request, message=Join(robot="r3", session="t", world=None), ids={})
-    answer(join, one, "w")
+    answer(join, one, Mock(spec=Bus, id="w", sender=1))
     welcomed = join.accept.call_args.args[0]
     assert (welcomed.robot, welcomed.assigned.stops) == ("r3", [])
 

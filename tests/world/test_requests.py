@@ -1,6 +1,7 @@
 """The line of requests: bounded, first come first served, and a share of each tick."""
 
-from itertools import pairwise
+from collections.abc import Collection
+from math import inf
 from typing import Any
 from unittest.mock import Mock
 
@@ -9,7 +10,7 @@ import pytest
 from swarm.bus import Request
 from swarm.messages import ACTION, EDIT, JOIN, Topic
 from world import requests
-from world.requests import FEW, SHARE, WAIT, Requests
+from world.requests import BETWEEN, SHARE, WAIT, Requests
 
 DT = 0.05  # s
 
@@ -23,19 +24,20 @@ class Desk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
         self.now, self.seconds = 0.0, seconds
+        self.elsewhere = 0.0  # s in which the machine did something else
         self.answered: list[Any] = []
-        self.line = Requests(DT)
         monkeypatch.setattr(requests, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(requests, "thread_time", lambda: self.now - self.elsewhere)
+        self.line = Requests(DT)
 
     def answer(self, one: Request) -> None:
         self.now += self.seconds
         self.answered.append(one)
 
-    def tick(self, *, idle: bool = False, between: bool = True) -> int:
-        """Return how many requests a tick answers."""
+    def serve(self, *, closed: Collection[Topic[Any]] = ()) -> int:
+        """Return how many requests are answered now."""
         before = len(self.answered)
-        self.line.renew(idle=idle)
-        self.line.serve(self.answer, between=between)
+        self.line.serve(self.answer, closed=closed)
         return len(self.answered) - before
 
 
@@ -48,41 +50,68 @@ def test_who_comes_when_the_line_is_full_is_refused_with_the_reason(monkeypatch:
         one.refuse.assert_not_called()
     for one in waiting[WAIT:]:
         one.refuse.assert_called_once_with(f"{WAIT} requests are waiting already; ask again later")
-    while desk.tick():
-        pass
+    desk.serve()
     assert desk.answered == waiting[:WAIT], "first come, first served"
 
 
-def test_a_tick_answers_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = Desk(monkeypatch, 0.0)
-    for _ in range(2 * FEW + 1):
-        desk.line.add(request())
-    assert [desk.tick() for _ in range(4)] == [FEW, FEW, 1, 0]
+@pytest.mark.parametrize("seconds", [0.0001, 0.004, DT, 3 * DT])
+def test_a_flood_gets_its_share_of_the_time_and_no_more(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
+    desk, longest = Desk(monkeypatch, seconds), 0.0
+    while desk.now < 20.0:
+        while len(desk.line) < WAIT:
+            desk.line.add(request())
+        began = desk.now
+        desk.serve()
+        longest = max(longest, desk.now - began)
+        if len(desk.line):
+            wait = desk.line.wait(closed=())
+            assert 0.0 < wait <= seconds / SHARE
+            desk.now += wait + 1e-9  # the world waits so long, and no longer
+    share = len(desk.answered) * seconds / desk.now
+    assert share == pytest.approx(SHARE, rel=0.05)
+    assert longest <= SHARE * DT / (1 - SHARE) + seconds, "what is saved up is a tick's share, and one may take longer"
 
 
-def test_slow_requests_get_their_share_of_the_time_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = Desk(monkeypatch, DT)  # each takes a whole tick
+def test_who_asks_now_and_then_does_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(monkeypatch, SHARE * DT)
     for _ in range(5):
         desk.line.add(request())
-    ticks = [desk.tick() for _ in range(round(4 / SHARE) + 1)]
-    assert ticks[0] == 1, "one is answered in any case"
-    assert sum(ticks) == 5
-    served = [number for number, count in enumerate(ticks) if count]
-    assert all(later - earlier >= 1 / SHARE - 1 for earlier, later in pairwise(served))
+        assert desk.line.wait(closed=()) == 0.0
+        assert desk.serve() == 1
+        assert desk.line.wait(closed=()) == inf, "nobody is there to wait for"
+        desk.now += DT
+
+
+def test_who_asks_does_not_pay_for_what_else_the_machine_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(monkeypatch, SHARE * DT)
+    desk.line.add(request())
+
+    def slow(one: Request) -> None:
+        desk.answer(one)
+        desk.now, desk.elsewhere = desk.now + 20 * DT, desk.elsewhere + 20 * DT
+
+    desk.line.serve(slow, closed=())
+    desk.line.add(request())
+    assert desk.line.wait(closed=()) == 0.0
 
 
 def test_while_the_clock_stands_nobody_waits_for_a_share(monkeypatch: pytest.MonkeyPatch) -> None:
     desk = Desk(monkeypatch, DT)
     for _ in range(5):
         desk.line.add(request())
-    assert [desk.tick(idle=True) for _ in range(6)] == [1, 1, 1, 1, 1, 0]
+    answered = []
+    for _ in range(6):
+        desk.line.idle()
+        answered.append(desk.serve())
+    assert answered == [1, 1, 1, 1, 1, 0]
 
 
-def test_within_a_tick_edits_wait_and_let_the_others_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_within_a_tick_of_lockstep_edits_wait_and_let_the_others_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     desk = Desk(monkeypatch, 0.0)
     edit, join, press = request(EDIT), request(JOIN), request(ACTION)
     for one in (edit, join, press):
         desk.line.add(one)
-    assert desk.tick(between=False) == 2
+    assert desk.serve(closed=BETWEEN) == 2
     assert desk.answered == [join, press]
-    assert desk.tick() == 1
+    assert desk.line.wait(closed=BETWEEN) == inf
+    assert desk.serve() == 1

@@ -230,19 +230,21 @@ BEFORE = [  # rim speeds [m/s]; m, from the edge of the robot, below which no wa
 
 @pytest.mark.parametrize(("wheels", "least"), BEFORE)
 @pytest.mark.parametrize(("more", "allowed"), [(-0.001, False), (0.001, True)])
+@pytest.mark.parametrize("late", [0, 1])
 def test_how_near_to_a_robot_a_wall_may_be_put_up(
-    wheels: tuple[float, float], least: float, more: float, allowed: bool
+    wheels: tuple[float, float], least: float, more: float, allowed: bool, late: int
 ) -> None:
-    """At 2 m/s2; the wall is the cell from 6 m on, the robot's radius 0.2 m."""
+    """At 2 m/s2; the wall is the cell from 6 m on, the robot's radius 0.2 m. If it is sensed later, it drives on."""
     scenario = scenario_of()
-    bodies = [("r1", Pose(6.0 - 0.2 - least - more, 3.5, 0.0), wheels)]
+    further = late * (max(map(abs, wheels)) + 2.0 * DT) * DT if any(wheels) else 0.0
+    bodies = [("r1", Pose(6.0 - 0.2 - least - further - more, 3.5, 0.0), wheels)]
     wall, hole = (Edit(kind=kind, low=(6.2, 3.2), high=(6.8, 3.8)) for kind in (Kind.WALL, Kind.FREE))
     edited(scenario.map, hole, bodies, scenario.settings.robot, DT)
     if allowed:
-        assert edited(scenario.map, wall, bodies, scenario.settings.robot, DT).cells[3, 6]
+        assert edited(scenario.map, wall, bodies, scenario.settings.robot, DT, late).cells[3, 6]
     else:
         with pytest.raises(ConfigError, match="r1 can stop before" if any(wheels) else "r1 stands there"):
-            edited(scenario.map, wall, bodies, scenario.settings.robot, DT)
+            edited(scenario.map, wall, bodies, scenario.settings.robot, DT, late)
 
 
 # --- what watchers see ---

@@ -14,9 +14,9 @@ from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, Rob
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from world.course import Course
+from world.ending import AWAY
 from world.faults import Faults, Health, Spell
 from world.progress import STALLED
-from world.roll import LOST
 from world.simulate import Simulation
 from world.status import states
 from world.world import REST
@@ -84,7 +84,7 @@ def step(one: Course, *done: str) -> None:
 
 @pytest.mark.parametrize(
     ("done", "away", "limit", "over"),
-    [(("r1", "r2"), 0.0, inf, False), (("r1",), LOST, inf, False), (("r1", "r2"), 0.0, 0.05, True)],
+    [(("r1", "r2"), 0.0, inf, False), (("r1",), AWAY, inf, False), (("r1", "r2"), 0.0, 0.05, True)],
     ids=["all are done", "who is not done is lost", "the limit"],
 )
 def test_only_a_limit_ends_a_run_of_a_fleet_that_stays(
@@ -134,7 +134,7 @@ def test_in_lockstep_targets_for_the_pool_wake_a_fleet_that_rests() -> None:
 
 def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() -> None:
     one = course(1.0, inf, pool=[THERE], return_home=True)
-    away = one.lobby._looked_at + LOST
+    away = one.lobby._looked_at + AWAY
     step(one, "r1")
     one.lobby.look(away, running=True)
     one._end_if_over()

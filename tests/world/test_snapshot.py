@@ -118,6 +118,11 @@ def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
     packed = snapshot_file.ENCODER.encode
     assert packed(snapshot_file.read(file, scenario, 3, 5)) == packed(before)
     assert [path.name for path in tmp_path.iterdir()] == ["s"], "nothing is left beside it"
+    for _ in range(2):
+        snapshot_file.write(before, file)
+        assert {path.name for path in tmp_path.iterdir()} == {"s", snapshot_file.earlier(file).name}
+    snapshot_file.make_room(file)
+    assert [path.name for path in tmp_path.iterdir()] == ["s"]
     world = reborn(simulation, file)
     assert packed(snapshot.saved(world)) == packed(snapshot.saved(simulation.world))
 
@@ -174,6 +179,37 @@ def test_a_file_that_is_no_snapshot_of_this_run_is_refused_in_a_sentence(name: s
         snapshot_file.read(file, scenario, 2, 1)
     assert reason in str(fault.value)
     assert str(fault.value).startswith(f"snapshot {file}: ")
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tmp_path: Path) -> None:
+    simulation, file, said = Simulation.of(scenario_of(), 2, 1), tmp_path / "s", list[str]()
+    for _ in range(3):
+        simulation.step()
+        snapshot_file.write(of(simulation, simulation.scenario), file)
+    spoil, reason = BAD[name]
+    file.write_bytes(spoil(whole()))
+    found = snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
+    assert found is not None
+    assert found.state.world.tick == 2
+    (line,) = said
+    assert reason in line
+    assert line.endswith("; went on from the snapshot before")
+    snapshot_file.earlier(file).write_bytes(spoil(whole()))
+    with pytest.raises(ConfigError) as fault:
+        snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
+    assert reason in str(fault.value)
+    assert str(fault.value).startswith(f"snapshot {file}: ")
+
+
+def test_without_a_file_a_new_run_begins_whatever_was_before(tmp_path: Path) -> None:
+    simulation, file = Simulation.of(scenario_of(), 2, 1), tmp_path / "s"
+    for _ in range(2):
+        snapshot_file.write(of(simulation, simulation.scenario), file)
+    file.unlink()
+    assert snapshot_file.newest(file, simulation.scenario, 2, 1, print) is None
+    snapshot_file.write(of(simulation, simulation.scenario), file)
+    assert not snapshot_file.earlier(file).exists()
 
 
 def test_a_missing_file_and_a_state_of_another_size_are_refused(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Requests of anybody: each one is answered or counted, the world goes on, and its state stays as it was."""
 
+from collections.abc import Callable
 from random import Random
 from threading import Event as Flag
 from threading import Thread
@@ -9,6 +10,7 @@ import msgpack
 import msgspec
 import pytest
 
+from swarm.bus import Bus, Request
 from swarm.bus.codec import encode
 from swarm.messages import (
     ACTION,
@@ -21,6 +23,7 @@ from swarm.messages import (
     ROBOT_ACTION,
     STATUS,
     TOPICS,
+    Accepted,
     Action,
     Do,
     Edit,
@@ -36,6 +39,7 @@ from swarm.messages import (
 )
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
+from world.answering import answer
 from world.course import Course
 from world.process import Host
 from world.snapshot import saved
@@ -105,8 +109,8 @@ def key_of(chance: Random) -> str:
     return own if chance.random() < 0.9 else own + "/" + "x" * chance.randrange(1, 40)
 
 
-@pytest.mark.parametrize("number", [2_000, pytest.param(100_000, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])])
-def test_no_request_changes_anything_and_every_request_is_answered_or_counted(make_bus: MakeBus, number: int) -> None:
+def attacked(make_bus: MakeBus, number: int, patience: float = 30.0) -> list[str]:
+    """Send a world that waits for its robots this many requests and keys; return what is wrong, if anything is."""
     bus, asker, stop = make_bus(), make_bus(), Flag()
     course = Course(bus, scenario_of(), 2, 1, "max", 300.0, True, 0, None, lambda line: None)
     host = Host(bus, course, lambda line: None)
@@ -114,6 +118,7 @@ def test_no_request_changes_anything_and_every_request_is_answered_or_counted(ma
     thread = Thread(target=host.serve, args=(stop,))
     thread.start()
     chance, session, prefix = Random(number), asker._session, bus._prefix
+    wrong: list[str] = []
     try:
         while not asker.fetch(STATUS):
             assert thread.is_alive(), "the world has ended"
@@ -126,16 +131,60 @@ def test_no_request_changes_anything_and_every_request_is_answered_or_counted(ma
                 payload = good if chance.random() < 0.1 else spoiled(good, chance)
                 if not harmless(payload, key):
                     continue
-                replies = list(session.get(prefix + key, payload=payload, timeout=30.0))
-                assert [reply.err is not None for reply in replies] == [True], (key, payload)
+                replies = list(session.get(prefix + key, payload=payload, timeout=patience))
+                if [reply.err is not None for reply in replies] != [True]:
+                    wrong.append(f"{key}: expected one refusal of {payload!r}, got {len(replies)} answers")
                 answered += 1
             else:
                 payload = chance.randbytes(chance.randrange(200))
-                list(session.get(prefix + key_of(chance), payload=payload, timeout=30.0))
-        assert answered > number // 4
-        assert bus.refused.total() > 0
-        assert (ENCODER.encode(saved(course.world)), asker.fetch(STATUS)) == before
+                list(session.get(prefix + key_of(chance), payload=payload, timeout=patience))
+        if answered <= number // 4:
+            wrong.append(f"expected more than {number // 4} requests that are answered, got {answered}")
+        if bus.refused.total() == 0:
+            wrong.append("expected bad requests to be counted")
+        if (ENCODER.encode(saved(course.world)), asker.fetch(STATUS)) != before:
+            wrong.append("the state has changed")
     finally:
         stop.set()
         thread.join()
-    assert course.report()["reason"] == "interrupted"
+    if course.report()["reason"] != "interrupted":
+        wrong.append(f"expected a world that runs until it is told to stop, got {course.report()['reason']!r}")
+    return wrong
+
+
+@pytest.mark.parametrize("number", [2_000, pytest.param(100_000, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])])
+def test_no_request_changes_anything_and_every_request_is_answered_or_counted(make_bus: MakeBus, number: int) -> None:
+    assert attacked(make_bus, number) == []
+
+
+def swallows(request: Request, course: Course, bus: Bus) -> None:
+    """Answer no edit."""
+    if not isinstance(request.message, Edit):
+        answer(request, course, bus)
+
+
+def accepts(request: Request, course: Course, bus: Bus) -> None:
+    """Accept whatever comes."""
+    request.accept(Accepted(text="yes"))
+
+
+def changes(request: Request, course: Course, bus: Bus) -> None:
+    """Refuse, and change the state all the same."""
+    course.world.edits += isinstance(request.message, Edit)
+    answer(request, course, bus)
+
+
+@pytest.mark.parametrize(
+    ("fault", "says"),
+    [
+        (swallows, "got 0 answers"),
+        (accepts, "expected one refusal"),
+        (changes, "the state has changed"),
+    ],
+)
+def test_the_judge_speaks_of_a_planted_fault(
+    make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch, fault: Callable[..., None], says: str
+) -> None:
+    monkeypatch.setattr("world.process.answer", fault)
+    found = attacked(make_bus, 400, patience=0.5)
+    assert any(says in one for one in found), found

@@ -83,6 +83,9 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             return None
     if profile.orders and chance.random() < profile.orders:  # other profiles draw as before
         raw["orders"] = _orders(cells, robots, chance)
+    if profile.pool and chance.random() < profile.pool:
+        some = chance.sample(piece, min(len(piece), robots * chance.randint(1, 4)))
+        raw["pool"] = [_point(cells, cell, chance) for cell in some]
     try:
         settings = checked(raw, "storm")
         plan = StormPlan(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isinf
 from time import perf_counter
 from traceback import format_exc
 from typing import Any, Final, NamedTuple
@@ -104,6 +105,10 @@ def _hopeless(simulation: Simulation) -> bool:
         return False
     dead = simulation.drill.dead
     stands = world.progress.standing(world.time)
+    free = set(world.robots).difference(dead, world.unfinished)
+    has_just_got_one = any(isinf(stands[one.robot]) for one in world.dispatch.pool.taken if one.robot is not None)
+    if has_just_got_one or (free and world.plans_matter):
+        return False  # errands go on
     return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (
         len(dead) == len(world.robots)
     )

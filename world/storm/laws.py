@@ -27,6 +27,7 @@ from world.storm.laws_mission import (
     truthful,
 )
 from world.storm.laws_orders import orders_are_kept
+from world.storm.laws_pool import pool_is_kept
 from world.storm.laws_wire import passes_the_wire
 from world.storm.seen import Law
 
@@ -61,9 +62,10 @@ LAWS: Final[Mapping[str, Law]] = {
     "the report agrees": report_agrees,
     "passes the wire": passes_the_wire,
     "orders are kept": orders_are_kept,
+    "the pool is kept": pool_is_kept,
 }
 
-# laws about the scenario's own stops; in a run with orders, robots have others
+# laws about the scenario's own stops; in a run with orders or a pool, robots have others
 OWN_STOPS: Final = frozenset(
     {"flags stay", "all arrive", "it ends", "truthful", "nobody stands unnamed", "the report agrees"}
 )
@@ -73,7 +75,7 @@ def judge(history: History) -> list[Violation]:
     """Check a run against every law that fits it; return the first violation of each law by each robot."""
     found = []
     for law, function in LAWS.items():
-        if history.settings.orders and law in OWN_STOPS:
+        if (history.settings.orders or history.settings.pool) and law in OWN_STOPS:
             continue
         blamed = set()
         for tick, robots, text in function(history):

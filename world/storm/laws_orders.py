@@ -14,6 +14,7 @@ def orders_are_kept(history: History) -> Found:
         x, y, _ = history.moments[0].poses[number]
         home = x, y
         asked[name].add((home,))
+        asked[name].update((target,) for target in settings.pool)
         for one in settings.orders:
             if one.robot == name and one.targets is not None:
                 asked[name].add((*one.targets, *((home,) if one.home else ())))

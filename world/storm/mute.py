@@ -25,7 +25,8 @@ from world.simulate import Simulation
 CRUISE: Final = 0.5  # m/s
 AHEAD: Final = 0.4  # m along its path, the point that it drives to
 TURNS: Final = 0.5  # rad; it turns in place towards a point farther to a side
-KEEPS: Final = 0.35  # m, from its edge to what its sensors show when it stops
+KEEPS: Final = 0.35  # m, from its edge to what its sensors show in front when it stops
+BESIDE: Final = 0.1  # m, from its edge to what they show at its sides: it drives along walls
 NOTHING_SHUT: Final = np.empty((0, 4))
 
 
@@ -63,7 +64,7 @@ class StraightPilot:
             return Move(STAND, 0.0, Activity.DONE if inputs.done else Activity.BLOCKED)
         along = path.stations[-1] - inputs.navigator.remaining
         error = bearing(inputs.pose, path.point_at(min(along + AHEAD, path.stations[-1])))
-        room = max(0.0, min(sense.left, sense.front, sense.right) - KEEPS)
+        room = max(0.0, min(sense.front - KEEPS, sense.left - BESIDE, sense.right - BESIDE))
         linear = 0.0 if abs(error) > TURNS else min(CRUISE, sqrt(2 * 0.5 * self._brake * room))
         wanted = self._drive.rim_speeds(Twist(linear, max(-1.5, min(1.5, 2.0 * error))))
         limits = Constraints(

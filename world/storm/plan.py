@@ -72,6 +72,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "edits": bool(settings.edits),
             "movers": bool(settings.movers),
             "orders": bool(settings.orders),
+            "pool": bool(settings.pool),
             "shared targets": bool(settings.targets),
             "unknown floor": not settings.map.known,
             **{name: kind in kinds for kind, name in FAULTS.items()},

@@ -33,6 +33,7 @@ class Profile:
     edits: float = 0.0
     movers: float = 0.0
     orders: float = 0.0
+    pool: float = 0.0
     noise: float = 0.0
     mute: float = 0.0  # chance that one or two robots say nothing of traffic
     every: float = 25.0  # s between two hold-ups or suspensions of one robot, on average
@@ -79,6 +80,7 @@ PROFILES: Final[Mapping[str, Profile]] = {
     "edits": Profile(edits=1.0, dead=0.3, held_up=0.2),
     "movers": Profile(movers=1.0, held_up=0.2),
     "orders": Profile(orders=1.0, held_up=0.2, away=0.3, dead=0.1, late=0.3, edits=0.2),
+    "pool": Profile(pool=1.0, held_up=0.2, suspended=0.2, away=0.3, dead=0.3, late=0.3, edits=0.1, orders=0.3),
     "away": Profile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
     "unknown": Profile(known=False, off_lattice=0.6, raster=12, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
     "shared": replace(ALL, shared=1.0),

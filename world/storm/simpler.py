@@ -37,7 +37,7 @@ def size(plan: StormPlan) -> tuple[int, int, int, int]:
     """Count robots, faults, stops, and characters of free floor."""
     scenario = plan.scenario
     wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late) + len(plan.mute)
-    wrong += len(scenario.edits) + len(scenario.movers) + len(scenario.orders)
+    wrong += len(scenario.edits) + len(scenario.movers) + len(scenario.orders) + len(scenario.pool)
     stops = sum(map(len, scenario.own_targets)) or len(scenario.targets)
     return plan.robots, wrong, stops, (scenario.map.text or "").count(".")
 
@@ -105,8 +105,8 @@ def conditions(raw: Raw) -> Iterator[Raw]:
 
 
 def changes(raw: Raw) -> Iterator[Raw]:
-    """Leave edits, movers and orders out."""
-    for name in ("movers", "edits", "orders"):
+    """Leave edits, movers, orders and errands out."""
+    for name in ("movers", "edits", "orders", "pool"):
         for stay in _fewer(raw["scenario"][name]):
             yield _with(raw, f"scenario.{name}", stay)
 

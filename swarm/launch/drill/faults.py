@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from math import dist
 from pathlib import Path
+from shutil import rmtree
 from typing import Final
 
 from swarm.launch.drill.floor import AT_DOOR, DOOR, ROBOTS
@@ -92,6 +93,19 @@ def hold_up(live: Live) -> None:
                         return
 
     live.meanwhile(work)
+
+
+def spoil_snapshot(live: Live) -> None:
+    """Spoil the snapshot and kill the world before it writes the next one."""
+    pid, file = live.member("world"), live.home / "world.snapshot"
+    os.kill(pid, signal.SIGSTOP)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    os.kill(pid, signal.SIGKILL)
+
+
+def remove_folder(live: Live) -> None:
+    """Remove the folder of the fleet."""
+    rmtree(live.home)
 
 
 def hang_up(live: Live) -> None:

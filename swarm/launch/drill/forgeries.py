@@ -6,17 +6,39 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Final
 
+from msgspec.structs import replace
+
 from swarm.bus import Arrival, Bus
 from swarm.bus.codec import encode
 from swarm.errors import SwarmError
 from swarm.launch.drill.faults import Fault
 from swarm.launch.drill.floor import ROBOTS
-from swarm.launch.drill.live import Live
-from swarm.messages import EDIT, RADIO, Activity, Clock, Command, Edit, Kind, Message, Phase, Sense, State, Truth
+from swarm.launch.drill.live import LOOK, Live
+from swarm.messages import (
+    EDIT,
+    JOIN,
+    LEAVE,
+    RADIO,
+    SENSE,
+    Activity,
+    Clock,
+    Command,
+    Edit,
+    Join,
+    Kind,
+    Leave,
+    Message,
+    Phase,
+    Sense,
+    State,
+    Truth,
+)
 from swarm.scenario.starts import names
 
 STOPS: Final = 2  # of each robot
 TICKS: Final = 40  # for which a forged message is sent
+AHEAD: Final = 1_000_000  # ticks
+SPEED: Final = 20.0  # m/s, the most that a command can say
 EDITS: Final = 190  # Hz
 FLOOD: Final = 5.0  # s
 GARBAGE: Final = 1000  # Hz
@@ -94,6 +116,46 @@ def all_reached(truth: Truth) -> Iterable[tuple[str, Message]]:
             unreachable=[], distance=0.0, replans=0,
         ),
     )  # fmt: skip
+
+
+def full_speed(truth: Truth) -> Iterable[tuple[str, Message]]:
+    """Everybody is told to drive straight on as fast as it can."""
+    for name in names(ROBOTS):
+        yield f"robot/{name}/cmd", command(truth, left=SPEED, right=SPEED)
+
+
+def far_ahead(live: Live) -> None:
+    """Tell r1 in its own world's name that much time has passed."""
+    with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
+        bus.listen(SENSE, robot="r1")
+        heard = live.await_that(lambda: bus.receive(LOOK), "a sense of r1").message
+    for _ in range(TICKS):
+        live.stranger.put("robot/r1/sense", encode(replace(heard, tick=heard.tick + AHEAD, hears=[])))
+        live.take()
+
+
+def false_leaves(live: Live) -> None:
+    """Say in the name of each robot that it leaves; its session is read from its token."""
+    with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
+        bus.watch_presence("robot")
+        for _ in range(ROBOTS):
+            here = live.await_that(lambda: bus.receive(LOOK), "a robot's token")
+            bus.ask(LEAVE, Leave(robot=here.id, session=here.session))
+
+
+def false_joins(live: Live) -> None:
+    """Ask for the place of r1 again and again, for sessions that nobody has, and kill r1."""
+
+    def work() -> None:
+        with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
+            number = 0
+            while not live.over.wait(0.01):
+                number += 1
+                with suppress(SwarmError):  # a refusal is an answer
+                    bus.ask(JOIN, Join(robot="r1", session=f"nobody-{number}", world=None))
+
+    live.meanwhile(work)
+    os.kill(live.member("r1"), signal.SIGKILL)
 
 
 def over(truth: Truth) -> Iterable[tuple[str, Message]]:

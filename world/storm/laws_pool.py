@@ -1,0 +1,63 @@
+"""The law of the pool: each target is visited once, by the robot that was sent there, and none is lost."""
+
+import re
+from typing import Final
+
+from swarm.geometry import distance
+from world.dispatch import GONE
+from world.storm.history import History
+from world.storm.seen import Found, dead_of
+
+NAMED: Final = re.compile(r"(?:takes errand|is at errand|errand) (\S+)")
+LATER: Final = 1.0  # s after which an errand must be back
+
+
+def pool_is_kept(history: History) -> Found:
+    """Check by events, poses and commands: one robot at a time, there when it counts, back from who is gone."""
+    settings = history.settings
+    at = {f"scenario/{number}": target for number, target in enumerate(settings.pool, start=1)}
+    has: dict[str, str] = {}  # errand -> robot
+    done: set[str] = set()
+    heard: dict[str, int] = {}  # robot -> tick of its newest command
+    gone = round((GONE + LATER) * settings.rate)
+    for moment, after in zip(history.moments, history.moments[1:], strict=False):
+        heard |= {name: command.tick for name, command in moment.commands.items()}
+        for event in moment.events:
+            found = NAMED.match(event.text)
+            if found is None or event.kind not in {"errand", "errand_back", "reached"} or event.robot is None:
+                continue
+            errand, robot = found[1], event.robot
+            if event.kind == "errand_back":
+                has.pop(errand, None)
+                continue
+            if errand in done:
+                yield moment.tick, (robot,), f"{robot}: errand {errand} was done before"
+            if event.kind == "errand":
+                if errand in has:
+                    yield moment.tick, (robot,), f"{robot} gets errand {errand}, which {has[errand]} has"
+                has[errand] = robot
+                continue
+            number = history.robots.index(robot)
+            away = min(distance(poses[number], at[errand]) for poses in (moment.poses, after.poses))
+            if has.pop(errand, None) != robot or away > settings.reach:
+                yield (
+                    moment.tick,
+                    (robot,),
+                    f"{robot} counts as at errand {errand}, {away:.2f} m away or not sent there",
+                )
+            done.add(errand)
+        for errand, robot in has.items():
+            if moment.tick - heard.get(robot, 0) > gone:
+                yield moment.tick, (robot,), f"{robot} is gone and still has errand {errand}"
+    yield from _at_the_end(history, set(at), done)
+
+
+def _at_the_end(history: History, given: set[str], done: set[str]) -> Found:
+    """Check that each errand is done or left, and that none is left if nobody is dead."""
+    tick = history.moments[-1].tick if history.moments else 0
+    pool = history.report.get("pool", {"done": 0, "left": []})
+    left = {one["errand"] for one in pool["left"]}
+    if history.report and (left & done or left | done != given or pool["done"] != len(done)):
+        yield tick, (), f"of {sorted(given)} the report says {pool['done']} are done and {sorted(left)} are left"
+    if left and not dead_of(history):
+        yield tick, (), f"{', '.join(sorted(left))} left in the pool, although nobody is dead"
