@@ -70,6 +70,7 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         assert answer["number"] == 1, "the page's own example gives an order"
 
         fleet.member("box").kill()
+        other.page.wait_for_selector("html[data-phase=away]")
         fleet.await_line("box was ended by signal 9; started again")
         other.page.wait_for_selector("html[data-phase=running]")
 
