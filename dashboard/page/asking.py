@@ -72,19 +72,17 @@ class Asking:
             PeerError: the fleet has refused it, or does not answer.
         """
         topic = REQUESTS[name]
-        ids = {}
-        if topic.key in OF_A_ROBOT:
-            try:
-                ids["robot"] = msgspec.convert(robot, Id)
-            except msgspec.ValidationError:
-                raise ConfigError(f"/{name}: expected ?robot=NAME, such as ?robot=r1, got {robot!r:.100}") from None
+        try:
+            asked = msgspec.convert(robot, Id) if topic.key in OF_A_ROBOT else ""
+        except msgspec.ValidationError:
+            raise ConfigError(f"/{name}: expected ?robot=NAME, such as ?robot=r1, got {robot!r:.100}") from None
         try:
             message = msgspec.json.decode(body, type=topic.message)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:
             raise ConfigError(
                 f"/{name}: expected {topic.message.__name__} as JSON, {fault}; see docs/wire.md"
             ) from None
-        return msgspec.json.encode(self._bus.ask(topic, message, ANSWER, **ids))
+        return msgspec.json.encode(self._bus.ask(topic, message, ANSWER, robot=asked))
 
     def status(self) -> bytes:
         """Return the world's status as JSON.

@@ -41,11 +41,13 @@ class Box:
         self.page.goto(address)
         self.page.wait_for_selector("#rows li")
         self.page.wait_for_selector("html[data-phase=waiting]")
-        self._floor = self.page.locator("#floor").bounding_box() or {}
+        floor = self.page.locator("#floor").bounding_box()
+        assert floor is not None
+        self._floor = floor["x"], floor["y"], floor["width"], floor["height"]
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixel of a point [m], as the page shows the whole floor."""
-        left, top, width, height = (self._floor[name] for name in ("x", "y", "width", "height"))
+        left, top, width, height = self._floor
         scale = min((width - 2 * MARGIN) / WIDE[0], (height - 2 * MARGIN) / WIDE[1])
         return left + width / 2 + (x - WIDE[0] / 2) * scale, top + height / 2 - (y - WIDE[1] / 2) * scale
 

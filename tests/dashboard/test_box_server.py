@@ -65,11 +65,10 @@ def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
         yield free
 
 
-def said(port: int, method: str, path: str, body: bytes = b"", **headers: str) -> tuple[int, Any]:
+def said(port: int, method: str, path: str, body: bytes = b"", headers: dict[str, str] = BEARER) -> tuple[int, Any]:
     connection = HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     try:
-        named = {name.replace("_", "-"): value for name, value in headers.items()}
-        connection.request(method, path, body=body or None, headers=named)
+        connection.request(method, path, body=body or None, headers=headers)
         answer = connection.getresponse()
         text = answer.read().decode()
         return answer.status, json.loads(text) if answer.headers.get_content_subtype() == "json" else text
@@ -115,7 +114,7 @@ TABLE: Final = {  # what comes: method, path, body, headers -> status, a part of
 @pytest.mark.parametrize("name", TABLE)
 def test_a_request_gets_its_answer_or_a_sentence(name: str, port: int, fleet: Fleet) -> None:
     method, path, body, headers, status, part = TABLE[name]
-    got, answer = said(port, method, path, body, **headers)
+    got, answer = said(port, method, path, body, headers)
     text = answer if isinstance(answer, str) else answer.get("refused") or json.dumps(answer)
     assert (got, part in text) == (status, True), text
     carried_out = {
@@ -127,7 +126,7 @@ def test_a_request_gets_its_answer_or_a_sentence(name: str, port: int, fleet: Fl
 
 
 def test_every_request_of_the_wire_has_a_path_and_says_so(port: int) -> None:
-    _, told = said(port, "GET", "/topics", **BEARER)
+    _, told = said(port, "GET", "/topics")
     assert {path.split("?")[0].removeprefix("/") for path in told["paths"]} == set(REQUESTS)
     assert told["paths"]["/order?robot=NAME"] == {
         "topic": "robot/{robot}/order",
@@ -173,7 +172,7 @@ def test_a_thousand_clicks_are_each_answered_and_the_frames_go_on(port: int, fle
     answers = asyncio.run(crowd())
     assert set(answers) <= {200, 429}
     assert answers.count(200) == len(fleet.carried_out) > 0, "each one that is not refused is carried out once"
-    assert said(port, "POST", "/action", GO, **BEARER)[0] == 200, "and then there is room again"
+    assert said(port, "POST", "/action", GO)[0] == 200, "and then there is room again"
 
 
 SAYINGS: Final = {"{]": 1007, '{"select": 3}': 1007, "[]": 1007, '{"select": "' + "r" * 2000 + '"}': 1009}
@@ -192,7 +191,7 @@ def test_a_page_that_says_garbage_is_sent_away(saying: str, port: int) -> None:
             return live.close_code
 
     assert asyncio.run(say()) == SAYINGS[saying]
-    assert said(port, "POST", "/action", GO, **BEARER)[0] == 200
+    assert said(port, "POST", "/action", GO)[0] == 200
 
 
 def test_a_port_in_use_is_a_sentence(port: int, make_bus: MakeBus) -> None:
