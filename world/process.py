@@ -1,6 +1,7 @@
 """The world process: it waits for the robots, keeps the clock, senses for all, moves all, and writes the report."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from threading import Event as Flag
 from typing import Final
@@ -31,7 +32,7 @@ from world.answers import SILENT, Asked
 from world.course import Course
 from world.lobby import LEFT
 from world.report import write
-from world.requests import ANSWERED, Requests, closed
+from world.requests import ANSWERED, Requests, waits_in_tick
 from world.rival import check_alone
 from world.snapshot_file import make_room
 
@@ -157,8 +158,13 @@ class Host:
         return self._course.phase is Phase.OVER
 
     def _serve_requests(self) -> None:
+        self._requests.serve(self._answer, closed=self._is_closed)
+
+    def _is_closed(self, request: Request) -> bool:
         course = self._course
-        self._requests.serve(self._answer, closed=closed(in_tick=course.in_tick, lockstep=course.lockstep))
+        counted = dict(zip(course.world.robots, course.world.commands, strict=True))
+        news_of = partial(course.last.has_news, counted=counted)
+        return course.in_tick and waits_in_tick(request, lockstep=course.lockstep, news_of=news_of)
 
     def _answer(self, request: Request) -> None:
         answer(request, self._course, self._bus)
@@ -221,7 +227,7 @@ class Host:
         while course.in_tick and not stop.is_set() and taken < TAKEN:
             left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
             taken += left == 0.0
-            soon = self._requests.wait(closed=closed(in_tick=True, lockstep=False))
+            soon = self._requests.wait(closed=self._is_closed)
             if not self._receive(min(left, soon)) and left == 0.0:
                 return
 

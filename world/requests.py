@@ -1,29 +1,34 @@
 """The requests that wait for the world, in a bounded line, and the share of the time that they get."""
 
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from math import inf
 from time import perf_counter, thread_time
-from typing import Any, Final
+from typing import Final
 
 from swarm.bus import Request
-from swarm.messages import ACTION, EDIT, JOIN, LEAVE, ORDER, PLACES, POOL, ROBOT_ACTION, Topic
+from swarm.messages import ACTION, EDIT, JOIN, LEAVE, ORDER, PLACES, POOL, ROBOT_ACTION
 
 WAIT: Final = 16  # requests that wait at most; an edit takes up to 0.1 s, and who asks waits 5 s
 ANSWERED: Final = (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES)
 BETWEEN: Final = (EDIT, ORDER, ROBOT_ACTION, POOL, PLACES)  # requests that change what a tick in lockstep begins with
+Closed = Callable[[Request], bool]
 SHARE: Final = 0.2  # of the wall time; what a slow request took beyond that is taken from the next ones
 
 
-def closed(*, in_tick: bool, lockstep: bool) -> Collection[Topic[Any]]:
-    """Return the requests that wait for the end of the tick. In real time robots sense what changes in it later."""
-    if not in_tick:
-        return ()
-    return BETWEEN if lockstep else (PLACES,)
+def waits_in_tick(request: Request, *, lockstep: bool, news_of: Callable[[str], bool]) -> bool:
+    """Return True if a request that came within a tick waits for its end. In real time robots sense changes later.
+
+    ``news_of`` says whether a robot has reported in this tick what the world has not counted yet: an order would come
+    between the two, and take the place of one that is done.
+    """
+    if lockstep:
+        return request.topic in BETWEEN
+    return request.topic is PLACES or (request.topic in {ORDER, ROBOT_ACTION} and news_of(request.ids["robot"]))
 
 
 class Requests:
-    """The line; who serves it says which topics are ``closed`` for now: their requests wait."""
+    """The line; who serves it says which requests are ``closed`` for now: they wait."""
 
     def __init__(self, dt: float) -> None:
         self._line: deque[Request] = deque()
@@ -44,11 +49,11 @@ class Requests:
         """Give them all of the time: the clock stands."""
         self._saved = self._most
 
-    def wait(self, *, closed: Collection[Topic[Any]]) -> float:
+    def wait(self, *, closed: Closed) -> float:
         """Return the seconds until the next request may be answered; infinity if none waits for its share alone."""
         return inf if self._next(closed=closed) is None else max(0.0, -self._earned() / SHARE)
 
-    def serve(self, answer: Callable[[Request], None], *, closed: Collection[Topic[Any]]) -> None:
+    def serve(self, answer: Callable[[Request], None], *, closed: Closed) -> None:
         """Answer those who wait, first come first served, until their share is spent."""
         while (request := self._next(closed=closed)) is not None and self._earned() >= 0.0:
             self._line.remove(request)
@@ -56,8 +61,8 @@ class Requests:
             answer(request)
             self._saved -= thread_time() - began
 
-    def _next(self, *, closed: Collection[Topic[Any]]) -> Request | None:
-        return next((one for one in self._line if one.topic not in closed), None)
+    def _next(self, *, closed: Closed) -> Request | None:
+        return next((one for one in self._line if not closed(one)), None)
 
     def _earned(self) -> float:
         """Return the time [s] that they have left, negative if they took too much."""

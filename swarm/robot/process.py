@@ -19,7 +19,7 @@ from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
-GOODBYE: Final = 1.0  # s to wait for the answer when a robot leaves
+GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
 FIRST, LONGEST = 0.1, 5.0  # s between two attempts to join; each pause is twice the one before
 KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer

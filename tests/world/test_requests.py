@@ -1,6 +1,5 @@
 """The line of requests: bounded, first come first served, and a share of each tick."""
 
-from collections.abc import Collection
 from math import inf
 from typing import Any
 from unittest.mock import Mock
@@ -8,11 +7,19 @@ from unittest.mock import Mock
 import pytest
 
 from swarm.bus import Request
-from swarm.messages import ACTION, EDIT, JOIN, Topic
+from swarm.messages import ACTION, EDIT, JOIN, ORDER, PLACES, POOL, ROBOT_ACTION, Topic
 from world import requests
-from world.requests import BETWEEN, SHARE, WAIT, Requests
+from world.requests import SHARE, WAIT, Closed, Requests, waits_in_tick
 
 DT = 0.05  # s
+
+
+def always_open(request: Request) -> bool:
+    return False
+
+
+def in_lockstep(request: Request) -> bool:
+    return waits_in_tick(request, lockstep=True, news_of=lambda robot: False)
 
 
 def request(topic: Topic[Any] = EDIT) -> Any:  # noqa: ANN401
@@ -34,7 +41,7 @@ class Desk:
         self.now += self.seconds
         self.answered.append(one)
 
-    def serve(self, *, closed: Collection[Topic[Any]] = ()) -> int:
+    def serve(self, *, closed: Closed = always_open) -> int:
         """Return how many requests are answered now."""
         before = len(self.answered)
         self.line.serve(self.answer, closed=closed)
@@ -64,7 +71,7 @@ def test_a_flood_gets_its_share_of_the_time_and_no_more(monkeypatch: pytest.Monk
         desk.serve()
         longest = max(longest, desk.now - began)
         if len(desk.line):
-            wait = desk.line.wait(closed=())
+            wait = desk.line.wait(closed=always_open)
             assert 0.0 < wait <= seconds / SHARE
             desk.now += wait + 1e-9  # the world waits so long, and no longer
     share = len(desk.answered) * seconds / desk.now
@@ -76,9 +83,9 @@ def test_who_asks_now_and_then_does_not_wait(monkeypatch: pytest.MonkeyPatch) ->
     desk = Desk(monkeypatch, SHARE * DT)
     for _ in range(5):
         desk.line.add(request())
-        assert desk.line.wait(closed=()) == 0.0
+        assert desk.line.wait(closed=always_open) == 0.0
         assert desk.serve() == 1
-        assert desk.line.wait(closed=()) == inf, "nobody is there to wait for"
+        assert desk.line.wait(closed=always_open) == inf, "nobody is there to wait for"
         desk.now += DT
 
 
@@ -90,9 +97,9 @@ def test_who_asks_does_not_pay_for_what_else_the_machine_does(monkeypatch: pytes
         desk.answer(one)
         desk.now, desk.elsewhere = desk.now + 20 * DT, desk.elsewhere + 20 * DT
 
-    desk.line.serve(slow, closed=())
+    desk.line.serve(slow, closed=always_open)
     desk.line.add(request())
-    assert desk.line.wait(closed=()) == 0.0
+    assert desk.line.wait(closed=always_open) == 0.0
 
 
 def test_while_the_clock_stands_nobody_waits_for_a_share(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,7 +118,20 @@ def test_within_a_tick_of_lockstep_edits_wait_and_let_the_others_pass(monkeypatc
     edit, join, press = request(EDIT), request(JOIN), request(ACTION)
     for one in (edit, join, press):
         desk.line.add(one)
-    assert desk.serve(closed=BETWEEN) == 2
+    assert desk.serve(closed=in_lockstep) == 2
     assert desk.answered == [join, press]
-    assert desk.line.wait(closed=BETWEEN) == inf
+    assert desk.line.wait(closed=in_lockstep) == inf
     assert desk.serve() == 1
+
+
+@pytest.mark.parametrize(
+    ("topic", "news", "waits"),
+    [(EDIT, True, False), (POOL, True, False), (PLACES, False, True), (ORDER, False, False), (ORDER, True, True),
+     (ROBOT_ACTION, True, True), (ROBOT_ACTION, False, False)],
+)  # fmt: skip
+def test_in_real_time_an_order_waits_for_what_its_robot_has_just_reported(
+    topic: Topic[Any], news: bool, waits: bool
+) -> None:
+    """A client hears `done` before the world has counted it: its next order must not take the old one's place."""
+    one = Mock(spec=Request, topic=topic, ids={"robot": "r1"})
+    assert waits_in_tick(one, lockstep=False, news_of=lambda robot: news) is waits

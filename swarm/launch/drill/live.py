@@ -6,10 +6,10 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from threading import Event as Flag
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final
@@ -74,7 +74,7 @@ class Live:
 
     def command(self, *arguments: str) -> subprocess.Popen[bytes]:
         """Start a `swarm` command as a part of this drill."""
-        with self._out.open("ab") as out:
+        with self._out.open("ab") as out, _hangs_up():
             words = [sys.executable, "-m", "swarm.cli", *arguments]
             return subprocess.Popen(words, env=self._environ, stdout=out, stderr=out, start_new_session=True)
 
@@ -216,3 +216,16 @@ def _named(place: Path) -> str:
         words = (place / "cmdline").read_bytes().split(b"\0")
         return f"process {place.name} ({b' '.join(words).decode(errors='replace')[:80]})"
     return f"process {place.name}"
+
+
+@contextmanager
+def _hangs_up() -> Iterator[None]:
+    """Start processes that a hang-up ends, also where this one was told to ignore it, as under `nohup`."""
+    ignored = current_thread() is main_thread() and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    if ignored:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if ignored:
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
