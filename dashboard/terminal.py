@@ -52,7 +52,7 @@ class Terminal:
         if self._live is not None:
             self._live.stop()
 
-    def begin_anew(self, run: int, *, home: bool) -> None:
+    def start_again(self, run: int, *, home: bool) -> None:
         """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
         self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
 

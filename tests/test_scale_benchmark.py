@@ -135,3 +135,8 @@ def test_every_table_has_an_option(name: str, monkeypatch: pytest.MonkeyPatch, c
     (asked,) = made
     assert ([row.title for row in asked.rows], asked.seconds) == (["paper 8"], 7.0)
     assert "cores, load" in capsys.readouterr().out
+
+
+def test_a_run_that_was_interrupted_is_not_called_punctual() -> None:
+    with pytest.raises(NotMeasured, match="ended early: interrupted"):
+        realtime.punctual({"complete": False, "reason": "interrupted"})

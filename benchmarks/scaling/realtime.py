@@ -47,8 +47,10 @@ def punctual(report: dict[str, Any]) -> Punctual:
     """Read a report of a run in real time.
 
     Raises:
-        NotMeasured: robots lost their processes, and the others had less to do.
+        NotMeasured: the run did not end by itself, or robots lost their processes, and the others had less to do.
     """
+    if "not_reproducible" not in report:
+        raise NotMeasured(f"it ended early: {report['reason']}")
     gone = sum("has lost its process" in reason for reason in report["not_reproducible"])
     if gone:
         raise NotMeasured(f"processes of at least {gone} robots were lost on the way")

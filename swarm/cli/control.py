@@ -123,7 +123,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     of_a_client(one)
     one.set_defaults(command=edit)
-    one = commands.add_parser("setup", help="print what a running fleet drives, or begin anew with something else")
+    one = commands.add_parser("setup", help="print what a running fleet drives, or start it again with another set-up")
     one.add_argument("--scenario", metavar="NAME", help="one that comes with the project")
     one.add_argument("--robots", type=int, metavar="N", help="how many")
     one.add_argument("--speed", type=float, metavar="SHARE", help="of the paper's wheel speeds, up to 1")

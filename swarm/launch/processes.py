@@ -1,4 +1,4 @@
-"""The processes of one launcher's fleet: how they are started, and begun anew with another set-up."""
+"""The processes of one launcher's fleet: start them, and start them again with another set-up."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -55,7 +55,7 @@ class Processes:
         """Start processes for robots that the world names and that are new."""
         self._robots.look(robots, say)
 
-    def begin_anew(self, options: Options, first_run: int, stop: Flag) -> None:
+    def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
         """End the world, the robots and the dashboard, and start them with other options; router and box stay.
 
         Raises:

@@ -132,9 +132,11 @@ def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> 
                 _follow(bus, processes)
             for request in _show(bus, terminal):
                 if (other := answered(request, processes.options, _phase(bus))) is not None:
-                    console.print(f"begins anew: {other.scenario.settings.name}, {other.robots} robots")
-                    processes.begin_anew(other, terminal.progress.run + 1, stop)
-                    terminal.begin_anew(processes.first_run, home=other.scenario.settings.return_home)
+                    console.print(
+                        f"another set-up: {other.scenario.settings.name}, {other.robots} robots; the fleet starts again"
+                    )
+                    processes.start_again(other, terminal.progress.run + 1, stop)
+                    terminal.start_again(processes.first_run, home=other.scenario.settings.return_home)
             processes.look(terminal.progress.order, console.print)
             if said != (said := keep(processes.summary_file.parent, processes.name, endpoint)) and said:
                 console.print(said, soft_wrap=True)

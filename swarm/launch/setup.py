@@ -33,7 +33,7 @@ def as_set(options: Options) -> Setup:
 
 
 def answered(request: Request, options: Options, phase: Phase | None) -> Options | None:
-    """Answer a request for another set-up; return the options to begin anew with, or None if it was refused."""
+    """Answer a request for another set-up; return the options to start the fleet with, or None if it was refused."""
     asked = request.message
     assert isinstance(asked, Setup)
     try:
@@ -46,7 +46,7 @@ def answered(request: Request, options: Options, phase: Phase | None) -> Options
         return None
     name = other.scenario.settings.name
     request.accept(
-        Accepted(text=f"{name} with {other.robots} robot{'s' * (other.robots > 1)} begins anew, waits for go")
+        Accepted(text=f"{name} with {other.robots} robot{'s' * (other.robots > 1)} is set up; it waits for go")
     )
     return other
 

@@ -198,7 +198,7 @@ Stops = Annotated[list[Point], Meta(max_length=MOST_STOPS)]
 class Setup(Message, frozen=True, kw_only=True):
     """What a fleet drives, without a file: the paper's box. A ``get`` has it as it is; in a request null keeps a part.
 
-    A request that is accepted begins anew: other starts, nothing reached, waiting for ``go``.
+    An accepted request starts the fleet again: other starts, nothing reached, waiting for ``go``.
     """
 
     scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project, or null")]

@@ -1,4 +1,4 @@
-"""Another set-up of a fleet over the wire: the launcher ends the world and the robots, and begins anew."""
+"""Another set-up of a fleet over the wire: the launcher ends the world and the robots, and starts them again."""
 
 import json
 from pathlib import Path
@@ -54,7 +54,7 @@ def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
         spots = ["--start", "1.5,1.5", "--start", "1.5,3.5", "--start", "4.5,1.5", "--target", "6.5,2.5"]
         asked = ["--map", str(drawing), "--cell", "1.0", "--speed", "0.5", *spots]
         assert main(["setup", *asked]) == 0
-        assert capsys.readouterr().out.strip() == "small with 3 robots begins anew, waits for go"
+        assert capsys.readouterr().out.strip() == "small with 3 robots is set up; it waits for go"
         fresh = await_clock(bus, lambda clock: clock.run > before.run and len(clock.present) == 3)
         assert (fresh.phase, fresh.tick, fresh.robots) == (Phase.WAITING, 0, ["r1", "r2", "r3"])
         floor = bus.fetch(MAP)[0]

@@ -104,8 +104,8 @@ def spoil_snapshot(live: Live) -> None:
 
 
 def remove_folder(live: Live) -> None:
-    """Remove the folder of the fleet."""
-    rmtree(live.home)
+    """Remove the folder of the fleet; first out of the way, since the world may be writing into it."""
+    rmtree(live.home.rename(live.home.parent.with_name("removed")))
 
 
 def hang_up(live: Live) -> None:

@@ -125,7 +125,7 @@ def full_speed(truth: Truth) -> Iterable[tuple[str, Message]]:
 
 
 def far_ahead(live: Live) -> None:
-    """Tell r1 in its own world's name that much time has passed."""
+    """Send r1 a `sense` in the name of its world, with a tick far ahead."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.listen(SENSE, robot="r1")
         heard = live.await_that(lambda: bus.receive(LOOK), "a sense of r1").message
