@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.skipif(PROGRAM is None, reason=
 def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None:
     flags = ("--dashboard", "box", "--wait", "--serve", "--pace", "3")
     with Fleet(Path("box"), *flags, robots=1, runtime=tmp_runtime) as fleet, fleet.bus() as bus, browser() as running:
-        address = fleet.await_line("box: ").split()[-1]
+        address = fleet.await_line("box: http").split()[-1]
         fleet.await_all(bus)
         box, other = Box(running, address), Box(running, address)
 

@@ -33,7 +33,7 @@ function head() {
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
   set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
-  set($("go"), isDrafted() && now === "running" ? "go anew" : "go");
+  set($("go"), isDrafted() && now === "running" ? "go again" : "go");
   set($("pause"), now === "paused" ? "resume" : "pause");
   $("go").disabled = !state.connected || now === "over" || (now === "running" && !isDrafted());
   $("pause").disabled = !state.connected || !["running", "paused"].includes(now);

@@ -4,13 +4,13 @@ import { drawing } from "./floor.js";
 import { ask, text } from "./link.js";
 import { isDrafted, phase, state, wanted } from "./state.js";
 
-const PATIENCE = 60000; // ms for a fleet to begin anew
+const PATIENCE = 60000; // ms for a fleet to start again
 const LOOK = 50; // ms between two looks whether it has
 
-/** Ask for what is drawn; wait until the fleet has begun anew with it. A fleet that drives is paused before. */
+/** Ask for what is drawn; wait until the fleet has started again with it. A fleet that drives is paused before. */
 export async function apply() {
   if (!isDrafted()) return;
-  const asked = { ...state.draft };
+  const asked = { scenario: null, ...state.draft };
   if (!asked.scenario) keepFloor(asked);
   const before = state.clock?.run ?? -1;
   if (phase() === "running") await ask("/action", { do: "pause" });
@@ -18,7 +18,7 @@ export async function apply() {
   state.draft = {};
   state.nextStart = 0;
   await until(() => state.clock && state.clock.run > before && state.clock.phase === "waiting" && isComplete(),
-    "the fleet has not begun anew; see the terminal");
+    "the fleet has not started again; see the terminal");
 }
 
 /** A set-up begins with the floor of its scenario: add the floor as it is now, if walls were drawn since. */

@@ -59,7 +59,7 @@ export function targets(robot) {
   return state.draft.targets ?? own[number(robot)] ?? wanted("targets") ?? [];
 }
 
-/** Take in the true poses: the trails grow, and begin anew with a new run. */
+/** Take in the true poses: the trails grow, and start again with a new run. */
 export function takeTruth(truth) {
   if (!state.truth || truth.run !== state.truth.run || truth.time < state.truth.time) state.trails = new Map();
   state.truth = truth;
