@@ -19,10 +19,24 @@ FOOTER_ROOM: Final = 32  # bytes
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
+def resolved(asked: str, environ: Mapping[str, str]) -> str:
+    """Return what ``auto`` is for a fleet on this machine: the viewer where there is a display, else the box.
+
+    Where aiohttp is not installed, it is the web viewer; where Rerun is not installed either, it is ``off``.
+    """
+    if asked != "auto":
+        return asked
+    if has_screen(environ) and find_spec("rerun_cli"):
+        return "viewer"
+    if missing_for_box() is None:
+        return BOX
+    return "web" if missing() is None else "off"
+
+
 def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> Mode | None:
     """Return the mode for what was asked, or None for no dashboard.
 
-    ``auto`` is the native viewer if there is a display and the viewer is installed, else the web viewer. With
+    ``auto`` is Rerun's native viewer if there is a display and the viewer is installed, else its web viewer. With
     ``record``, ``off`` still draws into the file (``off-screen``), and so does ``box``, which is none of Rerun's.
 
     Raises:

@@ -4,13 +4,14 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address
+from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
 from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint, Request
@@ -38,7 +39,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    options = ready(options)
+    options = replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -48,9 +49,7 @@ def run(options: Options) -> int:
             )
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     if mode is not None and (lacks := missing()) is not None:
-        if options.dashboard != "auto" or options.record is not None:
-            raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
-        mode = None
+        raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
     if options.dashboard == BOX and (lacks := missing_for_box()) is not None:
         raise ConfigError(f"--dashboard box: {lacks}")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(options.sessions)
