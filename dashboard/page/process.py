@@ -40,7 +40,8 @@ from swarm.messages import (
 from swarm.scenario.shipped import shipped
 from swarm.stopping import told_to_stop
 
-PERIOD: Final = 0.1  # s between two frames
+PERIOD: Final = 0.1  # s between two sets of frames
+SOON: Final = 0.08  # s after the last set from which new poses are shown at once
 OVERVIEW_EVERY: Final = 3  # frames between two overviews
 ASK_EVERY: Final = 1.0  # s between two requests for a map that has not come yet
 LAST_WORDS: Final = 0.3  # s for messages that are still under way when we are told to stop
@@ -63,7 +64,7 @@ def run(
         ConfigError: the port is in use, or there is no router.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Server(LOOPBACK, port, token, Asking(bus)) as server:
-        server.show(telling.HELLO, telling.hello(fleet, shipped()))
+        server.show({telling.HELLO: telling.hello(fleet, shipped())})
         if open_page:
             webbrowser.open(address(port, token))
         follow(bus, Shown(bus, server, log), stop.is_set)
@@ -75,16 +76,17 @@ def follow(bus: Bus, shown: "Shown", stopped: Callable[[], bool]) -> None:
     for topic in LISTEN:
         bus.listen(topic)
     shown.catch_up()
-    due = asked = monotonic()
+    asked = monotonic()
+    due = soon = asked  # when a set is shown at the latest, and when it is if there are new poses
     while not stopped():
         now = monotonic()
-        if now >= due:
+        if now >= due or (now >= soon and shown.moved):
             shown.show()
-            due = max(due + PERIOD, now)
+            due, soon = now + PERIOD + SOON / 2, now + SOON
         if shown.scene is None and now - asked >= ASK_EVERY:
             shown.catch_up()
             asked = now
-        shown.take(bus.receive(timeout=max(0.0, due - monotonic())))
+        shown.take(bus.receive(timeout=max(0.0, (soon if shown.moved else due) - monotonic())))
     end = monotonic() + LAST_WORDS
     while (now := monotonic()) < end:
         shown.take(bus.receive(timeout=end - now))
@@ -112,7 +114,7 @@ class Shown:
             for message in self._bus.fetch(topic, timeout=1.0):
                 self._fold(message)
         for setup in self._bus.fetch(SETUP, timeout=1.0):
-            self._show(SETUP.key, setup)
+            self._server.show({SETUP.key: setup})
 
     def take(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
@@ -135,17 +137,20 @@ class Shown:
             PLAN.key: list(self._plans.values()),
             EVENTS.key: Events(events=list(self._progress.events)),
         }
-        for key in self._new:
-            self._show(key, contents[key])
+        frames = {key: contents[key] for key in self._new}
         self._new.clear()
         if (selected := self._server.selected) and self._truth and self._controller and self.scene:
-            self._show(telling.RULES, telling.rules(self._controller, self.scene, self._truth, selected))
+            frames[telling.RULES] = telling.rules(self._controller, self.scene, self._truth, selected)
         if self._frames % OVERVIEW_EVERY == 0 or last:
             home = self.scene is not None and self.scene.settings.return_home
-            self._show(telling.OVERVIEW, telling.overview(self._progress, home, link=self._link))
+            frames[telling.OVERVIEW] = telling.Overviewing(self._progress, home, self._link)
+        if frames:
+            self._server.show(frames)
 
-    def _show(self, key: str, content: object) -> None:
-        self._server.show(key, telling.framed(key, content))
+    @property
+    def moved(self) -> bool:
+        """True if there are poses that have not been shown."""
+        return TRUTH.key in self._new
 
     def _fold(self, message: Message) -> None:
         if isinstance(message, Events):
@@ -181,4 +186,4 @@ class Shown:
         except SwarmError as fault:
             self._log(f"box: {fault}")
             return
-        self._show(MAP.key, floor)
+        self._server.show({MAP.key: floor})

@@ -6,9 +6,8 @@ so a slow browser never delays the fleet's messages.
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
 from hmac import compare_digest
 from importlib.resources import files
 from threading import Thread
@@ -19,9 +18,9 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from dashboard.page.asking import REQUESTS, Desk
 from dashboard.page.board import MOST_VIEWERS, Board, Viewer
+from dashboard.page.telling import framed
 from swarm.errors import ConfigError, PeerError, SwarmError
 
-PERIOD: Final = 0.1  # s between two sets of frames for one browser
 SILENT: Final = 10.0  # s after which a browser that does not answer a ping is forgotten
 MOST_ASKED: Final = 16  # requests under way; more are refused
 LONGEST: Final = 262_144  # bytes of a request, as the wire's longest
@@ -64,7 +63,8 @@ class Server:
 
     def __init__(self, host: str, port: int, token: str, desk: Desk) -> None:
         self._host, self._port, self._token, self._desk = host, port, token, desk
-        self._board = Board()
+        self._board = Board(framed)
+        self._news: set[asyncio.Event] = set()  # one a browser: something waits for it
         self._files = assets()
         self._loop = asyncio.new_event_loop()
         self._thread = Thread(target=self._run, name="swarm-box", daemon=True)
@@ -96,9 +96,9 @@ class Server:
         """The robots that browsers have selected."""
         return self._board.selected
 
-    def show(self, key: str, frame: str) -> None:
-        """Put a frame on all pages, in place of the one before of its kind."""
-        self._loop.call_soon_threadsafe(self._board.show, key, frame)
+    def show(self, frames: Mapping[str, object]) -> None:
+        """Put frames on all pages, each in place of the one before of its kind: key -> content."""
+        self._loop.call_soon_threadsafe(self._show, dict(frames))
 
     # --- the thread ---
 
@@ -109,6 +109,15 @@ class Server:
         finally:
             self._listens.cancel()  # whoever waits for it learns that it never will
             self._loop.close()
+
+    def _show(self, frames: dict[str, object]) -> None:
+        shown = [key for key, content in frames.items() if self._board.show(key, content)]
+        if shown:
+            self._wake()
+
+    def _wake(self) -> None:
+        for news in self._news:
+            news.set()
 
     async def _serve(self) -> None:
         application = web.Application(middlewares=[self._guarded], client_max_size=LONGEST)
@@ -134,6 +143,7 @@ class Server:
                 return
             self._listens.set_result(None)
             await self._over.wait()
+            self._wake()
         finally:
             await runner.cleanup()
 
@@ -207,14 +217,22 @@ class Server:
         return socket
 
     async def _send(self, socket: web.WebSocketResponse, viewer: Viewer) -> None:
+        """Send what waits for a browser. A browser that does not read stops here: then more than one frame waits."""
         assert self._over is not None
-        with suppress(ConnectionError):
-            while not socket.closed:
+        news = asyncio.Event()
+        news.set()  # all that is on the board
+        self._news.add(news)
+        try:
+            while not socket.closed and not self._over.is_set():
+                await news.wait()
+                news.clear()
                 for frame in viewer.take():
                     await socket.send_str(frame)
-                if self._over.is_set():
-                    await socket.close(code=WSCloseCode.GOING_AWAY, message=b"the box has ended")
-                await asyncio.sleep(PERIOD)
+            await socket.close(code=WSCloseCode.GOING_AWAY, message=b"the box has ended")
+        except ConnectionError:
+            pass  # the browser has left
+        finally:
+            self._news.discard(news)
 
 
 def _token_of(request: web.Request) -> str:

@@ -1,6 +1,6 @@
 """What the box tells a browser beside the wire's own messages: progress in numbers and words, and one robot's rules."""
 
-from typing import Annotated, Final
+from typing import Annotated, Final, NamedTuple
 
 import msgspec
 from msgspec import Struct
@@ -64,14 +64,16 @@ class Why(Struct, frozen=True, kw_only=True):
     right_v: Annotated[float, says("m/s")]
 
 
-def hello(fleet: str, scenarios: dict[str, str]) -> str:
+def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:
     """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours."""
     colours = [palette.hexadecimal(palette.robot(number)) for number in range(COLOURS)]
-    return framed(HELLO, {"fleet": fleet, "scenarios": scenarios, "colours": colours})
+    return {"fleet": fleet, "scenarios": scenarios, "colours": colours}
 
 
 def framed(key: str, content: object) -> str:
-    """Return a frame of the WebSocket: a key and a message as JSON."""
+    """Return a frame of the WebSocket: a key and a message as JSON; a content that is a function is called for it."""
+    if callable(content):
+        content = content()
     return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
 
 
@@ -88,6 +90,18 @@ def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
         contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
         robots=rows,
     )
+
+
+class Overviewing(NamedTuple):
+    """An overview that is made when the first browser takes it; the same progress makes the same one."""
+
+    progress: Progress
+    home: bool
+    link: bool
+
+    def __call__(self) -> Overview:
+        """Return the overview."""
+        return overview(self.progress, self.home, link=self.link)
 
 
 def _row(progress: Progress, name: str, home: bool) -> Row:

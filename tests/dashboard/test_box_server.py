@@ -61,7 +61,7 @@ def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
 def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
     free = Endpoint("127.0.0.1", 0).claim().port
     with Server("127.0.0.1", free, TOKEN, Asking(make_bus())) as server:
-        server.show("test/frame", '{"key":"test/frame","message":1}')
+        server.show({"test/frame": 1})
         yield free
 
 

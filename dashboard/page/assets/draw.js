@@ -1,19 +1,14 @@
 // The arena on the canvas, layer over layer. It reads the state and changes nothing.
 
+import { movers, robots, sensors, waits } from "./bodies.js";
 import { fromGrid, lattice, picture } from "./floor.js";
-import { body, colour, number, row, state, targets, wanted } from "./state.js";
+import { body, colour, row, state, targets } from "./state.js";
+import { label, path, quad, square } from "./strokes.js";
+import { theme } from "./theme.js";
 
-const LEAST = 5; // px, radius of a robot, however far away
 const DETAILED = 8; // robots; of more, only the selected one shows its sensors and cells
 
-let theme = {}, drawn = { floor: null, theme: null, canvas: null };
-
-/** Read the colours of the theme, which the style sheet has. */
-export function readTheme() {
-  const style = getComputedStyle(document.documentElement);
-  const names = ["ink", "soft", "floor", "wall", "obstacle", "unknown", "grid", "target", "start", "wait", "bad", "good", "halo"];
-  theme = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
-}
+let drawn = { floor: null, theme: null, canvas: null };
 
 export function draw(context, view) {
   const { width, height } = view, ratio = devicePixelRatio;
@@ -26,8 +21,8 @@ export function draw(context, view) {
   if (layers.held) held(context, view, few);
   if (layers.trails) trails(context, view);
   if (layers.starts) starts(context, view);
+  if (layers.ways) ways(context, view, few);
   if (layers.targets) stops(context, view);
-  if (layers.ways) ways(context, view);
   if (layers.sensors) sensors(context, view, few);
   if (layers.waits) waits(context, view);
   movers(context, view);
@@ -49,17 +44,6 @@ function floor(context, view) {
   context.imageSmoothingEnabled = side < 1;
   context.drawImage(drawn.canvas, 0, 0, columns * side, rows * side);
   context.restore();
-}
-
-function path(context, view, points) {
-  context.beginPath();
-  points.forEach((point, at) => context[at ? "lineTo" : "moveTo"](...view.toScreen(point)));
-}
-
-function quad(context, view, low, high) {
-  const ring = [low, [high[0], low[1]], high, [low[0], high[1]]];
-  path(context, view, ring.map((corner) => fromGrid(state.floor, corner)));
-  context.closePath();
 }
 
 function grid(context, view) {
@@ -116,14 +100,15 @@ function rest(points, [x, y]) {
   return [[x, y], ...points.slice(next)];
 }
 
-function ways(context, view) {
-  context.lineWidth = 1.6;
+function ways(context, view, few) {
   context.lineJoin = context.lineCap = "round";
   for (const [robot, points] of state.plans) {
     const one = body(robot);
     if (!one || points.length < 2 || ["done", "ready"].includes(one.activity)) continue;
     context.strokeStyle = context.fillStyle = colour(robot);
-    context.globalAlpha = state.selected && state.selected !== robot ? 0.25 : 0.85;
+    const chosen = state.selected === robot;
+    context.globalAlpha = chosen || (few && !state.selected) ? 0.85 : state.selected ? 0.2 : 0.45;
+    context.lineWidth = chosen || few ? 1.6 : 1;
     context.setLineDash([5, 4]);
     const left = rest(points, [one.x, one.y]);
     path(context, view, left);
@@ -134,11 +119,6 @@ function ways(context, view) {
     context.fill();
   }
   context.globalAlpha = 1;
-}
-
-function square(context, [px, py], half, corner = 3) {
-  context.beginPath();
-  context.roundRect(px - half, py - half, 2 * half, 2 * half, corner);
 }
 
 function starts(context, view) {
@@ -187,127 +167,6 @@ function stops(context, view) {
       }
     });
   }
-  context.globalAlpha = 1;
-}
-
-function label(context, text, [px, py], font, fill, halo = null, align = "center") {
-  context.font = font;
-  context.textAlign = align;
-  context.textBaseline = "middle";
-  if (halo) {
-    context.strokeStyle = halo;
-    context.lineWidth = 3.5;
-    context.lineJoin = "round";
-    context.strokeText(text, px, py);
-  }
-  context.fillStyle = fill;
-  context.fillText(text, px, py + 0.5);
-}
-
-function sensors(context, view, few) {
-  const told = state.floor.settings.sensors, radius = state.floor.settings.robot.radius;
-  const turn = (degrees) => (degrees * Math.PI) / 180;
-  const sectors = [
-    ["left", turn(told.side_deg), turn(told.side_half_width_deg)],
-    ["front", 0, turn(told.front_half_width_deg)],
-    ["right", -turn(told.side_deg), turn(told.side_half_width_deg)],
-  ];
-  for (const one of state.truth?.bodies ?? []) {
-    if (!(one.robot === state.selected || (few && !state.selected && one.activity === "drive"))) continue;
-    for (const [name, centre, half] of sectors) {
-      const reach = one[name], near = reach < 0.8, seen = reach < told.range - 1e-6;
-      context.globalAlpha = near ? 0.26 : seen ? 0.18 : 0.07;
-      context.fillStyle = near ? theme.bad : theme.ink;
-      context.beginPath();
-      const [px, py] = view.toScreen([one.x, one.y]), far = (radius + reach) * view.scale;
-      context.moveTo(px, py);
-      context.arc(px, py, far, -(one.yaw + centre + half), -(one.yaw + centre - half));
-      context.closePath();
-      context.fill();
-    }
-  }
-  context.globalAlpha = 1;
-}
-
-function waits(context, view) {
-  context.strokeStyle = context.fillStyle = theme.wait;
-  context.lineWidth = 1.8;
-  for (const one of state.truth?.bodies ?? []) {
-    for (const other of one.waits.map(body).filter(Boolean)) {
-      const [ax, ay] = view.toScreen([one.x, one.y]), [bx, by] = view.toScreen([other.x, other.y]);
-      const angle = Math.atan2(by - ay, bx - ax), back = radiusOf(view) + 3;
-      const [tx, ty] = [bx - Math.cos(angle) * back, by - Math.sin(angle) * back];
-      context.globalAlpha = 0.9;
-      context.beginPath();
-      context.moveTo(ax, ay);
-      context.lineTo(tx, ty);
-      context.stroke();
-      context.beginPath();
-      context.moveTo(tx, ty);
-      for (const aside of [0.4, -0.4]) context.lineTo(tx - 9 * Math.cos(angle + aside), ty - 9 * Math.sin(angle + aside));
-      context.fill();
-    }
-  }
-  context.globalAlpha = 1;
-}
-
-function movers(context, view) {
-  context.fillStyle = theme.obstacle;
-  for (const { x, y, yaw, radius, size } of state.truth?.movers ?? []) {
-    context.save();
-    context.translate(...view.toScreen([x, y]));
-    context.rotate(-yaw);
-    context.beginPath();
-    if (radius) context.arc(0, 0, radius * view.scale, 0, 7);
-    else context.rect((-size[0] / 2) * view.scale, (-size[1] / 2) * view.scale, size[0] * view.scale, size[1] * view.scale);
-    context.fill();
-    context.restore();
-  }
-}
-
-/** The radius of a robot on the screen [px]: its own, but never too small to be seen. */
-export function radiusOf(view) {
-  return Math.max(LEAST, (state.floor?.settings.robot.radius ?? 0.2) * view.scale);
-}
-
-function robots(context, view) {
-  const bodies = state.truth?.bodies ?? [], radius = radiusOf(view), taken = [];
-  for (const one of bodies) robot(context, view.toScreen([one.x, one.y]), radius, one);
-  if (!state.layers.names) return;
-  const order = [...bodies].sort((a, b) => (b.robot === state.selected) - (a.robot === state.selected) || number(a.robot) - number(b.robot));
-  for (const one of order) {
-    const [px, py] = view.toScreen([one.x, one.y]), at = [px + radius + 4, py - radius * 0.4];
-    const box = [at[0], at[1] - 7, at[0] + 8 * one.robot.length, at[1] + 7];
-    if (taken.some((other) => box[0] < other[2] && other[0] < box[2] && box[1] < other[3] && other[1] < box[3])) continue;
-    taken.push(box);
-    label(context, one.robot, at, `${one.robot === state.selected ? 700 : 500} 12px system-ui, sans-serif`, theme.ink, theme.halo, "left");
-  }
-}
-
-function robot(context, [px, py], radius, one) {
-  const heard = row(one.robot)?.heard ?? "alive", here = heard === "alive";
-  const ring = { give_way: theme.wait, blocked: theme.bad, stopped: theme.bad }[one.activity];
-  if (one.robot === state.selected || ring) {
-    context.beginPath();
-    context.arc(px, py, radius + 3.5, 0, 7);
-    context.lineWidth = 2;
-    context.strokeStyle = ring ?? theme.ink;
-    context.stroke();
-  }
-  context.globalAlpha = here ? 1 : 0.4;
-  context.beginPath();
-  context.arc(px, py, radius, 0, 7);
-  context.fillStyle = colour(one.robot);
-  context.fill();
-  context.lineWidth = 1.2;
-  context.strokeStyle = theme.ink;
-  context.stroke();
-  context.beginPath();
-  context.moveTo(px, py);
-  context.lineTo(px + Math.cos(one.yaw) * radius * 1.35, py - Math.sin(one.yaw) * radius * 1.35);
-  context.lineWidth = Math.max(2, radius * 0.28);
-  context.lineCap = "round";
-  context.stroke();
   context.globalAlpha = 1;
 }
 

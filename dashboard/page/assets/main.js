@@ -1,11 +1,12 @@
 // The page: frames come in, the arena is drawn, buttons and keys go out. Nothing is drawn more often than the screen shows.
 
-import { draw, readTheme } from "./draw.js";
+import { draw } from "./draw.js";
 import { fromGrid, unpacked } from "./floor.js";
 import { ask, connect } from "./link.js";
 import * as panel from "./panel.js";
 import { apply, go, save } from "./setup.js";
 import { isDrafted, phase, state, takeTruth, wanted } from "./state.js";
+import { readTheme } from "./theme.js";
 import { install, setRobots, starts } from "./tools.js";
 import { View } from "./view.js";
 import { count } from "./words.js";
@@ -100,11 +101,11 @@ function whole() {
 
 /** Let the fields show what is set up, where the user is not writing in them. */
 function inputs() {
-  const active = document.activeElement, robots = state.draft.starts?.length ?? wanted("robots");
+  const active = document.activeElement, robots = state.draft.starts?.length ?? wanted("robots") ?? state.clock?.robots.length;
   if (active !== $("robots") && robots) $("robots").value = robots;
   if (active !== $("speed")) $("speed").value = wanted("speed") ?? 0.4;
   $("speed_reading").textContent = `${Math.round(100 * $("speed").value)} %`;
-  const name = wanted("scenario");
+  const name = wanted("scenario") ?? state.floor?.settings.name;
   if (active !== $("scenario") && name && $("scenario").value !== name) {
     if (![...$("scenario").options].some((option) => option.value === name)) $("scenario").add(new Option(name, name));
     $("scenario").value = name;

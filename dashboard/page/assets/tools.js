@@ -1,7 +1,7 @@
 // What the pointer does on the floor with each tool: look, start, target, wall, erase, send. Walls go to the wire at once;
 // starts and targets belong to a set-up, and wait in the draft until go.
 
-import { radiusOf } from "./draw.js";
+import { radiusOf } from "./bodies.js";
 import { block, fromGrid, isFree } from "./floor.js";
 import { ask } from "./link.js";
 import { state, wanted } from "./state.js";
