@@ -8,7 +8,7 @@ from typing import Any, Final
 import msgspec
 
 from dashboard.page.asking import OF_A_ROBOT, REQUESTS
-from dashboard.page.telling import Overview, Why
+from dashboard.page.telling import Joint, Learned, Overview, Why
 from docs.markdown import rows
 from swarm.messages import REPLIES, TOPICS, enums
 from swarm.messages.schema import types
@@ -66,7 +66,7 @@ def scenario() -> str:
 
 def frames() -> str:
     """Return the sections on the box's own frames, field by field."""
-    _, shapes = msgspec.json.schema_components([Overview, Why])
+    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned])
     own = {name: shape for name, shape in shapes.items() if "properties" in shape}
     return (
         "\n\n".join(
@@ -74,6 +74,7 @@ def frames() -> str:
         )
         .replace("](#", "](wire.md#")
         .replace("](wire.md#row)", "](#row)")
+        .replace("](wire.md#turn)", "](#turn)")
     )
 
 

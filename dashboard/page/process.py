@@ -1,7 +1,6 @@
 """The process of the box: it listens to a fleet, shows it to browsers, and hands their requests to the wire.
 
-It takes no part in the fleet: the fleet runs the same without it, with one browser, or with ten. It does not listen to
-the radio, whose relayed records are most of a fleet's bytes.
+It takes no part in the fleet: the fleet runs the same without it, with one browser, or with ten.
 """
 
 import webbrowser
@@ -13,6 +12,7 @@ from dashboard.mode import LOOPBACK
 from dashboard.page import telling
 from dashboard.page.address import address
 from dashboard.page.asking import Asking
+from dashboard.page.hearing import Hearing, wanted
 from dashboard.page.server import Server
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
@@ -28,6 +28,7 @@ from swarm.messages import (
     SETUP,
     STATE,
     TRUTH,
+    Broadcast,
     Clock,
     Event,
     Events,
@@ -100,6 +101,7 @@ class Shown:
         self.scene: Scene | None = None
         self._progress = Progress()
         self._bus, self._server, self._log = bus, server, log
+        self._hearing = Hearing(bus)
         self._controller: Controller | None = None
         self._truth: Truth | None = None
         self._clock: Clock | None = None
@@ -144,6 +146,10 @@ class Shown:
         if self._frames % OVERVIEW_EVERY == 0 or last:
             home = self.scene is not None and self.scene.settings.return_home
             frames[telling.OVERVIEW] = telling.Overviewing(self._progress, home, self._link)
+            self._hearing.turn_to(wanted(self.scene, self._truth, selected))
+            if self._truth is not None:
+                frames[telling.LEARNED] = self._hearing.learned(self._truth)
+                frames[telling.JOINT] = self._hearing.joint(self._truth, selected)
         if frames:
             self._server.show(frames)
 
@@ -166,6 +172,8 @@ class Shown:
         match message:
             case Map():
                 self._take_floor(message)
+            case Broadcast(run=said) if said == run:
+                self._hearing.hear(message)
             case Truth(run=said) if said == run:
                 self._truth = message
                 self._new.add(TRUTH.key)
@@ -183,6 +191,7 @@ class Shown:
             self.scene = scene_of(floor)
             profile = self.scene.profile
             self._controller = Controller(Profile.from_builtins(profile)) if profile is not None else None
+            self._hearing.take(self.scene)
         except SwarmError as fault:
             self._log(f"box: {fault}")
             return

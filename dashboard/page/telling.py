@@ -17,6 +17,8 @@ from swarm.messages.fields import says
 OVERVIEW: Final = "box/overview"
 RULES: Final = "box/rules"
 HELLO: Final = "box/hello"
+JOINT: Final = "box/joint"
+LEARNED: Final = "box/learned"
 CONTACT: Final = "contact"  # the kind of event
 COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
 
@@ -62,6 +64,30 @@ class Why(Struct, frozen=True, kw_only=True):
     rules: Annotated[list[tuple[str, int, float, str]], says("behaviour, number, strength 0..1, text")]
     left_v: Annotated[float, says("m/s; the tables' speed of the left rim")]
     right_v: Annotated[float, says("m/s")]
+
+
+class Turn(Struct, frozen=True, kw_only=True):
+    """The order in which robots enter a cell."""
+
+    at: Annotated[tuple[float, float], says("m; the cell's middle")]
+    robots: Annotated[str, says("such as `r3 > r1`")]
+
+
+class Joint(Struct, frozen=True, kw_only=True):
+    """A joint plan under way."""
+
+    leader: Annotated[str, says("the robot that made it")]
+    ways: Annotated[dict[str, list[tuple[float, float]]], says("m; of each member, from where it is")]
+    turns: Annotated[list[Turn], says("the longest orders")]
+
+
+class Learned(Struct, frozen=True, kw_only=True):
+    """The floor as the robots have learned and told it, where they were not given it."""
+
+    rows: Annotated[int, says("of the learned grid, which has the floor's extent and origin")]
+    columns: Annotated[int, says("of the learned grid")]
+    resolution: Annotated[float, says("m; side of a cell")]
+    cells: Annotated[list[int], says("solid ones: row * columns + column")]
 
 
 def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:

@@ -1,14 +1,16 @@
 // The arena on the canvas, layer over layer. It reads the state and changes nothing.
 
 import { movers, robots, sensors, waits } from "./bodies.js";
-import { fromGrid, lattice, picture } from "./floor.js";
+import { fromGrid, lattice, picture, sparse } from "./floor.js";
 import { body, colour, row, state, targets } from "./state.js";
 import { label, path, quad, square } from "./strokes.js";
 import { theme } from "./theme.js";
 
 const DETAILED = 8; // robots; of more, only the selected one shows its sensors and cells
 
-let drawn = { floor: null, theme: null, canvas: null };
+const TRUE_SHADE = 0.22; // of the true walls, where robots learn them
+
+let drawn = { floor: null, theme: null, canvas: null }, learnt = { learned: null, theme: null, canvas: null };
 
 export function draw(context, view) {
   const { width, height } = view, ratio = devicePixelRatio;
@@ -21,12 +23,14 @@ export function draw(context, view) {
   if (layers.held) held(context, view, few);
   if (layers.trails) trails(context, view);
   if (layers.starts) starts(context, view);
+  if (layers.plans) plans(context, view);
   if (layers.ways) ways(context, view, few);
   if (layers.targets) stops(context, view);
   if (layers.sensors) sensors(context, view, few);
   if (layers.waits) waits(context, view);
   movers(context, view);
   robots(context, view);
+  if (layers.plans) turns(context, view);
   preview(context, view);
 }
 
@@ -42,8 +46,23 @@ function floor(context, view) {
   context.rotate(-origin[2]);
   context.scale(1, -1); // row 0 is the lowest
   context.imageSmoothingEnabled = side < 1;
+  const learns = state.learned && state.layers.learned;
+  if (learns) {
+    context.fillStyle = theme.floor;
+    context.fillRect(0, 0, columns * side, rows * side);
+    context.globalAlpha = TRUE_SHADE;
+  }
   context.drawImage(drawn.canvas, 0, 0, columns * side, rows * side);
+  context.globalAlpha = 1;
+  if (learns) context.drawImage(learntPicture(), 0, 0, columns * side, rows * side);
   context.restore();
+}
+
+function learntPicture() {
+  if (learnt.learned !== state.learned || learnt.theme !== theme) {
+    learnt = { learned: state.learned, theme, canvas: sparse(state.learned, theme.wall) };
+  }
+  return learnt.canvas;
 }
 
 function grid(context, view) {
@@ -120,6 +139,32 @@ function ways(context, view, few) {
   }
   context.globalAlpha = 1;
 }
+
+/** The joint plan of the selected robot: the way of each member through its cells. */
+function plans(context, view) {
+  context.lineWidth = Math.max(3, 0.16 * view.scale);
+  context.lineJoin = context.lineCap = "round";
+  context.globalAlpha = 0.4;
+  for (const { ways: lines } of chosenPlans()) {
+    for (const [robot, points] of Object.entries(lines)) {
+      context.strokeStyle = colour(robot);
+      path(context, view, points);
+      context.stroke();
+    }
+  }
+  context.globalAlpha = 1;
+}
+
+/** In which order the members of that plan enter a cell. */
+function turns(context, view) {
+  for (const { turns: told } of chosenPlans()) {
+    for (const { at, robots: order } of told) {
+      label(context, order, view.toScreen(at), "500 11px system-ui, sans-serif", theme.ink, theme.halo);
+    }
+  }
+}
+
+const chosenPlans = () => state.joint.filter(({ ways: lines }) => state.selected in lines);
 
 function starts(context, view) {
   const drafted = state.draft.starts, told = drafted ?? Object.values(state.floor.starts);

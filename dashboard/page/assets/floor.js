@@ -96,3 +96,14 @@ export function picture(floor, colours) {
   context.putImageData(image, 0, 0);
   return canvas;
 }
+
+/** Return a small canvas with one pixel a cell: the given cells in a colour, the others clear. */
+export function sparse({ rows, columns, cells }, colour) {
+  const canvas = document.createElement("canvas");
+  canvas.width = columns;
+  canvas.height = rows;
+  const context = canvas.getContext("2d");
+  context.fillStyle = colour;
+  for (const cell of cells) context.fillRect(cell % columns, Math.floor(cell / columns), 1, 1);
+  return canvas;
+}

@@ -38,6 +38,8 @@ const TAKE = {
   },
   "box/overview": (overview) => (state.overview = overview),
   "box/rules": (rules) => (state.rules = rules),
+  "box/joint": (joint) => (state.joint = joint),
+  "box/learned": (learned) => (state.learned = learned),
   "fleet/setup": (setup) => (state.setup = setup),
   "world/clock": (clock) => (state.clock = clock),
   "world/truth": takeTruth,

@@ -131,11 +131,16 @@ function one(page) {
   const lost = told.unreachable.length ? `; no way to ${told.unreachable.map((stop) => stop + 1).join(", ")}` : "";
   set(part("order"), order + lost);
   const waits = seen?.waits.length ? `waits for ${seen.waits.join(", ")}${told.waits ? `, ${told.waits.toFixed(0)} s` : ""}` : "waits for nobody";
-  const joint = seen?.members.length ? `; in a joint plan with ${seen.members.filter((other) => other !== name).join(", ")}` : "";
+  const joint = seen?.members.length ? `; in a joint plan${leader(name)} with ${seen.members.filter((other) => other !== name).join(", ")}` : "";
   set(part("waits"), waits + joint);
   set(part("halt"), told.activity === "stopped" ? "go on" : "stop it");
   if (seen) measures(part("measures"), seen);
   rules(part("rules"), state.rules[name]);
+}
+
+function leader(name) {
+  const plan = state.joint.find(({ ways }) => name in ways);
+  return plan ? ` of ${plan.leader === name ? "its own" : plan.leader}` : "";
 }
 
 function frame(name, page) {

@@ -11,10 +11,12 @@ export const state = {
   trails: new Map(), // robot -> where it has been
   events: [],
   rules: {},
+  joint: [], // the joint plans of the robots that are selected, here or in other browsers
+  learned: null, // the floor as the robots have learned it; null: they were given it
   connected: false,
   selected: null,
   tool: "look",
-  layers: { names: true, ways: true, trails: true, waits: true, targets: true, starts: true, held: false, sensors: true, grid: false },
+  layers: { names: true, ways: true, trails: true, waits: true, targets: true, starts: true, plans: true, learned: true, held: false, sensors: true, grid: false },
   nextStart: 0, // the robot whose start the next click puts
   draft: {}, // parts of a set-up that are drawn and not yet asked for
   preview: null, // what the pointer draws right now
