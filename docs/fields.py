@@ -11,7 +11,7 @@ from dashboard.page.asking import OF_A_ROBOT, REQUESTS
 from dashboard.page.telling import Joint, Learned, Overview, Why
 from docs.markdown import rows
 from swarm.messages import REPLIES, TOPICS, enums
-from swarm.messages.schema import types
+from swarm.messages.schema import described, types
 from swarm.settings import Section, Settings
 
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"  # (.*)$')
@@ -53,7 +53,7 @@ def messages() -> str:
 
 def scenario() -> str:
     """Return the sections on a scenario file, field by field."""
-    _, shapes = msgspec.json.schema_components([Settings])
+    shapes = described(msgspec.json.schema_components([Settings])[1])
     order = ["Settings", *(name for name in shapes if name != "Settings")]
     places = {name: place for place, name in _places()}
     parts = []

@@ -2,16 +2,16 @@
 
 import argparse
 import sys
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
 from swarm.secure.identity import ROUTER, WORLD
+from swarm.settings import MOST_ROBOTS
 
 if TYPE_CHECKING:
-    from swarm.settings import Settings
+    from swarm.scenario.load import Scenario
 
 
 def run(options: argparse.Namespace) -> int:
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from swarm.launch.run import run as launch
 
     scenario = source.read()
-    robots, seed, limit = _numbers(options, scenario.settings)
+    robots, _, _ = _numbers(options, scenario)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
     return launch(
@@ -39,9 +39,9 @@ def run(options: argparse.Namespace) -> int:
             scenario=scenario,
             robots=robots,
             robots_per_process=_at_least_one("--robots-per-process", options.robots_per_process),
-            seed=seed,
+            asked_seed=options.seed,
             pace=pace(options.pace),
-            limit=limit,
+            asked_limit=options.limit,
             wait=options.wait,
             dashboard=options.dashboard,
             rules=options.rules,
@@ -83,7 +83,7 @@ def world(options: argparse.Namespace) -> int:
     from world.process import run as run_world
 
     scenario = load(found(options.scenario), serve=options.serve)
-    robots, seed, limit = _numbers(options, scenario.settings)
+    robots, seed, limit = _numbers(options, scenario)
     scenario = check(scenario, robots, seed).scenario
     if options.resume is not None and not options.resume.is_file():
         raise ConfigError(
@@ -130,13 +130,13 @@ def _at_least_one(option: str, robots: int) -> int:
     return robots
 
 
-def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, int, float]:
+def _numbers(options: argparse.Namespace, scenario: "Scenario") -> tuple[int, int, float]:
     """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
-    robots = settings.robots if options.robots is None else options.robots
-    seed = settings.seed if options.seed is None else options.seed
-    limit = options.limit if options.limit is not None else inf if settings.serve else settings.limit
-    if not 1 <= robots <= 1000:
-        raise ConfigError(f"--robots: expected 1 to 1000, got {robots}")
+    robots = scenario.settings.robots if options.robots is None else options.robots
+    seed = scenario.settings.seed if options.seed is None else options.seed
+    limit = scenario.limit(options.limit)
+    if not 1 <= robots <= MOST_ROBOTS:
+        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {robots}")
     if not 0 <= seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {seed}")
     if not 0 < limit <= 1e6 and options.limit is not None:

@@ -19,9 +19,9 @@ class Options:
     scenario: Scenario
     robots: int
     robots_per_process: int
-    seed: int
+    asked_seed: int | None  # None: the scenario's
     pace: Pace
-    limit: float  # s, simulated
+    asked_limit: float | None  # s, simulated; None: the scenario's
     wait: bool
     dashboard: str  # auto, viewer, web, box, off
     rules: str | None  # the robot whose fired rules the dashboard shows
@@ -32,6 +32,16 @@ class Options:
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
+
+    @property
+    def seed(self) -> int:
+        """The seed of the run."""
+        return self.scenario.settings.seed if self.asked_seed is None else self.asked_seed
+
+    @property
+    def limit(self) -> float:
+        """The simulated time [s] after which the run ends."""
+        return self.scenario.limit(self.asked_limit)
 
     @property
     def sessions(self) -> int:

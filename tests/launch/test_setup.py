@@ -1,6 +1,7 @@
 """Another set-up of a fleet over the wire: the launcher ends the world and the robots, and starts them again."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -80,7 +81,14 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
             bus.ask(SETUP, Setup(scenario="nowhere"))
         with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
             bus.ask(SETUP, Setup(scenario=None, cell=0.7))
-        assert main(["setup", "--scenario", "paper", "--robots", "1"]) == 0
+        with ThreadPoolExecutor() as two:
+            asked = [two.submit(bus.ask, SETUP, Setup(scenario="paper", robots=1), 30.0) for _ in range(2)]
+        faults = [str(one.exception()) for one in asked if one.exception() is not None]
+        said = [one.result().text for one in asked if one.exception() is None]
+        assert said == ["paper with 1 robot is set up; it waits for go"]
+        assert faults == [
+            "fleet/setup: setup: expected no other set-up in progress, got one; ask again once the fleet waits for go"
+        ]
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
         assert main(["go"]) == 0
         await_status(bus, lambda status: status.time > 1.0)
