@@ -6,7 +6,7 @@ import pytest
 from dashboard.page.hearing import ALL, Hearing, wanted
 from dashboard.scene import Scene, scene_of
 from swarm.bus import Arrival, Bus
-from swarm.messages import RADIO, TRUTH, Broadcast, Map, Truth
+from swarm.messages import RADIO, Broadcast, Map, Truth
 from tests.conftest import MakeBus
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
@@ -23,8 +23,8 @@ def said(tick: int) -> tuple[list[Broadcast], Truth]:
     """Return the broadcasts of a second of the rehearsal, and the poses at its end."""
     rehearsal = Rehearsal(3)
     sent = [part for now in range(tick - RATE, tick + 1) for part in rehearsal.messages(now)]
-    truths = [message for topic, message, _ in sent if topic is TRUTH]
-    return [message for topic, message, _ in sent if topic is RADIO], truths[-1]
+    truths = [message for _, message, _ in sent if isinstance(message, Truth)]
+    return [message for _, message, _ in sent if isinstance(message, Broadcast)], truths[-1]
 
 
 @pytest.mark.parametrize(

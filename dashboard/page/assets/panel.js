@@ -30,8 +30,9 @@ export function refresh(page) {
 
 function head() {
   const told = state.overview, now = phase();
-  document.documentElement.dataset.phase = state.connected || now === "over" ? now : "away";
-  set($("phase"), now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
+  const finished = now === "over" && isDone();
+  document.documentElement.dataset.phase = finished ? "finished" : state.connected || now === "over" ? now : "away";
+  set($("phase"), finished ? "all done, the run is over" : now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
   set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
@@ -45,7 +46,7 @@ function head() {
 
 function isDone() {
   const robots = state.overview?.robots ?? [];
-  return phase() === "running" && robots.length > 0 && robots.every((robot) => robot.activity === "done");
+  return ["running", "over"].includes(phase()) && robots.length > 0 && robots.every((robot) => robot.activity === "done");
 }
 
 function totals(told) {
