@@ -13,7 +13,7 @@ from swarm.bus import Bus
 from swarm.messages import RADIO, Broadcast, Truth
 from swarm.scenario.prepare import RESOLUTION
 
-ALL: Final = "*"
+ALL: Final = "*"  # as in a key: any robot
 KEPT: Final = 30.0  # s of the run for which a cell stays that nobody tells again; each robot tells all of its in turn
 
 
@@ -40,9 +40,9 @@ class Hearing:
     def turn_to(self, robots: frozenset[str]) -> None:
         """Listen to these robots, and to no others any more."""
         for name in self._heard - robots:
-            self._bus.unlisten(RADIO, **_of(name))
+            self._bus.unlisten(RADIO, robot=name)
         for name in robots - self._heard:
-            self._bus.listen(RADIO, **_of(name))
+            self._bus.listen(RADIO, robot=name)
         self._heard = robots
 
     def take(self, scene: Scene) -> None:
@@ -86,7 +86,3 @@ class Hearing:
             for plan in self._overlays.at(truth).plans
             if selected & plan.lines.keys()
         ]
-
-
-def _of(name: str) -> dict[str, str]:
-    return {} if name == ALL else {"robot": name}

@@ -54,6 +54,11 @@ def refused(status: int, reason: str) -> web.Response:
     return web.json_response({"refused": reason}, status=status, headers=HEADERS)
 
 
+def crowded() -> web.Response:
+    """Return the refusal of one request too many."""
+    return refused(429, f"expected at most {MOST_ASKED} requests under way, got one more; wait for an answer")
+
+
 def _answered(body: bytes, kind: str = "application/json") -> web.Response:
     return web.Response(body=body, content_type=kind, charset="utf-8", headers=HEADERS)
 
@@ -177,6 +182,8 @@ class Server:
 
     def _asking(self, name: str) -> Handler:
         async def ask(request: web.Request) -> web.Response:
+            if self._asked >= MOST_ASKED:
+                return crowded()  # before its body takes room
             body, robot = await request.read(), request.query.get("robot")
             return await self._in_thread(lambda: self._desk.ask(name, robot, body))
 
@@ -185,7 +192,7 @@ class Server:
     async def _in_thread(self, work: Callable[[], bytes], kind: str = "application/json") -> web.Response:
         """Do what waits for the fleet in another thread, and only so much of it at once."""
         if self._asked >= MOST_ASKED:
-            return refused(429, f"expected at most {MOST_ASKED} requests under way, got one more; wait for an answer")
+            return crowded()
         self._asked += 1
         try:
             return _answered(await asyncio.get_running_loop().run_in_executor(self._pool, work), kind)

@@ -80,7 +80,7 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         box.await_text("#one .does", "of 4 stops")
         box.await_text("#one .rules", "left wheel")
         box.page.click(".halt")
-        box.await_text("#one .does", "stopped")
+        box.await_text("#one .does", "was told to stop")
 
         box.page.click("#stop")
         box.page.click("#stop")

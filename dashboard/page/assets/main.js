@@ -5,11 +5,11 @@ import { fromGrid, unpacked } from "./floor.js";
 import { ask, connect } from "./link.js";
 import * as panel from "./panel.js";
 import { apply, go, save } from "./setup.js";
-import { isDrafted, phase, state, takeTruth, wanted } from "./state.js";
+import { about, isDrafted, phase, state, takeTruth, wanted } from "./state.js";
 import { readTheme } from "./theme.js";
 import { install, setRobots, starts } from "./tools.js";
 import { View } from "./view.js";
-import { count } from "./words.js";
+import { count, doing } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const canvas = $("floor"), context = canvas.getContext("2d"), view = new View();
@@ -249,8 +249,8 @@ function next(step) {
 
 // words for who does not see the arena
 setInterval(() => {
-  const robots = state.overview?.robots ?? [];
-  const text = `the floor with ${count(robots.length, "robot")}: ` + robots.slice(0, 8).map(({ robot, doing }) => `${robot} ${doing}`).join(", ");
+  const robots = state.overview?.robots ?? [], told = robots.slice(0, 8);
+  const text = `the floor with ${count(robots.length, "robot")}: ` + told.map((row) => `${row.robot} ${doing(row, about(row.robot))}`).join(". ");
   canvas.setAttribute("aria-label", text);
 }, 3000);
 

@@ -1,10 +1,12 @@
 // The words beside the arena: totals, a bar for each robot, the selected robot, events.
 
 import { ask, select } from "./link.js";
-import { body, colour, isDrafted, phase, row, state } from "./state.js";
-import { count, ruleInWords, said, seconds } from "./words.js";
+import { about, body, colour, isDrafted, phase, row, state } from "./state.js";
+import { doing, ruleInWords, said, seconds } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
+const MANY = 12; // robots; of more, the bars stand in two columns
+const SHORT = { "gives way": "waits" }; // what two columns have room for
 const RULES = 5; // rules shown, the strongest
 const EVENTS = 60; // events shown, the newest
 
@@ -28,8 +30,9 @@ export function refresh(page) {
 
 function head() {
   const told = state.overview, now = phase();
-  document.documentElement.dataset.phase = state.connected || now === "over" ? now : "away";
-  set($("phase"), now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
+  const finished = now === "over" && isDone();
+  document.documentElement.dataset.phase = finished ? "finished" : state.connected || now === "over" ? now : "away";
+  set($("phase"), finished ? "all done, the run is over" : now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
   set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
@@ -43,7 +46,7 @@ function head() {
 
 function isDone() {
   const robots = state.overview?.robots ?? [];
-  return phase() === "running" && robots.length > 0 && robots.every((robot) => robot.activity === "done");
+  return ["running", "over"].includes(phase()) && robots.length > 0 && robots.every((robot) => robot.activity === "done");
 }
 
 function totals(told) {
@@ -75,8 +78,8 @@ function rows(page) {
   if (list.children.length !== robots.length || robots.some(({ robot }, at) => list.children[at].dataset.robot !== robot)) {
     list.replaceChildren(...robots.map(({ robot }) => made(robot, page)));
   }
-  list.classList.toggle("many", robots.length > 12);
-  robots.forEach((told, at) => fill(list.children[at], told));
+  list.classList.toggle("many", robots.length > MANY);
+  robots.forEach((told, at) => fill(list.children[at], told, robots.length > MANY));
 }
 
 function made(robot, page) {
@@ -89,8 +92,8 @@ function made(robot, page) {
   return item;
 }
 
-function fill(item, told) {
-  const [who, bar, doing] = item.firstChild.children, [filled, marks] = bar.children;
+function fill(item, told, many) {
+  const [who, bar, short] = item.firstChild.children, [filled, marks] = bar.children;
   const waiting = phase() === "waiting", here = told.heard === "alive";
   const word = !here ? (waiting ? "starting" : told.heard) : waiting ? "ready" : told.doing;
   who.style.setProperty("--robot", colour(told.robot));
@@ -100,10 +103,11 @@ function fill(item, told) {
     marks.replaceChildren(...Array.from({ length: Math.max(0, told.stops - 1) }, () => element("i")));
   }
   const since = told.waits >= 1 && !waiting ? ` ${Math.round(told.waits)} s` : "";
-  set(doing, word + since);
+  set(short, many ? SHORT[word] ?? word : word + since);
   item.className = waiting ? "" : !here ? "lost" : told.activity;
   item.classList.toggle("chosen", told.robot === state.selected);
-  item.firstChild.title = `${told.robot}: ${told.reached} of ${count(told.stops, "stop")} reached, ${word}`;
+  const sentence = `${told.robot} ${doing(told, about(told.robot))}`;
+  if (item.firstChild.title !== sentence) item.firstChild.title = sentence;
 }
 
 /** Show another robot, or none. */
@@ -125,14 +129,11 @@ function one(page) {
   }
   const told = row(name), seen = body(name), part = (kind) => box.querySelector(`.${kind}`);
   box.style.setProperty("--robot", colour(name));
-  const far = told.stops > told.target && told.activity !== "done" ? `, ${told.left.toFixed(1)} m left` : "";
-  set(part("does"), `${told.doing}${far}; ${told.reached} of ${count(told.stops, "stop")}`);
-  const order = told.assignment ? `has order ${told.assignment}` : "drives the scenario's targets";
-  const lost = told.unreachable.length ? `; no way to ${told.unreachable.map((stop) => stop + 1).join(", ")}` : "";
-  set(part("order"), order + lost);
-  const waits = seen?.waits.length ? `waits for ${seen.waits.join(", ")}${told.waits ? `, ${told.waits.toFixed(0)} s` : ""}` : "waits for nobody";
-  const joint = seen?.members.length ? `; in a joint plan${leader(name)} with ${seen.members.filter((other) => other !== name).join(", ")}` : "";
-  set(part("waits"), waits + joint);
+  set(part("does"), doing(told, about(name)));
+  set(part("order"), told.assignment ? `has order ${told.assignment}` : "has the scenario's targets");
+  const whom = seen?.waits.length && told.activity !== "give_way" ? [`waits for ${seen.waits.join(", ")}`] : [];
+  const joint = seen?.members.length ? [`in a joint plan${leader(name)} with ${seen.members.filter((other) => other !== name).join(", ")}`] : [];
+  set(part("waits"), [...whom, ...joint].join("; "));
   set(part("halt"), told.activity === "stopped" ? "go on" : "stop it");
   if (seen) measures(part("measures"), seen);
   rules(part("rules"), state.rules[name]);

@@ -73,3 +73,8 @@ export function takeTruth(truth) {
     state.trails.set(robot, trail);
   }
 }
+
+/** What a sentence on a robot needs beside its row. */
+export function about(robot) {
+  return { seen: body(robot), waiting: phase() === "waiting", home: state.floor?.settings.return_home ?? false };
+}
