@@ -57,6 +57,8 @@ PARSED: Final = {  # command: why it is not run
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
+    "swarm box":   "stays until it is stopped; tests/dashboard/test_box_page.py runs its fleet",
+    "swarm run paper --dashboard box": "drives for two minutes; the same",
     "docker compose run --build --rm keys": "the same",
     "docker compose up --build --exit-code-from secure-world secure-world": "the same",
 }

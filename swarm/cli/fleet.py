@@ -147,19 +147,13 @@ def _numbers(options: argparse.Namespace, scenario: "Scenario") -> tuple[int, in
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
-    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
-    launch.add_argument("scenario", type=Path, nargs="?", help=text)
-    launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
-    _of_a_run(launch)
-    text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
-    launch.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
-    launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
-    launch.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
-    launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
-    launch.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
-    launch.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
-    secure(launch)
+    _of_a_launch(launch)
+    launch.add_argument("--dashboard", default="auto", help="auto, viewer, web, box or off")
     launch.set_defaults(command=run)
+
+    one = commands.add_parser("box", help="open the paper's box in the browser: draw a world, press go, watch")
+    _of_a_launch(one)  # a fleet that stays and waits for `go`, on an empty floor
+    one.set_defaults(command=run, scenario=Path("box"), dashboard="box", wait=True, serve=True)
 
     one = commands.add_parser("router", help="run the router of fleets")
     one.add_argument("--listen", metavar="ENDPOINT", help="tcp/127.0.0.1:7447 by default; tls/... with --secure")
@@ -184,6 +178,20 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--count", type=int, default=1, metavar="K", help="robots in this process, 1 by default")
     _of_a_process(one, "the only one on the router; the robot waits for it")
     one.set_defaults(command=robot)
+
+
+def _of_a_launch(parser: Parser) -> None:
+    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
+    parser.add_argument("scenario", type=Path, nargs="?", help=text)
+    parser.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
+    _of_a_run(parser)
+    text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
+    parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
+    parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
+    parser.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
+    parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
+    parser.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
+    secure(parser)
 
 
 def _of_a_run(parser: Parser) -> None:

@@ -23,7 +23,7 @@ class Options:
     pace: Pace
     asked_limit: float | None  # s, simulated; None: the scenario's
     wait: bool
-    dashboard: str  # auto, viewer, web, off
+    dashboard: str  # auto, viewer, web, box, off
     rules: str | None  # the robot whose fired rules the dashboard shows
     record: Path | None
     report: Path | None
@@ -45,8 +45,8 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router and dashboard."""
-        return 3 + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard and box."""
+        return 4 + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

@@ -10,7 +10,7 @@ from swarm.errors import ConfigError
 from swarm.launch.fleet import Fleet, check_open_files
 from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
-from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD
+from swarm.launch.table import BOX, DASHBOARD, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import identity
 
@@ -28,11 +28,12 @@ class Processes:
         name: str,
         shown: dict[str, Any] | None,
         summary_file: Path,
+        box: dict[str, Any] | None = None,
     ) -> None:
-        """Prepare them; ``shown`` are the dashboard's arguments, None if there is no dashboard."""
+        """Prepare them; ``shown`` are the dashboard's arguments, ``box`` the box's, None if there is none."""
         self.options, self.endpoint, self.name, self.summary_file = options, endpoint, name, summary_file
         self.first_run = 0
-        self._fleet, self._shown = fleet, shown
+        self._fleet, self._shown, self._box = fleet, shown, box
         self._sessions = options.sessions
         self._robots = Newcomers(fleet, options.robots_per_process, self._common)
 
@@ -47,6 +48,8 @@ class Processes:
         """
         self._share(self.options.sessions)
         self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
+        if self._box is not None:
+            self._fleet.start(BOX, "box", self._common(identity.OPERATOR) | self._box)
         self._begin()
 
     def lacks(self, robots: Iterable[str]) -> bool:
@@ -73,7 +76,7 @@ class Processes:
     def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
         """End the world, the robots and the dashboard, and start them with other options, unless told to ``stop``.
 
-        The router stays, unless its lease is too short for the sessions to come.
+        The box stays, and so does the router, unless its lease is too short for the sessions to come.
 
         Raises:
             ConfigError: this machine has no room for them.

@@ -4,13 +4,15 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import choose, missing, page_address
+from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
+from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
@@ -36,7 +38,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    options = ready(options)
+    options = replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -46,9 +48,9 @@ def run(options: Options) -> int:
             )
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     if mode is not None and (lacks := missing()) is not None:
-        if options.dashboard != "auto" or options.record is not None:
-            raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
-        mode = None
+        raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
+    if options.dashboard == BOX and (lacks := missing_for_box()) is not None:
+        raise ConfigError(f"--dashboard box: {lacks}")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
@@ -58,16 +60,23 @@ def run(options: Options) -> int:
         since = (home / CARD).stat().st_mtime_ns
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = console.print if console.is_terminal else partial(print, file=output, flush=True)
+        say = partial(console.print, soft_wrap=True) if console.is_terminal else partial(print, file=output, flush=True)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
             say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
+        box = None
+        if options.dashboard == BOX:
+            port, secret = _free_port(), token()
+            box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
+            say(f"box: {address(port, secret)}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
-            processes = Processes(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
+            processes = Processes(
+                fleet, options, endpoint, name, shown if mode is not None else None, report_of_world, box
+            )
             try:
                 processes.start()
                 trouble = _watch(fleet, processes, entry, stop, console)
@@ -97,7 +106,8 @@ def _router_of(options: Options) -> Identity | None:
             f"--robots-per-process: expected 1 with --secure, got {options.robots_per_process}: a robot's keys are for "
             "its name only, so it needs a process of its own; leave out one of the two"
         )
-    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *names(options.robots)):
+    steering = [identity.OPERATOR] if options.dashboard == BOX else []
+    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *steering, *names(options.robots)):
         Identity(options.secure, member).check()
     return Identity(options.secure, identity.ROUTER)
 
