@@ -23,9 +23,9 @@ $(READY): pyproject.toml requirements.lock
 run: $(READY)  ## run the paper's mission with four robots and show it in Rerun
 	$(BIN)/swarm run paper --robots 4 --record paper.rrd
 
-test: $(READY)  ## run every test: the quick ones on all cores, those with processes one by one
-	$(BIN)/python -m pytest -q -n auto -m "not processes and not slow"
-	$(BIN)/python -m pytest -m "processes or slow"
+test: $(READY)  ## run every test: those with processes one by one, the others on all cores
+	$(BIN)/python -m pytest -q -n auto --dist worksteal -m "not processes"
+	$(BIN)/python -m pytest -m processes
 
 check: $(READY)  ## run lint, types and the quick tests
 	$(BIN)/ruff check .

@@ -56,16 +56,16 @@ def _press(do: Do, name: str | None, course: Course) -> Accepted:
     if already(course.phase, do):
         return Accepted(text=f"the run is {course.phase.value} already")
     phase = pressed(course.phase, do, course.lobby.absent)
+    text = f"the run is {phase.value}"
+    if name is not None:
+        course.remember(name, text)
     course.held = course.held and do is not Do.GO
     if do is Do.RESTART:
         course.restart()
     if do is Do.STOP:
         course.end("stopped by command")
-    elif phase is not course.phase or do is Do.RESTART:
+    else:
         course.go_to(phase)
-    text = f"the run is {course.phase.value}"
-    if name is not None:
-        course.remember(name, text)
     return Accepted(text=text)
 
 
@@ -101,10 +101,8 @@ def _open(places: Places, course: Course) -> Accepted:
 def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Course) -> Accepted:
     """If a request changed anything, save the run before its events and the answer go out."""
     if events:
-        course.speaker.keep(events)
         course.repeatable.no_longer(what, course.world.time)
-        course.save_soon()
-        course.speaker.say(events)
+        course.say_saved(events)
     return reply
 
 
@@ -126,6 +124,8 @@ def _join(join: Join, course: Course, bus: Bus) -> Welcome:
     name = course.lobby.place(join.robot, join.session, course.awake.now(), join.sender)
     if join.world != course.world.identity:
         course.repeatable.no_longer(f"{name} has started again without its memory", course.world.time)
+        if join.world is not None:  # somebody removed the snapshot, or the robot has outlived its fleet
+            course.tell("anew", "goes on from what is saved here: it was in the run of a world that is no more", name)
     return welcome(name, course.world, course.speaker, bus.id, bus.sender)
 
 

@@ -1,6 +1,6 @@
 """The last messages of the robots in one run: commands, states and plans; and the robots that did not answer."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
@@ -73,11 +73,6 @@ class LastMessages:
                 self.states[name] = message
             case Plan():
                 self.plans[name] = message
-
-    def has_news(self, name: str, counted: Mapping[str, Command]) -> bool:
-        """Return True if a robot has reached stops by its command of this tick that its command ``counted`` lacks."""
-        said = self.commands.get(name)
-        return said is not None and said.reached != counted[name].reached
 
     def carried_out(self) -> None:
         """Forget the commands of a tick that is over."""

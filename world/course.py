@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from math import isinf
 from pathlib import Path
 from threading import Lock
@@ -16,9 +17,10 @@ from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from world.answers import LastMessages
 from world.ending import is_lost, waits_for
-from world.lobby import BACK, Lobby
+from world.lobby import BACK, HAS_LEFT, Lobby
 from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
+from world.places import Book
 from world.repeatable import Repeatable
 from world.report import ROOM, listed, missing, report
 from world.rival import new_identity
@@ -26,7 +28,7 @@ from world.roll import Roll
 from world.saving import Saver
 from world.snapshot import HostState, Snapshot, restore
 from world.snapshot_file import newest
-from world.speaker import Speaker
+from world.speaker import Speaker, floor
 from world.status import states, status
 from world.truth import truth
 from world.world import World
@@ -53,12 +55,12 @@ class Course:
         first_run: int = 0,
         given_up: Path | None = None,
     ) -> None:
-        scenario, _, self._starts = prepare(scenario, robots, seed)
+        self.scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
-        self.speaker = Speaker(bus, scenario, log)
-        self._saver = Saver(snapshot, scenario, seed, log)
+        self._saver = Saver(snapshot, self.scenario, seed, log)
         self.outside = check_outside(outside, robots)
-        self.world = World(scenario, self._starts, seed, first_run, identity=new_identity(), outside=outside)
+        self.world = self._begun(first_run, 0, new_identity(), None)
+        self.speaker = Speaker(bus, self.scenario, self.world, log)
         self.awake = Awake()
         self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
         self.roll = Roll(self.world.robots, self.awake.now())
@@ -67,22 +69,21 @@ class Course:
         self.phase = Phase.WAITING
         self.held = wait  # waits until somebody presses go
         self.last = LastMessages()
-        self._given_up = given_up
-        self._reason = ""
+        self._given_up, self._reason = given_up, ""
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
         self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
         self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
-        if snapshot is not None and (found := newest(snapshot, scenario, robots, seed, log)) is not None:
+        if snapshot is not None and (found := newest(snapshot, self.scenario, robots, seed, log)) is not None:
             self._resume(found)
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
         self.world.poses()
 
     @contextmanager
     def changing(self) -> Iterator[None]:
-        """Keep other threads from reading while bodies change; then read all poses: who reads later changes nothing."""
+        """Keep other threads from reading while bodies change; then read all poses: later readers change nothing."""
         with self._moving:
             yield
             self.world.poses()
@@ -112,18 +113,20 @@ class Course:
     @property
     def waits(self) -> bool:
         """True if only robots that are absent have anything left to do."""
-        absent = set(self.lobby.absent)
-        return bool(absent) and absent.issuperset(self.world.unfinished)
+        left = waits_for(self.world, self.lobby.members)
+        return bool(left) and set(left).issubset(self.lobby.absent)
+
+    def _begun(self, run: int, edits: int, identity: str, places: Book | None) -> World:
+        """Return the world at the beginning of a run."""
+        return World(self.scenario, self._starts, self.seed, run, edits, identity, self.outside, places)
 
     def _resume(self, found: Snapshot) -> None:
         """Go on with the run of a snapshot."""
         host = found.host
         if found.floor is not None:
-            self.speaker.take_map(unpack(found.floor))
-        edits = found.state.world.edits
-        self.world = World(
-            self.speaker.scenario, self._starts, self.seed, found.run, edits, found.identity, self.outside, found.places
-        )
+            self.scenario = replace(self.scenario, map=unpack(found.floor))
+        self.world = self._begun(found.run, found.state.world.edits, found.identity, found.places)
+        self.speaker.floor = floor(self.scenario, self.world)
         self._admit(self.world.robots[len(self._starts) :])
         restore(self.world, found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
@@ -197,24 +200,28 @@ class Course:
     def part(self, name: str) -> None:
         """Take in that a robot has left."""
         self.roll.left.add(name)
-        self.tell("left", "has left; its body stays where it stands until a process takes its place", name)
         self.repeatable.no_longer(f"{name} has left", self.world.time)
+        self.say_saved([self.world.event(*HAS_LEFT, name)])
         self.tell_clock()
-        self.save_soon()
 
     def tell_map(self) -> None:
-        """Take over the world's current floor and send it to all listeners."""
-        self.speaker.take_map(self.world.floor)
-        self.speaker.tell_map(self.world)
+        """Send the world's current floor to all listeners; robots that join or restart get it."""
+        self.scenario = replace(self.scenario, map=self.world.floor)
+        self.speaker.tell_map(self.scenario, self.world)
+
+    def say_saved(self, events: Sequence[Event]) -> None:
+        """Save the state before its events go out: a world that is killed in between tells them once."""
+        self.speaker.keep(events)
+        self.save_soon()
+        self.speaker.say(events)
 
     # --- changing ---
 
     def remember(self, name: str, text: str) -> None:
-        """Keep the answer to a button that was named, for a retry."""
+        """Keep the answer to a button that was named, for a retry; the caller saves it."""
         self.pressed[name] = text
         if len(self.pressed) > NAMED:
             del self.pressed[next(iter(self.pressed))]
-        self.save_soon()
 
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
@@ -229,7 +236,7 @@ class Course:
         if self.world.due:
             self.save_soon()
         self.speaker.say(events)
-        if self.world.floor is not self.speaker.scenario.map:  # the scenario has made an edit
+        if self.world.floor is not self.scenario.map:  # the scenario has made an edit
             self.tell_map()
         self._end_if_over()
 
@@ -260,10 +267,7 @@ class Course:
         """Enter a phase."""
         self.phase = phase
         self.timetable.start()
-        events = [self.world.event("phase", f"the run is {phase.value}")]
-        self.speaker.keep(events)
-        self.save_soon()
-        self.speaker.say(events)
+        self.say_saved([self.world.event("phase", f"the run is {phase.value}")])
         self.tell_clock()
         self.speaker.tell_status(self.truth(), self.status())
 
@@ -276,10 +280,7 @@ class Course:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         old = self.world
         with self.changing():
-            self.world = World(
-                self.speaker.scenario, self._starts, self.seed, old.run + 1, old.edits, old.identity, self.outside,
-                old.places,
-            )  # fmt: skip
+            self.world = self._begun(old.run + 1, old.edits, old.identity, old.places)
             self.last = LastMessages()
         self.stopwatch = Stopwatch()
         self.timetable.times = Times()
@@ -289,9 +290,8 @@ class Course:
 
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
-        scenario = self.speaker.scenario
         return report(
-            self.world, planning_grid(scenario), scenario=scenario.settings.name, seed=self.seed,
+            self.world, planning_grid(self.scenario), scenario=self.scenario.settings.name, seed=self.seed,
             robots_per_process=self.lobby.most_in_one,
             pace="max" if self.pace == "max" else "realtime" if self.pace == 1.0 else f"{self.pace:g}",
             wall_time=self.stopwatch.seconds, late_commands=self.last.late,

@@ -38,8 +38,8 @@ def plans_matter(world: "World", recent: Sequence[Edit]) -> bool:
 
 def waits_for(world: "World", present: Sequence[str]) -> list[str]:
     """Return the robots that have something left to do, without places that nobody has taken and that have no order."""
-    idle = {name for name in world.robots if name not in present and world.untouched(name)}
-    return [name for name in world.unfinished if name not in idle]
+    here = set(present)
+    return [name for name in world.unfinished if name in here or not world.untouched(name)]
 
 
 def is_lost(away: Mapping[str, float], given_up: Path | None) -> bool:

@@ -12,7 +12,7 @@ WATCHERS: Final = 15.0  # s that the start waits for a dashboard that was announ
 HOLD: Final = 0.2  # s; when the router goes, all tokens go, some of them before the link's own end is told
 BACK: Final = 10.0  # s that the clock waits for robots to come back, after the router or the world was away
 PARTING: Final = 5.0  # s from a robot's leave to the end of its token; if that ends later, the robot was lost
-LEFT: Final = "left"  # kind of the event
+HAS_LEFT: Final = ("left", "has left; its body stays where it stands until a process takes its place")
 STRANGERS: Final = 16  # sessions that announce a robot without having joined, and are remembered
 
 
@@ -53,20 +53,21 @@ class Lobby:
     @property
     def present(self) -> list[str]:
         """Robots whose process is present."""
-        return [name for name in self._tokens if self._is_present(name)]
+        return [name for name in self._tokens if self.is_present(name)]
 
     @property
     def absent(self) -> list[str]:
         """Robots whose process is not present."""
-        return [name for name in self._tokens if not self._is_present(name)]
+        return [name for name in self._tokens if not self.is_present(name)]
 
-    def _is_present(self, name: str) -> bool:
+    def is_present(self, name: str) -> bool:
+        """Return True if the process of a robot of the fleet is present."""
         return self._joined.get(name) in self._tokens[name] or name in self._leaving
 
     @property
     def members(self) -> list[str]:
         """Robots that are present, or were and are expected back."""
-        return [name for name in self._tokens if self._is_present(name) or name in self._expected]
+        return [name for name in self._tokens if self.is_present(name) or name in self._expected]
 
     @property
     def unsettled(self) -> bool:
@@ -108,7 +109,7 @@ class Lobby:
 
     def expect(self, robots: Iterable[str], until: float) -> None:
         """Wait for robots that were present before, until a time [s]."""
-        self._expected = {name for name in robots if self.knows(name) and not self._is_present(name)}
+        self._expected = {name for name in robots if self.knows(name) and not self.is_present(name)}
         self._expected_until = until
 
     def link(self, up: bool, now: float) -> None:
@@ -134,10 +135,15 @@ class Lobby:
         if not presence.alive:
             lost = session in tokens and session == owner
             tokens.discard(session)
+            heirs = [other for other in self._welcomed[name] if other in tokens]
             if lost and now - self._parting.pop(name, -inf) < PARTING:
                 del self._joined[name]
-                return Note(LEFT, "has left; its body stays where it stands until a process takes its place", name)
-            if lost:
+                return Note(*HAS_LEFT, name)
+            if lost and heirs:  # welcomed as well, it came second
+                self._replaced.append(name)
+                self._joined[name] = heirs[0]
+                self._came(name)
+            elif lost:
                 self._leaving[name] = now
             return None
         if session in self._welcomed[name] or len(tokens) < STRANGERS:
@@ -180,7 +186,8 @@ class Lobby:
         It is the session's only with its token: who asks and is not there keeps nobody out who asks and is.
 
         Raises:
-            PeerError: there is no such robot, it is present already, or all places are taken.
+            PeerError: there is no such robot, it is present already, all places are taken, or the session has joined
+                with another sender.
         """
         everybody = list(self._tokens)
         if asked is not None and asked not in everybody:
@@ -197,6 +204,9 @@ class Lobby:
             raise PeerError(f"all {len(everybody)} places are taken; start the world with more robots")
         name = asked or min(free, key=lambda name: name in self._expected)
         owner, tokens = self._joined.get(name), self._tokens[name]
+        known = next((row[session] for row in self._welcomed.values() if session in row), None)
+        if known is not None and known.sender != sender:
+            raise PeerError(f"{name}: expected the sender that this session joined with, got another; join with that")
         self._welcomed[name] = {
             other: one for other, one in self._welcomed[name].items() if other == owner or one.until >= now
         } | {session: Welcomed(sender, now + PROMISED)}

@@ -178,13 +178,15 @@ class Missions:
             self._recorder.reopen(number, len(row.stops) - 1)
         return [("taken_up", f"takes up {self.label(number, stop)} again: a path leads there now") for stop in stops]
 
+    def is_at_next_stop(self, number: int, pose: Pose) -> bool:
+        """Return True if the next stop counts at the end of this tick."""
+        stop = self.left[number]
+        return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
+
     def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
         """Record the stops that a robot is at, at a time [s]."""
         said = []
-        stops = self.orders.rows[number].stops
-        while (stop := self.left[number]) is not None:
-            if distance(pose, stops[stop]) > self._reach:
-                break
+        while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
             self._recorder.reached(number, stop, time)
             said.append(("reached", f"is at {self.label(number, stop)}"))
             if self._next(number, given_up):

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from math import hypot
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+import numpy as np
 from msgspec import Struct
 
 from swarm.errors import PeerError
@@ -80,15 +81,19 @@ class Spots:
 
     def __init__(
         self, settings: Settings, floor: OccupancyMap, cells: CellMap, occupants: Sequence[Occupant],
-        movers: Sequence[Pose], wanted: Sequence[Point],
+        movers: Sequence[Pose], homes: Sequence[Point], wanted: Sequence[Point],
     ) -> None:  # fmt: skip
-        """Look at the floor; ``wanted`` are places [m] that robots are to visit: they are the last to be chosen."""
+        """Look at the floor. A restart puts bodies back to their ``homes`` [m]: no other body may be put there.
+
+        ``wanted`` are places [m] that robots are to visit: they are the last to be chosen.
+        """
         self._settings, self._floor, self._cells = settings, floor, cells
         self._occupants = list(occupants)
         outlines = (mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2 for mover in settings.movers)
         self._movers = list(zip(movers, outlines, strict=True))
-        self._wanted = {cells.cell_of(*place) for place in wanted}
-        self._pieces = pieces(cells)
+        self._homes = homes
+        self._wanted = {cells.cell_of(*place) for place in [*homes, *wanted]}
+        self._enough = traffic_settings(settings).claim_radius + cells.side  # m to other bodies; more is no better
 
     def starts(self, request: Places, robots: int) -> list[Pose]:
         """Return where the bodies of a request are put; the fleet has ``robots`` now.
@@ -111,14 +116,12 @@ class Spots:
             if (fault := self._fault((x, y))) is not None:
                 raise PeerError(f"{where}: place {number} at ({x:g}, {y:g}): {fault}")
             found.append(self._take(Pose(x, y, wrap(yaw))))
-        while len(found) < request.count:
-            spot = next((spot for spot in self._candidates() if self._fault(spot) is None), None)
-            if spot is None:
-                raise PeerError(
-                    f"{where}: expected a free cell for each of {request.count} robots, found {len(found)}; ask for "
-                    "fewer, or wait until robots have driven on"
-                )
-            found.append(self._take(Pose(*spot, 0.0)))
+        found.extend(self._take(Pose(*spot, 0.0)) for spot in self._chosen(request.count - len(found)))
+        if len(found) < request.count:
+            raise PeerError(
+                f"{where}: expected a free cell for each of {request.count} robots, found {len(found)}; ask for "
+                "fewer, or wait until robots have driven on"
+            )
         return found
 
     def _take(self, start: Pose) -> Pose:
@@ -151,19 +154,34 @@ class Spots:
                 )
             if not set(touched).isdisjoint(other.held):
                 return f"expected a place that nobody has reserved, {other.name} holds it; wait or move it"
+        if any(distance(at, home) <= 2 * robot.radius + SAFETY.gap for home in self._homes):
+            return "expected a place that is nobody's home, a restart puts a robot back there; move it"
         return None
 
-    def _candidates(self) -> Iterator[Point]:
-        """Yield the middles of cells [m], the best first: joined to robots, wanted by none, out of reach of claims."""
-        cells, enough = self._cells, traffic_settings(self._settings).claim_radius + self._cells.side
-        joined = {self._pieces[cells.cell_of(*other.pose[:2])] for other in self._occupants}
+    def _chosen(self, count: int) -> Iterator[Point]:
+        """Yield middles of cells [m], the best first: joined to robots, wanted by none, out of reach of claims.
 
-        def worth(cell: int) -> tuple[bool, bool, float, int]:
-            apart = min((distance(cells.centre(cell), other.pose) for other in self._occupants), default=enough)
-            return self._pieces[cell] not in joined, cell in self._wanted, -min(apart, enough), cell
-
+        The caller takes each before the next, so that the next one is far from it as well.
+        """
+        cells, taken = self._cells, 0
         standing = [cell for cell in range(len(cells)) if cells.stands[cell]]
-        yield from (cells.centre(cell) for cell in sorted(standing, key=worth))
+        centres = np.array([cells.centre(cell) for cell in standing], np.float64).reshape(-1, 2)
+        piece = pieces(cells)
+        joined = {piece[cells.cell_of(*other.pose[:2])] for other in self._occupants}
+        worse = np.array([4.0 * (piece[cell] not in joined) + 2.0 * (cell in self._wanted) for cell in standing])
+        apart = np.full(len(standing), self._enough)  # m to the nearest body
+        seen = 0
+        while taken < count and len(standing):
+            for other in self._occupants[seen:]:
+                np.minimum(apart, np.hypot(*(centres - other.pose[:2]).T), out=apart)
+            seen = len(self._occupants)
+            best = int(np.argmin(worse - apart / self._enough))
+            if worse[best] == np.inf:
+                return
+            worse[best] = np.inf  # nor is it free for a later one
+            if self._fault(spot := cells.centre(standing[best])) is None:
+                taken += 1
+                yield spot
 
 
 def opened(world: "World", request: Places) -> tuple[Accepted, list[tuple[str, str]]]:
@@ -189,5 +207,5 @@ def _spots(world: "World") -> Spots:
     homes, pool = [start[:2] for start in world.starts], [errand.at for errand in world.dispatch.pool.open.values()]
     return Spots(
         world.settings, world.floor, world.traffic.watch.cells, [Occupant(*row) for row in rows],
-        world.mover_poses(), [*stops, *homes, *pool],
+        world.mover_poses(), homes, [*stops, *pool],
     )  # fmt: skip

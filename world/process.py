@@ -1,7 +1,7 @@
 """The world process: it waits for the robots, keeps the clock, senses for all, moves all, and writes the report."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Set as AbstractSet
 from pathlib import Path
 from threading import Event as Flag
 from typing import Final
@@ -30,7 +30,7 @@ from swarm.stopping import told_to_stop
 from world.answering import answer
 from world.answers import SILENT, Asked
 from world.course import Course
-from world.lobby import LEFT
+from world.lobby import HAS_LEFT
 from world.report import write
 from world.requests import ANSWERED, Requests, waits_in_tick
 from world.rival import check_alone
@@ -75,8 +75,8 @@ def run(
             bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up
         )
         host = Host(bus, course, log, endpoint.identity)
-        with check_alone(bus, fleet, log):
-            host.open()
+        with check_alone(bus, fleet, log) as silent:
+            host.open(silent)
         host.serve(stop)
         summary = course.report()
         if report_to is not None:
@@ -100,17 +100,19 @@ class Host:
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
+        self._worlds = {bus.id}  # sessions that announce a world and are no rivals
         self._rival = False  # another world was seen
         self._impostors: set[str] = set()  # robots in whose name somebody else has spoken
 
-    def open(self) -> None:
-        """Listen to the robots, answer requests, and announce this process."""
+    def open(self, silent: AbstractSet[str] = frozenset()) -> None:
+        """Listen to the robots, answer requests, and announce this process; ``silent`` worlds do not answer."""
         bus, course = self._bus, self._course
+        self._worlds = {bus.id, *silent}
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
             bus.listen(topic)
         for question in ANSWERED:
             bus.serve(question)
-        bus.keep(MAP, lambda: {MAP.key: course.speaker.floor(course.world)})
+        bus.keep(MAP, lambda: {MAP.key: course.speaker.floor})
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
         bus.keep(TRUTH, lambda: {TRUTH.key: course.truth()})
         bus.keep(STATUS, lambda: {STATUS.key: course.status()})
@@ -124,7 +126,7 @@ class Host:
         """Serve until the run is over or this process is told to stop."""
         course = self._course
         course.tell_clock()
-        while not self._is_over():
+        while course.phase is not Phase.OVER:
             course.save()
             stands = course.stands or not self._linked
             if stands:
@@ -154,17 +156,13 @@ class Host:
         except ConfigError as fault:
             self._course.end(f"no router can be reached any more: {fault}")
 
-    def _is_over(self) -> bool:
-        return self._course.phase is Phase.OVER
-
     def _serve_requests(self) -> None:
         self._requests.serve(self._answer, closed=self._is_closed)
 
     def _is_closed(self, request: Request) -> bool:
         course = self._course
-        counted = dict(zip(course.world.robots, course.world.commands, strict=True))
-        news_of = partial(course.last.has_news, counted=counted)
-        return course.in_tick and waits_in_tick(request, lockstep=course.lockstep, news_of=news_of)
+        is_there = course.world.is_at_next_stop
+        return course.in_tick and waits_in_tick(request, lockstep=course.lockstep, is_there=is_there)
 
     def _answer(self, request: Request) -> None:
         answer(request, self._course, self._bus)
@@ -261,11 +259,11 @@ class Host:
     def _take_presence(self, presence: Presence) -> None:
         course = self._course
         note = course.lobby.take(presence, course.awake.now())
-        if note is not None and note.kind == LEFT:
+        if note is not None and note[:2] == HAS_LEFT:
             course.part(note.robot)
         elif note is not None:
             course.tell(*note)
-        if presence.role == "world" and presence.alive and presence.session != self._bus.id and not self._rival:
+        if presence.role == "world" and presence.alive and presence.session not in self._worlds and not self._rival:
             self._rival = True
             course.tell(
                 "rival", "another world has come; each robot obeys the one that welcomed it; stop one of the two"
@@ -276,7 +274,8 @@ class Host:
 
     def _name_impostor(self, robot: str) -> None:
         """Tell once for each robot that somebody else speaks in its name."""
-        if robot in self._course.lobby.present and robot not in self._impostors:
+        lobby = self._course.lobby
+        if robot not in self._impostors and lobby.knows(robot) and lobby.is_present(robot):
             self._impostors.add(robot)
             self._course.tell("impostor", "is spoken for by another process; what that says is ignored", robot)
 

@@ -15,7 +15,7 @@ from world.orders import FATES
 from world.world import World
 
 NAMED: Final = 200  # characters for the stops of one robot, and for errands, in the sentence on what is missing
-ROOM: Final = 600  # characters for each of its parts; whatever the fleet, a status message must take the sentence
+ROOM: Final = 440  # characters for each of at most four parts: a status message takes 2,000, whatever the fleet
 
 
 def report(
@@ -66,11 +66,11 @@ def report(
         **_pool(world),
         "per_robot": {
             world.robots[number]: {
-                "targets": len(world.stops(world.robots[number])),
+                "targets": len(world.missions.stops(number)),
                 "reached": record.reached_at[number],
                 "laps": record.laps[number],
                 "path_length": record.path_length[number],
-                "shortest_length": shortest_length(grid, world.starts[number][:2], world.stops(world.robots[number])),
+                "shortest_length": shortest_length(grid, world.starts[number][:2], world.missions.stops(number)),
                 "waiting": record.waiting[number],
                 "replans": record.replans[number],
                 "contacts": record.contact_counts[number].total(),

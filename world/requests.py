@@ -7,7 +7,20 @@ from time import perf_counter, thread_time
 from typing import Final
 
 from swarm.bus import Request
-from swarm.messages import ACTION, EDIT, JOIN, LEAVE, ORDER, PLACES, POOL, ROBOT_ACTION
+from swarm.messages import (
+    ACTION,
+    EDIT,
+    JOIN,
+    LEAVE,
+    ORDER,
+    PLACES,
+    POOL,
+    ROBOT_ACTION,
+    Order,
+    Places,
+    RobotAction,
+    RobotDo,
+)
 
 WAIT: Final = 16  # requests that wait at most; an edit takes up to 0.1 s, and who asks waits 5 s
 ANSWERED: Final = (ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES)
@@ -16,15 +29,20 @@ Closed = Callable[[Request], bool]
 SHARE: Final = 0.2  # of the wall time; what a slow request took beyond that is taken from the next ones
 
 
-def waits_in_tick(request: Request, *, lockstep: bool, news_of: Callable[[str], bool]) -> bool:
+def waits_in_tick(request: Request, *, lockstep: bool, is_there: Callable[[str], bool]) -> bool:
     """Return True if a request that came within a tick waits for its end. In real time robots sense changes later.
 
-    ``news_of`` says whether a robot has reported in this tick what the world has not counted yet: an order would come
-    between the two, and take the place of one that is done.
+    ``is_there`` says whether a robot is at its next stop. It may have said so, and the world counts the stop at the end
+    of the tick: other stops that came between the two would take the place of stops that are done.
     """
     if lockstep:
         return request.topic in BETWEEN
-    return request.topic is PLACES or (request.topic in {ORDER, ROBOT_ACTION} and news_of(request.ids["robot"]))
+    match request.message:
+        case Places():
+            return True
+        case Order() | RobotAction(do=RobotDo.HOME | RobotDo.CANCEL):
+            return is_there(request.ids["robot"])
+    return False
 
 
 class Requests:
@@ -34,9 +52,6 @@ class Requests:
         self._line: deque[Request] = deque()
         self._most = SHARE * dt  # s that can be saved up
         self._saved, self._at = self._most, perf_counter()
-
-    def __len__(self) -> int:
-        return len(self._line)
 
     def add(self, request: Request) -> None:
         """Put a request into the line, or refuse it if the line is full."""
@@ -54,12 +69,18 @@ class Requests:
         return inf if self._next(closed=closed) is None else max(0.0, -self._earned() / SHARE)
 
     def serve(self, answer: Callable[[Request], None], *, closed: Closed) -> None:
-        """Answer those who wait, first come first served, until their share is spent."""
+        """Answer those who wait, first come first served, until their share is spent.
+
+        Time in which the machine does something else, as saving to a disk, is not charged, but ends the turn.
+        """
+        until = perf_counter() + self._most
         while (request := self._next(closed=closed)) is not None and self._earned() >= 0.0:
             self._line.remove(request)
-            began = thread_time()  # time in which the machine did something else is not theirs
+            began = thread_time()
             answer(request)
             self._saved -= thread_time() - began
+            if perf_counter() > until:
+                break
 
     def _next(self, *, closed: Closed) -> Request | None:
         return next((one for one in self._line if not closed(one)), None)

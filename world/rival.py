@@ -18,11 +18,11 @@ def new_identity() -> str:
 
 
 @contextmanager
-def check_alone(bus: Bus, fleet: str, log: Callable[[str], None]) -> Iterator[None]:
+def check_alone(bus: Bus, fleet: str, log: Callable[[str], None]) -> Iterator[set[str]]:
     """Check that the fleet has no other world; the caller announces its own in the block.
 
     A world is a token and an answer: nobody else keeps the clock. Of two that start at once, the one with the larger
-    session id gives way.
+    session id gives way. The block gets the sessions that announce a world and do not answer.
 
     Raises:
         ConfigError: the fleet has another world.
@@ -35,6 +35,6 @@ def check_alone(bus: Bus, fleet: str, log: Callable[[str], None]) -> Iterator[No
         raise fault
     if before:
         log(f"fleet {fleet}: ignored the token of a world that does not answer")
-    yield
+    yield before
     if any(other < bus.id for other in bus.sessions("world") - before - {bus.id}):
         raise fault

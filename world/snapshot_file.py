@@ -10,9 +10,11 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from swarm.errors import ConfigError
 from swarm.scenario.load import Scenario
+from world.rival import new_identity
 from world.snapshot import Noise, Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
@@ -61,7 +63,7 @@ def write(snapshot: Snapshot, path: Path) -> None:
     beside = _beside(path)
     beside.write_bytes(HEAD + _checksum(packed) + packed)
     earlier(path).unlink(missing_ok=True)
-    with suppress(FileNotFoundError):  # the first one
+    with suppress(OSError):  # there is none yet, or the file system has no links: then there is no one before
         os.link(path, earlier(path))
     os.replace(beside, path)
 
@@ -84,6 +86,9 @@ def _beside(path: Path) -> Path:
 def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:
     """Return the snapshot in a file, or the one before if that file is spoilt; None if there is no file.
 
+    If the fleet takes orders, the world of the one before has another identity. Its robots may know later stops than it
+    does, so they have to join it again.
+
     Raises:
         ConfigError: neither can be read, is whole and belongs to this run.
     """
@@ -97,7 +102,8 @@ def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable
         except ConfigError:
             raise fault from None
         log(f"{fault}; went on from the snapshot before")
-        return found
+        ordered = scenario.settings.serve or found.state.orders.last > 0
+        return replace(found, identity=new_identity()) if ordered else found
 
 
 def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:

@@ -1,14 +1,12 @@
 """What the world sends to all listeners: the map, the clock, the truth, and events."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from time import monotonic
 from typing import Final
 
-from msgspec.structs import replace as replace_fields
+from msgspec.structs import replace
 
 from swarm.bus import Bus
-from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import CLOCK, EVENT, MAP, STATUS, TRUTH, Clock, Event, Map, Phase, Seen, Status, Truth
 from swarm.scenario.load import Scenario
 from world.world import World
@@ -16,30 +14,30 @@ from world.world import World
 EVENTS_KEPT: Final = 100  # the last ones, for processes that come late
 
 
-class Speaker:
-    """The sender of the world's messages; it keeps the fleet's current map."""
+def floor(scenario: Scenario, world: World) -> Map:
+    """Return the map of a scenario with its settings and the start of each robot of a world."""
+    settings, packed = scenario.to_wire()
+    homes = dict(zip(world.robots, world.starts, strict=True))
+    return Map(packed=packed, scenario=replace(settings, starts=homes), edits=world.edits)
 
-    def __init__(self, bus: Bus, scenario: Scenario, log: Callable[[str], None]) -> None:
+
+class Speaker:
+    """The sender of the world's messages; it keeps the fleet's current map and last events for those who come late.
+
+    Both are replaced as a whole, never changed: other threads answer with them.
+    """
+
+    def __init__(self, bus: Bus, scenario: Scenario, world: World, log: Callable[[str], None]) -> None:
         self._bus, self._log = bus, log
-        self.scenario = scenario
-        self.settings, self.packed = scenario.to_wire()
-        self.events: tuple[Event, ...] = ()  # the last ones; replaced as a whole, never changed
+        self.floor = floor(scenario, world)
+        self.events: tuple[Event, ...] = ()
         self._clock_told = float("-inf")
         self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
 
-    def take_map(self, floor: OccupancyMap) -> None:
-        """Take over the current floor; robots that join or restart get this map."""
-        self.scenario = replace(self.scenario, map=floor)
-        self.settings, self.packed = self.scenario.to_wire()
-
-    def floor(self, world: World) -> Map:
-        """Return the map with the scenario's settings and the start of each robot."""
-        homes = dict(zip(world.robots, world.starts, strict=True))
-        return Map(packed=self.packed, scenario=replace_fields(self.settings, starts=homes), edits=world.edits)
-
-    def tell_map(self, world: World) -> None:
-        """Send the map."""
-        self._bus.send(MAP, self.floor(world))
+    def tell_map(self, scenario: Scenario, world: World) -> None:
+        """Send the map, and keep it."""
+        self.floor = floor(scenario, world)
+        self._bus.send(MAP, self.floor)
 
     def clock(self, world: World, phase: Phase, present: list[str], seen: Mapping[str, Seen]) -> Clock:
         """Return the message with the time and phase of the run."""

@@ -1,5 +1,8 @@
 """The answer to a robot that joins: its place, the scenario, the map, and its progress by the world's own record."""
 
+from msgspec import UNSET
+from msgspec.structs import replace
+
 from swarm.messages import State, Welcome
 from world.speaker import Speaker
 from world.world import World
@@ -7,13 +10,14 @@ from world.world import World
 
 def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int) -> Welcome:
     """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
+    floor = speaker.floor
     return Welcome(
         robot=name,
         world=world.identity,
         session=session,
-        scenario=speaker.settings,
-        packed=speaker.packed,
-        edits=world.edits,
+        scenario=replace(floor.scenario, starts=UNSET),
+        packed=floor.packed,
+        edits=floor.edits,
         start=world.starts[world.number(name)],
         state=progress(name, world) if world.tick else None,
         assigned=world.missions.orders.assigned(world.number(name)),

@@ -10,7 +10,6 @@ import numpy as np
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
 from swarm.messages import (
     COMMAND,
     Accepted,
@@ -285,13 +284,14 @@ class World:
         """Return the pose of every moving obstacle."""
         return [patrol.at(self.time) for patrol in self._movers]
 
+    def is_at_next_stop(self, name: str) -> bool:
+        """Return True if a robot is at its next stop, which counts at the end of this tick."""
+        number = self._number.get(name)
+        return number is not None and self.missions.is_at_next_stop(number, self.physics.pose(number))
+
     def number(self, name: str) -> int:
         """Return a robot's number."""
         return self._number[name]
-
-    def stops(self, name: str) -> tuple[Point, ...]:
-        """Return a robot's stops [m]."""
-        return self.missions.stops(self._number[name])
 
     def event(self, kind: str, text: str, robot: str | None = None) -> Event:
         """Return an event of this tick."""

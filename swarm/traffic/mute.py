@@ -116,13 +116,13 @@ class Mutes:
 def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: TrafficSettings) -> frozenset[int]:
     """Return the cells under a mute robot's body and its brake, ``age`` ticks after it spoke ``last``.
 
-    While it stands, these are the cells under its body. While it moves, it may drive on as it did or straight, or gain
-    speed, until it is heard again; then it brakes.
+    While it stands, these are the cells under its body; one that wants to go on may stray a little. While it moves, it
+    may drive on as it did or straight, or gain speed, until it is heard again; then it brakes.
     """
     room = settings.radius + settings.margin
     twist = _motion(before, last, settings)
     if abs(twist.linear) < STANDS:
-        return cells.swept(((last.pose.x, last.pose.y),), room)
+        return cells.swept(((last.pose.x, last.pose.y),), settings.radius if last.rests else room)
     most, time = settings.acceleration, min(age * settings.tick, LONGEST)
     speed = min(settings.speed, abs(twist.linear) + most * (last.tick - before.tick) * settings.tick / 2)
     time_to_top = (settings.speed - speed) / most

@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 PATIENCE: Final = 40.0  # s; the longest silence before the test fails
 LONGEST: Final = 3 * PATIENCE  # s; the longest wait for what fits, if other things come meanwhile
-FAREWELL: Final = 20.0  # s; the longest wait for processes that were told to end
+FAREWELL: Final = 60.0  # s; the longest wait for processes that were told to end
 
 SMALL: Final = """\
 name: small

@@ -25,7 +25,7 @@ def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (drawing := tmp_runtime / "drawing.txt").write_text(DRAWN)
-    with Fleet(small, "--pace", "1", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+    with Fleet(small, "--pace", "3", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         await_phase(bus, Phase.WAITING)
         assert main(["setup"]) == 0
@@ -80,14 +80,16 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
             bus.ask(SETUP, Setup(scenario="nowhere"))
         with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
             bus.ask(SETUP, Setup(scenario=None, cell=0.7))
-        assert main(["setup", "--scenario", "paper", "--robots", "1"]) == 0
+        assert main(["setup", "--scenario", "paper", "--robots", "1", "--target", "2.5,11.5"]) == 0
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
+        world = fleet.member("world")
         assert main(["go"]) == 0
         await_status(bus, lambda status: status.time > 1.0)
-        fleet.member("world").kill()
+        world.kill()
         fleet.await_line("world was ended by signal 9; started again")
         (told,) = bus.fetch(SETUP)
         assert (told.scenario, told.robots) == ("paper", 1)
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
     assert (report["scenario"], report["robots"], report["complete"]) == ("paper", 1, True)
+    assert report["per_robot"]["r1"]["targets"] == 2, "one target, then home"

@@ -40,6 +40,11 @@ def without(history: History, kind: str) -> History:
     return with_events(history, lambda event: [] if event.kind == kind and "errand" in event.text else [event])
 
 
+def all_left(history: History) -> History:
+    left = [{"errand": f"scenario/{number}"} for number in (1, 2, 3)]
+    return with_report(without(history, "reached"), pool={"given": 3, "done": 0, "left": left})
+
+
 def test_runs_keep_it() -> None:
     assert judge(pool_run()) == []
     assert pool_run().report["pool"]["done"] == len(POOL)
@@ -57,8 +62,8 @@ PLANTED: list[tuple[str, str, Callable[[], History]]] = [  # what, part of what 
     ("given to two", "which", lambda: with_events(
         pool_run(), lambda event: [event, event] if event.kind == "errand" else [event])),
     ("lost", "the report says", lambda: with_report(pool_run(), pool={"given": 3, "done": 2, "left": []})),
-    ("left", "nobody is dead", lambda: with_report(without(pool_run(), "reached"), pool={
-        "given": 3, "done": 0, "left": [{"errand": f"scenario/{number}"} for number in (1, 2, 3)]})),
+    ("left", "although r1, r2 could have visited it", lambda: all_left(pool_run())),
+    ("left beside a dead one", "although r2 could have visited it", lambda: all_left(killed_run())),
     ("kept by the dead", "is gone and still has", lambda: with_events(
         without(killed_run(), "errand_back"),
         lambda event: [] if event.robot == "r2" and "scenario/1" in event.text else [event])),
@@ -77,7 +82,18 @@ def test_the_profile_draws_pools_and_others_draw_none() -> None:
     assert not any(draw("orders", seed).scenario.pool for seed in range(3))
 
 
+SEEDS = {  # what each has beside a pool: together, every feature that changes who has which errand
+    1: {"short radio"},
+    2: {"away", "loss"},
+    4: {"away", "suspended", "orders", "short radio"},
+    6: {"edits", "orders", "loss"},
+    7: {"dead", "late"},
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 4, 6])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_seeds_with_a_pool_keep_every_law(seed: int) -> None:
-    assert judge(record(draw("pool", seed))) == []
+    plan = draw("pool", seed)
+    assert plan.features() == SEEDS[seed] | {"pool"}, "the seed draws another plan: choose one that has them"
+    assert judge(record(plan)) == []

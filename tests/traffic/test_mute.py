@@ -52,6 +52,13 @@ def test_its_cells_cover_its_body_until_it_has_braked(
         assert CELLS.swept(((pose.x, pose.y),), SETTINGS.radius) <= cells
 
 
+def test_who_is_done_covers_what_is_under_its_body_and_who_stands_a_margin_beside_it() -> None:
+    x, y = CELLS.centre(A)
+    at = Pose(x + CELLS.side / 2 - SETTINGS.radius - SETTINGS.margin / 2, y, 0.0)
+    assert covered(Spoken("f1", 0, at), Spoken("f1", 4, at), 1, CELLS, SETTINGS) == {A, A + 1}
+    assert covered(Spoken("f1", 0, at), Spoken("f1", 4, at, rests=True), 1, CELLS, SETTINGS) == {A}
+
+
 def heard(peers: PeerRecords, *mute: Spoken, tick: int, said: Sequence[TrafficBroadcast] = ()) -> None:
     peers.hear(tick, said, mute)
 

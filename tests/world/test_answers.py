@@ -74,14 +74,3 @@ def test_the_wait_is_counted_from_the_first_time_that_a_robot_was_asked() -> Non
     assert asked.overdue(["r1", "r2"], 10.0 + SILENT) == []
     assert asked.overdue(["r1", "r2"], 10.1 + SILENT) == ["r1"]
     assert asked.overdue(["r1", "r2"], 12.1 + SILENT) == ["r1", "r2"]
-
-
-def test_news_are_stops_that_the_command_of_this_tick_has_reached_and_the_counted_one_has_not() -> None:
-    answers, counted = LastMessages(), {"r1": command(2, reached=[False])}
-    assert not answers.has_news("r1", counted), "it has not answered this tick"
-    answers.take("r1", command(3, reached=[False]), run=0, tick=3)
-    assert not answers.has_news("r1", counted)
-    answers.carried_out()
-    answers.take("r1", command(4, reached=[True]), run=0, tick=4)
-    assert answers.has_news("r1", counted)
-    assert not answers.has_news("r9", counted)

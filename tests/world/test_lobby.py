@@ -4,7 +4,7 @@ import pytest
 
 from swarm.bus import Presence
 from swarm.errors import PeerError
-from world.lobby import BACK, HOLD, LEFT, PARTING, PROMISED, STRANGERS, Lobby
+from world.lobby import BACK, HOLD, PARTING, PROMISED, STRANGERS, Lobby
 
 ROBOTS = [f"r{number}" for number in range(1, 6)]
 LATER = 2 * HOLD  # s
@@ -190,7 +190,7 @@ def test_who_leaves_is_gone_with_its_token_and_its_place_is_free() -> None:
     assert not one.leave("r1", "a", 0.0)
     note = one.take(token("r1", "a", alive=False), 0.0)
     assert note is not None
-    assert (note.kind, note.robot) == (LEFT, "r1")
+    assert (note.kind, note.robot) == ("left", "r1")
     assert (one.present, one.unsettled) == (["r2"], False)
     assert kinds(one, LATER) == [], "nobody lost it"
     assert one.place("r1", "c", LATER) == "r1"
@@ -264,3 +264,30 @@ def test_sessions_that_were_welcomed_and_never_came_are_forgotten() -> None:
     for number in range(1000):
         one.place("r1", f"forged-{number}", float(number))
     assert len(one._welcomed["r1"]) <= 2 + PROMISED
+
+
+@pytest.mark.parametrize("name", ["r1", "r2", None])
+def test_nobody_changes_the_sender_of_a_session_by_joining_in_its_name(name: str | None) -> None:
+    one = Lobby(ROBOTS, watchers=0, now=0.0)
+    one.place("r1", "a", 0.0, sender=7)
+    one.take(token("r1", "a"), 0.0)
+    with pytest.raises(PeerError, match="expected the sender that this session joined with"):
+        one.place(name, "a", 1.0, sender=8)
+    assert one.speaks("r1", 7)
+    assert not one.speaks("r1", 8)
+    assert one.place("r1", "a", 2.0, sender=7) == "r1", "the process itself may ask again"
+
+
+def test_a_second_process_that_was_welcomed_takes_the_place_when_the_first_goes() -> None:
+    one = Lobby(ROBOTS, watchers=0, now=0.0)
+    for session in ("a", "b"):
+        one.place("r1", session, 0.0)
+    for session in ("a", "b"):
+        one.take(token("r1", session), 0.1)
+    one.take(token("r1", "a", alive=False), 1.0)
+    assert "r1" in one.present
+    assert kinds(one, 1.0 + LATER) == [("gone", "r1")], "the end of the first is told"
+    assert "r1" in one.present
+    one.take(token("r1", "b", alive=False), 2.0)
+    assert kinds(one, 2.0 + LATER) == [("gone", "r1")]
+    assert "r1" in one.absent

@@ -4,14 +4,17 @@ from dataclasses import replace
 from typing import cast
 
 import pytest
+from msgspec import UNSET
 
 from swarm.bus import Bus
+from swarm.bus.codec import decode, encode
 from swarm.geometry import Pose
-from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Event, Liveness, Phase, Seen
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness, Phase, Seen, Welcome
 from tests.shared import scenario_of
 from world import speaker
 from world.speaker import EVENTS_KEPT, Speaker
 from world.truth import truth
+from world.welcome import welcome
 from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -34,7 +37,8 @@ class Wire:
 
 def speaker_of(wire: Wire, rate: float = 20.0) -> tuple[Speaker, World, list[str]]:
     scenario, logged = scenario_of(rate=rate), list[str]()
-    return Speaker(cast("Bus", wire), scenario, logged.append), World(scenario, [AT], 1), logged
+    world = World(scenario, [AT], 1)
+    return Speaker(cast("Bus", wire), scenario, world, logged.append), world, logged
 
 
 @pytest.mark.parametrize(
@@ -86,14 +90,13 @@ def test_an_event_is_sent_and_logged_in_a_line() -> None:
 def test_the_map_has_the_starts_and_is_the_newest() -> None:
     wire = Wire()
     one, world, _ = speaker_of(wire)
-    one.tell_map(world)
-    first = one.floor(world)
-    assert wire.sent == [(MAP, first)]
+    first = one.floor
     assert first.scenario.starts == {"r1": AT}
-    changed = world.floor.cells.copy()
-    changed[2, 2] = 1
-    one.take_map(replace(world.floor, cells=changed))
-    assert one.floor(world).packed != first.packed
+    assert world.edit(Edit(kind=Kind.WALL, low=(4.2, 4.2), high=(4.4, 4.4)))
+    one.tell_map(replace(scenario_of(), map=world.floor), world)
+    assert wire.sent == [(MAP, one.floor)]
+    assert one.floor.packed != first.packed
+    assert (first.edits, one.floor.edits) == (0, 1), "a map and its number change together"
 
 
 def test_the_last_events_are_kept_in_their_order_and_no_more() -> None:
@@ -102,3 +105,9 @@ def test_the_last_events_are_kept_in_their_order_and_no_more() -> None:
     for count, event in enumerate(events, start=1):
         one.tell(event)
         assert one.events == tuple(events[:count][-EVENTS_KEPT:])
+
+
+def test_a_welcome_crosses_the_wire_and_has_no_starts_of_others() -> None:
+    one, world, _ = speaker_of(Wire())
+    packed = encode(welcome("r1", world, one, "the world", 7))
+    assert decode(packed, Welcome, 100_000).scenario.starts is UNSET

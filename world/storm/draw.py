@@ -286,7 +286,7 @@ def can_be_driven(plan: StormPlan) -> bool:
     for floor in floors:
         cells = cells_of(floor, settings)
         for number, start in enumerate(starts):
-            for stop in scenario.stops(number, start):
+            for stop in [*scenario.stops(number, start), *settings.pool]:
                 if short_of(cells, stop, settings) > settings.reach or not comes_near(cells, start, stop, settings):
                     return False
     return True

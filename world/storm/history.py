@@ -68,7 +68,7 @@ def record(plan: StormPlan) -> History:
     history = History(
         settings=scenario.settings,
         robots=tuple(world.robots),
-        stops=tuple(world.stops(name) for name in world.robots),
+        stops=tuple(map(world.missions.stops, range(len(world.robots)))),
         floors=[(0, world.floor)],
         mute=frozenset(plan.mute),
         late=plan.late,

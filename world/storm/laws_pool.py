@@ -1,12 +1,15 @@
 """The law of the pool: each target is visited once, by the robot that was sent there, and none is lost."""
 
 import re
+from collections.abc import Mapping
 from typing import Final
 
 from swarm.geometry import distance
+from swarm.maps.occupancy import Point
 from world.dispatch import GONE
 from world.storm.history import History
 from world.storm.seen import Found, dead_of
+from world.storm.ways import Ways
 
 NAMED: Final = re.compile(r"(?:takes errand|is at errand|errand) (\S+)")
 LATER: Final = 1.0  # s after which an errand must be back
@@ -49,15 +52,30 @@ def pool_is_kept(history: History) -> Found:
         for errand, robot in has.items():
             if moment.tick - heard.get(robot, 0) > gone:
                 yield moment.tick, (robot,), f"{robot} is gone and still has errand {errand}"
-    yield from _at_the_end(history, set(at), done)
+    yield from _at_the_end(history, at, done)
 
 
-def _at_the_end(history: History, given: set[str], done: set[str]) -> Found:
-    """Check that each errand is done or left, and that none is left if nobody is dead."""
+def _at_the_end(history: History, at: Mapping[str, Point], done: set[str]) -> Found:
+    """Check that each errand is done or left, and that none is left that a living robot could have visited."""
+    given = set(at)
     tick = history.moments[-1].tick if history.moments else 0
     pool = history.report.get("pool", {"done": 0, "left": []})
     left = {one["errand"] for one in pool["left"]}
     if history.report and (left & done or left | done != given or pool["done"] != len(done)):
         yield tick, (), f"of {sorted(given)} the report says {pool['done']} are done and {sorted(left)} are left"
-    if left and not dead_of(history):
-        yield tick, (), f"{', '.join(sorted(left))} left in the pool, although nobody is dead"
+    dead = dead_of(history)
+    willing = [number for number, name in enumerate(history.robots) if name not in dead and _serves(history, name)]
+    for errand in sorted(left):
+        able = {history.robots[number]: Ways(history).can_visit(number, at[errand]) for number in willing}
+        if could := [name for name, can in able.items() if can or (can is None and not dead)]:
+            yield tick, (), f"errand {errand} is left in the pool, although {', '.join(could)} could have visited it"
+
+
+def _serves(history: History, robot: str) -> bool:
+    """Return True if a robot takes errands at the end, by the requests of the scenario."""
+    until = history.moments[-1].tick * history.dt
+    asked = sorted((one for one in history.settings.orders if one.robot == robot), key=lambda one: one.at)
+    does = [one.do or "order" for one in asked if one.at <= until]
+    last = [do for do in does if do not in {"stop", "go_on"}][-1:]
+    held = [do for do in does if do in {"stop", "go_on"}][-1:]
+    return last not in (["home"], ["cancel"]) and held != ["stop"]

@@ -3,6 +3,7 @@
 from itertools import combinations
 
 from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near
@@ -44,6 +45,17 @@ class Ways:
             self._jams[moment.tick] = self._search(moment)
         return self._jams[moment.tick]
 
+    def can_visit(self, number: int, place: Point) -> bool | None:
+        """Return True if a robot can get to a place [m] at the end while the living make room, None if not known."""
+        cells = cells_at(self._history, self._last.tick)
+        blocked = self._bodies(cells, -1)
+        living = [one for one, name in enumerate(self._history.robots) if name not in self._dead]
+        starts = [cells.cell_of(*self._last.poses[one][:2]) for one in living]
+        if len(set(starts)) < len(starts) or not blocked.isdisjoint(starts) or OUTSIDE in starts:
+            return None
+        goals = self._standing(cells, place)
+        return can_all_arrive(_without(blocked, cells), starts, [[goals] if one == number else [] for one in living])
+
     def _search(self, moment: Moment) -> bool | None:
         history = self._history
         cells = cells_at(history, moment.tick)
@@ -66,7 +78,7 @@ class Ways:
                 if (at is None or at > time) and stop not in row["unreachable"]
             ]
             stops.append([self._goals(cells, number, stop) for stop in left])
-        neighbours = [tuple(other for other in near if other not in blocked) for near in cells.neighbours]
+        neighbours = _without(blocked, cells)
         for pair in combinations(range(len(starts)), 2):
             alone = can_all_arrive(neighbours, [starts[i] for i in pair], [stops[i] for i in pair])
             if alone is False:
@@ -100,6 +112,13 @@ class Ways:
 
     def _goals(self, cells: CellMap, number: int, stop: int) -> frozenset[int]:
         """List the cells in which a stop counts as reached."""
-        point = self._history.stops[number][stop]
-        cell = cells.cell_of(*point)
+        return self._standing(cells, self._history.stops[number][stop])
+
+    def _standing(self, cells: CellMap, place: Point) -> frozenset[int]:
+        cell = cells.cell_of(*place)
         return frozenset({cell} if cell != OUTSIDE and cells.stands[cell] else ())
+
+
+def _without(blocked: frozenset[int], cells: CellMap) -> list[tuple[int, ...]]:
+    """Return the neighbours of each cell, without those that are blocked."""
+    return [tuple(other for other in near if other not in blocked) for near in cells.neighbours]
