@@ -22,6 +22,7 @@ from swarm.messages import (
     Phase,
     Plan,
     Point,
+    PoolCounts,
     State,
     Truth,
 )
@@ -83,6 +84,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
     lost: frozenset[str] = frozenset()  # robots that have been absent for long, as the world says
     tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
     robots: Mapping[str, Robot] = MappingProxyType({})
+    pool: PoolCounts | None = None  # how far the targets for any robot are; None: there were none
     events: tuple[Event, ...] = ()  # the last ones, in the order they came
     rate: float = RATE  # Hz
 
@@ -171,6 +173,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
         phase=message.phase,
         order=tuple(message.robots),
         present=frozenset(message.present),
+        pool=message.pool,
         lost=frozenset(name for name, seen in message.presence.items() if seen.liveness is Liveness.LOST),
     )
 
