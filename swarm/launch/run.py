@@ -33,7 +33,7 @@ ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
 
 def run(options: Options) -> int:
-    """Launch a fleet, show it until its run is over, and return the exit status: 0 complete, 1 not complete.
+    """Launch a fleet, show it until its run is over, and return the exit status: 0 if it has passed, else 1.
 
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
@@ -94,7 +94,7 @@ def run(options: Options) -> int:
             say(line)
         if options.report is not None:
             write_report(options.report, summary)
-    return 0 if summary["complete"] else 1
+    return 0 if summary["passed"] else 1
 
 
 def _router_of(options: Options) -> Identity | None:

@@ -20,7 +20,7 @@ def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str])
     try:
         summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        summary = known | {"complete": False, "reason": trouble or "the world ended without a report"}
+        summary = known | {"complete": False, "passed": False, "reason": trouble or "the world ended without a report"}
     if trouble and summary["reason"] == "interrupted":  # the launcher interrupted the run because of this trouble
         summary["reason"] = trouble
     return summary | {"lost": sorted({*summary.get("lost", []), *lost})}
@@ -28,7 +28,7 @@ def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str])
 
 def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
     """Return the summary of a run as lines for people; ``recordings`` are the last of them."""
-    lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}"]
+    lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}", f"  {_verdict(summary)}"]
     if "contacts" in summary:
         contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())
         gap = summary["clearance_min"]
@@ -54,6 +54,19 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
     if summary.get("lost"):
         lines.append(f"  lost: {', '.join(summary['lost'])} stayed away, or crashed too often to be started again")
     return lines + [f"  {recording}" for recording in recordings]
+
+
+def _verdict(summary: dict[str, Any]) -> str:
+    """Return the exit status with the rule that applies."""
+    if "driven_contacts" not in summary:
+        return "exit status 1: the world told of no contacts, since it wrote no report"
+    driven = summary["driven_contacts"]
+    touched = f"robots that drove touched something {driven} {'time' if driven == 1 else 'times'}"
+    if summary["passed"]:
+        return "exit status 0: all stops reached, and no robot that drove touched anything"
+    if not summary["complete"]:
+        return f"exit status 1: not complete{f', and {touched}' if driven else ''}"
+    return f"exit status 1: all stops reached, but {touched}; who stands when touched is not counted"
 
 
 def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list[str]:

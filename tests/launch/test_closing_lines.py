@@ -15,7 +15,7 @@ from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
 SUMMARY: dict[str, Any] = {
-    "complete": True, "reason": "", "sim_time": 104.25, "wall_time": 2.0, "real_time_factor": 52.125,
+    "complete": True, "passed": False, "driven_contacts": 1, "reason": "", "sim_time": 104.25, "wall_time": 2.0, "real_time_factor": 52.125,
     "late_commands": 3, "robots_per_process": 1, "contacts": {"robot": 0, "wall": 1, "obstacle": 0}, "clearance_min": 0.1234,
     "steering": {"angle": {"tables": 0.916, "turned": 0.084}},
     "per_robot": {"r1": {"reached": [12.3, None], "laps": 0, "path_length": 50.04, "waiting": 1.5}},
@@ -26,6 +26,8 @@ WHOLE = b"RRF2 chunks" + FOOTER + b"\1\0\0"
 def test_how_it_went_is_said_in_words() -> None:
     assert closing_lines(SUMMARY, []) == [
         "complete",
+        "  exit status 1: all stops reached, but robots that drove touched something 1 time; "
+        "who stands when touched is not counted",
         "  simulated 104.2 s in 2.0 s (52.1 x real time), 3 late commands",
         "  contacts: 0 robot, 1 wall, 0 obstacle; smallest gap 0.12 m; the fuzzy tables steered 92% of all turning",
         "  r1: stops at 12 s, -; drove 50.0 m, waited 1.5 s",
@@ -36,7 +38,7 @@ def test_what_went_wrong_comes_first_and_recordings_last() -> None:
     wrong = SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None, "lost": ["r2", "r3-r4"]}
     lines = closing_lines(wrong, ["recorded: run.rrd"])
     assert lines[0] == "not complete: r1 stands"
-    assert "smallest gap none;" in lines[2]
+    assert "smallest gap none;" in lines[3]
     assert lines[-2:] == [
         "  lost: r2, r3-r4 stayed away, or crashed too often to be started again",
         "  recorded: run.rrd",
@@ -112,15 +114,32 @@ def test_the_summary_says_why_a_run_ended(tmp_path: Path, report: str | None, tr
 
 def test_a_world_that_ended_without_a_report_leaves_its_reason() -> None:
     assert closing_lines({"complete": False, "reason": "world ended with status 2"}, []) == [
-        "not complete: world ended with status 2"
+        "not complete: world ended with status 2",
+        "  exit status 1: the world told of no contacts, since it wrote no report",
     ]
+
+
+@pytest.mark.parametrize(
+    ("complete", "driven", "said"),
+    [
+        (True, 0, "exit status 0: all stops reached, and no robot that drove touched anything"),
+        (True, 3, "exit status 1: all stops reached, but robots that drove touched something 3 times; "),
+        (False, 0, "exit status 1: not complete"),
+        (False, 1, "exit status 1: not complete, and robots that drove touched something 1 time"),
+    ],
+)
+def test_the_exit_status_is_said_with_its_rule(complete: bool, driven: int, said: str) -> None:
+    told = SUMMARY | {"complete": complete, "driven_contacts": driven, "passed": complete and not driven}
+    line = closing_lines(told, [])[1]
+    assert line.startswith(f"  {said}")
+    assert said.endswith("; ") or line == f"  {said}"
 
 
 def test_robots_that_shared_a_process_are_said() -> None:
     lines = closing_lines(SUMMARY | {"robots_per_process": 8}, [])
-    assert lines[3] == "  not a process for each robot: up to 8 robots shared one"
-    assert lines[4].startswith("  r1: ")
+    assert lines[4] == "  not a process for each robot: up to 8 robots shared one"
+    assert lines[5].startswith("  r1: ")
 
 
 def test_a_report_has_all_that_is_said(paper: Scenario) -> None:
-    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), [])) == 6
+    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), [])) == 7
