@@ -1,7 +1,10 @@
 """Words for stops and activities, the same in the terminal and in Rerun."""
 
+from collections.abc import Mapping
+from typing import Final
+
 from dashboard.progress import Robot
-from swarm.messages import Activity
+from swarm.messages import Activity, Event
 
 WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
 
@@ -54,6 +57,35 @@ def lane(robot: Robot, home: bool) -> str:
 def words(activity: Activity) -> str:
     """Return the word for an activity."""
     return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
+
+
+TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text
+    "contact": "{}",
+    "gone": "is gone: its process has ended, and it stands until it is started again",
+    "left": "has left: its process has ended by itself, and its body stays where it stands",
+    "lost": "is lost: it has been away for long, and the run may end without it",
+    "stale": "is silent: its process is there, but says nothing",
+    "back": "{}",
+    "unreachable": "{}",
+    "taken_up": "{}",
+    "stalled": "{}",
+    "unsolvable": "says that {}",
+    "no_plan_found": "says: {}; the robots try again",
+    "false_claim": "{}",
+    "duplicate": "{}",
+    "edit_refused": "a change of the floor was refused: {}",
+    "request_refused": "a request was refused: {}",
+}
+
+
+def trouble(event: Event) -> str:
+    """Return an event that needs attention in words for people; "" for one that does not.
+
+    >>> trouble(Event(run=0, tick=9, time=0.45, robot="r1", kind="contact", text="touches wall"))
+    'r1 touches wall'
+    """
+    words = TROUBLE.get(event.kind, "").format(event.text)
+    return f"{event.robot} {words}" if words and event.robot is not None else words
 
 
 def plain(text: str) -> str:

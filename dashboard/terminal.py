@@ -1,5 +1,6 @@
 """Live progress in the terminal, or a plain line now and then if there is no terminal. It needs no Rerun."""
 
+from collections import Counter
 from collections.abc import Callable
 from time import monotonic
 from types import TracebackType
@@ -14,22 +15,27 @@ from rich.text import Text
 from dashboard import naming, palette
 from dashboard.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
-from swarm.messages import CLOCK, EVENT, STATE, Activity, Liveness, Message, Phase, Topic
+from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Message, Phase, Topic
 
 FOLLOWED: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, EVENT)  # all that a terminal shows, beside presence
+LEAVING: Final = frozenset({"gone", "left", "lost", "stale"})  # kinds of events
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
 FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
-ROWS: Final = 40  # robots shown; a line counts the others
+ROWS: Final = 12  # robots of a fleet whose rows are all shown; of a larger one, those that need attention
+LONG: Final = 10.0  # s; a robot that waits longer needs attention
 
 
 class Terminal:
     """The progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
 
-    def __init__(self, console: Console, *, home: bool = True, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(
+        self, console: Console, *, home: bool = True, quiet: bool = False, clock: Callable[[], float] = monotonic
+    ) -> None:
         self.progress = Progress()
         self._console = console
         self._home = home
+        self._quiet = quiet  # no progress, only trouble
         self._clock = clock
         self._live: Live | None = None
         self._drawn_at = float("-inf")
@@ -37,10 +43,11 @@ class Terminal:
         self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
         # by robot: its run and assignment, and how many reached stops of that are printed already
         self._told: dict[str, tuple[tuple[int, int], int]] = {}
+        self._trouble: list[str] = []  # lines not printed yet
         self._phase_told: tuple[int, Phase] | None = None
 
     def __enter__(self) -> "Terminal":
-        if self._console.is_terminal:
+        if self._console.is_terminal and not self._quiet:
             self._live = Live(self.renderable(), console=self._console, auto_refresh=False, transient=False)
             self._live.start()
         return self
@@ -66,22 +73,41 @@ class Terminal:
 
     def take(self, message: Message) -> None:
         """Take in a message."""
-        self.progress = fold(self.progress, message)
+        before, self.progress = self.progress, fold(self.progress, message)
+        if isinstance(message, Event) and self.progress is not before and (words := self._words(message)):
+            self._trouble.append(f"{message.time:6.1f} s  {words}")
 
     def refresh(self, *, final: bool = False) -> None:
         """Show the progress if it is time to, or if it is the ``final`` call."""
         now = self._clock()
         self._measure(now)
+        for line in self._trouble:
+            self._print(line)
+        self._trouble.clear()
+        if self._quiet:
+            return
         if self._live is not None:
             if final or now - self._drawn_at >= DRAW_EVERY:
                 self._drawn_at = now
                 self._live.update(self.renderable(), refresh=True)
         elif not self._console.is_terminal:
             for line in self._news():
-                self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+                self._print(line)
             if final or now - self._drawn_at >= LINE_EVERY:
                 self._drawn_at = now
-                self._console.print(self.line(), markup=False, highlight=False, soft_wrap=True)
+                self._print(self.line())
+
+    def _print(self, line: str) -> None:
+        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    def _words(self, event: Event) -> str:
+        """Return the words for an event; "" for one that is no trouble, as the end of the process of who is done."""
+        over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
+        return "" if over and event.kind in LEAVING else naming.trouble(event)
+
+    def _is_done(self, name: str) -> bool:
+        robot = self.progress.robot(name)
+        return robot.activity is Activity.DONE and robot.reached == robot.stops > 0
 
     def renderable(self) -> RenderableType:
         """Return a headline about the run and a table with one row per robot."""
@@ -89,33 +115,67 @@ class Terminal:
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for name in ("robot", "stops", "target"):
             table.add_column(name, no_wrap=True)
+        table.add_column("way", justify="right", no_wrap=True)
         table.add_column("left", justify="right", no_wrap=True)
         table.add_column("doing", no_wrap=True)
         table.add_column("waited", justify="right", no_wrap=True)
-        for number, name in enumerate(progress.order[:ROWS]):
+        shown = self._shown()
+        for number, name in enumerate(progress.order):
+            if name not in shown:
+                continue
             robot = progress.robot(name)
             colour = palette.hexadecimal(palette.robot(number))
-            doing, style = self._doing(name, robot)
+            doing, style, _ = self._doing(name, robot)
             waited = progress.seconds(robot.waited)
             table.add_row(
                 Text(name, style=f"bold {colour}"),
                 Text(bar(robot), style=colour),
                 naming.stop_of(robot, robot.target, self._home) if robot.stops else "",
+                f"{robot.share:.0%}" if robot.stops else "",
                 f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
                 Text(doing, style=style),
                 f"{waited:.1f} s" if waited else "",
             )
+        parts: list[RenderableType] = [Text(self._headline(), style="bold")]
         if len(progress.order) > ROWS:
-            table.caption = f"and {len(progress.order) - ROWS} more"
-        return Group(Text(self._headline(), style="bold"), table)
+            parts.append(Text(self._totals()))
+        return Group(*parts, table) if shown else Group(*parts)
+
+    def _shown(self) -> list[str]:
+        """Return the robots that get a row: all of a small fleet, of a large one the first that need attention."""
+        order = self.progress.order
+        return [*(order if len(order) <= ROWS else filter(self._needs_attention, order))][:ROWS]
+
+    def _needs_attention(self, name: str) -> bool:
+        robot = self.progress.robot(name)
+        if self.progress.phase is Phase.WAITING:
+            return False
+        away = self._away(name) is not None
+        return away or robot.activity is Activity.BLOCKED or bool(robot.unreachable) or self.progress.waits(name) > LONG
+
+    def _away(self, name: str) -> Liveness | None:
+        """Return how a robot is missed, None for one that is there or need not be: it is done, or the run is over."""
+        heard = self.progress.heard(name)
+        if heard is Liveness.ALIVE or self.progress.phase is Phase.OVER or self._is_done(name):
+            return None
+        return heard
+
+    def _totals(self) -> str:
+        """Return how many robots do what."""
+        doing = Counter(self._doing(name, self.progress.robot(name))[2] for name in self.progress.order)
+        needy = sum(map(self._needs_attention, self.progress.order))
+        told = ", ".join(f"{count} {word}" for word, count in doing.most_common())
+        more = f" ({ROWS} shown)" if needy > ROWS else ""
+        return f"{len(self.progress.order)} robots: {told}" + (f"; {needy} need attention{more}" if needy else "")
 
     def line(self) -> str:
         """Return the progress as one plain line."""
         progress = self.progress
-        some = progress.order[:8]
-        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
-        more = f", and {len(progress.order) - len(some)} more" if len(progress.order) > len(some) else ""
-        return f"{self._headline()}{': ' if each else ''}{each}{more}"
+        if len(progress.order) > ROWS:
+            needy = [f"{name} {self._doing(name, progress.robot(name))[0]}" for name in self._shown()]
+            return f"{self._headline()}: {self._totals()}{': ' if needy else ''}{', '.join(needy)}"
+        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in progress.order)
+        return f"{self._headline()}{': ' if each else ''}{each}"
 
     def _headline(self) -> str:
         progress = self.progress
@@ -124,16 +184,20 @@ class Terminal:
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
         ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
-        return f"{now:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
+        return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{factor}"
 
-    def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
-        heard = self.progress.heard(name)
-        if heard is not Liveness.ALIVE:
-            return heard.value, "bold red"
+    def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:
+        """Return what a robot does, the style of it, and the word under which it is counted."""
+        if (away := self._away(name)) is not None:
+            if self.progress.phase is Phase.WAITING:
+                return "starts", "dim", "starts"
+            word = "silent" if away is Liveness.STALE else away.value
+            return word, "bold red", word
+        word = naming.words(robot.activity)
         waits = self.progress.waits(name)
         if waits:
-            return f"{naming.lane(robot, self._home)} {waits:.0f} s", "yellow"
-        return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
+            return f"{word} {waits:.0f} s", "yellow", word
+        return word, "dim" if robot.activity is Activity.DONE else "", word
 
     def _news(self) -> list[str]:
         """Return a line for each reached stop and each change of phase that is not printed yet."""

@@ -119,7 +119,8 @@ def _free_port() -> int:
 def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     endpoint = processes.endpoint
-    terminal = Terminal(console, home=processes.options.scenario.settings.return_home)
+    terminal = Terminal(console, home=processes.options.scenario.settings.return_home, quiet=processes.options.quiet)
+    say = partial(console.print, soft_wrap=True, markup=False, highlight=False)
     bus: Bus | None = None
     trouble = ""
     with ExitStack() as opened, terminal:
@@ -128,16 +129,16 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
             for request in _show(bus, terminal):
-                _set_up(request, processes, terminal, bus, stop, console)
+                _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
                 processes.add(clock.robots, console.print)  # what was heard may be anybody's, so the world is asked
             if said := entry.keep():
-                console.print(said, soft_wrap=True)
+                say(said)
             for ended in fleet.watch():
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
-                    trouble = _tell(ended, console.print, reported=processes.summary_file.exists())
+                    trouble = _tell(ended, say, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
-                    console.print(f"{ended.name} has left; the run goes on")
+                    say(f"{ended.name} has left; the run goes on")
                 if ended.then is EarlyEnd.LOSE:
                     fleet.tell_lost(processes.given_up)
                 if ended.then is EarlyEnd.FINISH:
@@ -157,7 +158,7 @@ def _follow(bus: Bus, processes: Processes) -> None:
 
 
 def _set_up(
-    request: Request, processes: Processes, terminal: Terminal, bus: Bus | None, stop: Flag, console: Console
+    request: Request, processes: Processes, terminal: Terminal, bus: Bus | None, stop: Flag, say: Callable[[str], None]
 ) -> None:
     """Answer a request for another set-up; if it is accepted, start the fleet again."""
     if processes.first_run > 0 and not terminal.progress.order:  # the world of the last set-up has not spoken yet
@@ -167,7 +168,7 @@ def _set_up(
     if another is None:
         return
     scenario = another.options.scenario.settings
-    console.print(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
+    say(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
     processes.start_again(another.options, another.run, stop)
     if not stop.is_set():
         terminal.start_again(another.run, home=scenario.return_home)
