@@ -167,7 +167,7 @@ def event(kind: str, text: str = "", robot: str | None = "a", tick: int = 50) ->
 
 DONE = state(40, activity=Activity.DONE, reached=[True] * 3, target=3)
 # fmt: off
-SAID = {  # what is heard -> the lines of trouble
+SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lines of trouble
     "a contact":               ([event("contact", "touches wall")],                       ["2.5 s  a touches wall"]),
     "a contact told twice":    ([event("contact", "touches wall")] * 2,                   ["2.5 s  a touches wall"]),
     "two contacts":            ([event("contact", "touches wall", tick=tick) for tick in (20, 30)],
