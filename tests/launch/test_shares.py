@@ -60,11 +60,11 @@ def named(first: int, last: int) -> list[str]:
 def test_the_lease_counts_robots_that_come_later(tmp_path: Path) -> None:
     fleet, processes = fleet_of(tmp_path)
     assert {fleet.lease(name) for name in ("router", "world", "r1")} == {LEASE}
-    processes.add(named(1, 97), print)
-    grown = LEASE_OF_EACH * 100  # with the world, the router and the dashboard
+    processes.add(named(1, 96), print)
+    grown = LEASE_OF_EACH * 100  # with the world, the router, the dashboard and the box
     assert grown > LEASE
-    assert all(isclose(fleet.lease(name), grown) for name in ("router", "world", "r1", "r4", "r97"))
-    assert processes.added == 94
+    assert all(isclose(fleet.lease(name), grown) for name in ("router", "world", "r1", "r4", "r96"))
+    assert processes.added == 93
 
 
 def test_robots_that_share_a_process_share_its_lease(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_newcomers_without_room_are_said_once_and_not_tried_again(
     monkeypatch.setattr(module, "check_open_files", refuses)
     said: list[str] = []
     processes.add(named(1, 5), said.append)
-    assert said == ["r4, r5: not started, the place waits for another process: no room for 8"]
+    assert said == ["r4, r5: not started, the place waits for another process: no room for 9"]
     assert fleet.asked == []
     assert not processes.lacks(named(1, 5))
 
@@ -109,7 +109,7 @@ def test_another_set_up_starts_the_router_again_only_if_its_lease_is_too_short(t
     assert fleet.asked == ALL_AGAIN
     assert processes.first_run == 5
     fleet.asked.clear()
-    processes.start_again(replace(processes.options, robots=97), 6, Flag())
+    processes.start_again(replace(processes.options, robots=96), 6, Flag())
     assert fleet.asked[:5] == ["stop world", "stop dashboard", "stop robot", "stop router", "start router"]
     assert isclose(fleet.lease("router"), 100 * LEASE_OF_EACH)
 

@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance
 from swarm.messages import JOIN, PLACES, Activity, Join, Liveness, Order, Phase, Places, PoolTargets
+from swarm.settings import MOST_ROBOTS
 from tests.shared import scenario_of
 from tests.world.shared import NOISE, ask, course_of, reborn
 from world.course import Course
-from world.places import MOST_AT_ONCE, MOST_ROBOTS, REMEMBERED, Spots
+from world.places import MOST_AT_ONCE, REMEMBERED, Spots
 from world.simulate import Simulation
 from world.world import REST
 
