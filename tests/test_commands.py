@@ -40,6 +40,10 @@ PARSED: Final = {  # command: why it is not run
     "swarm bench --stale": "ends with 1 while a section is stale",
     "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
     "swarm router --listen tcp/0.0.0.0:7447 --insecure": "the same",
+    "swarm router --listen tcp/127.0.0.1:7447": "the same",
+    "swarm world paper --robots 4 --seed 1 --pace max --fleet mine --report run.json":
+                   "waits for a robot of another make; tests/launch/test_foreign_robot.py runs these processes with one",
+    "swarm robot --id r1 --fleet mine": "the same",
     "swarm run paper --robots 4 --secure keys":
                    "needs keys from the command before; tests/secure/test_processes.py runs a fleet with keys",
     **{command + " --secure hosts": "the same" for command in (

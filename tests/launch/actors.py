@@ -200,6 +200,7 @@ class Command:
                 if process.is_running():
                     process.kill()
         self._reader.join(FAREWELL)
+        assert not self._reader.is_alive(), f"a process that writes to this output is left\n{self.text}"
         assert self.process.stdout is not None
         self.process.stdout.close()
 

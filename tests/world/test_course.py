@@ -220,9 +220,9 @@ def test_a_robot_that_comes_from_another_world_is_told_of() -> None:
     one = course_of()
     for world in (None, one.world.identity):
         come(one, "r1", "s1", world)
-    assert not [event for event in one.speaker.events if event.kind == "anew"]
+    assert not [event for event in one.speaker.events if event.kind == "other_world"]
     come(one, "r2", "s2", "a world whose snapshot was removed"[:16])
-    (event,) = [event for event in one.speaker.events if event.kind == "anew"]
+    (event,) = [event for event in one.speaker.events if event.kind == "other_world"]
     assert event.robot == "r2"
 
 
