@@ -7,6 +7,7 @@ from dashboard.progress import Robot
 from swarm.messages import Activity, Event
 
 WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
+DOING: Final[Mapping[str, str]] = {WAITS: "giving way", "drives": "driving", "starts": "starting"}  # by word: of many
 
 
 def stop_name(number: int, stops: int, home: bool) -> str:
@@ -57,6 +58,15 @@ def lane(robot: Robot, home: bool) -> str:
 def words(activity: Activity) -> str:
     """Return the word for an activity."""
     return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
+
+
+def counted(count: int, word: str) -> str:
+    """Return how many robots do what the ``word`` for one robot says.
+
+    >>> counted(17, "gives way"), counted(1, "gives way"), counted(2, "done")
+    ('17 giving way', '1 giving way', '2 done')
+    """
+    return f"{count} {DOING.get(word, word)}"
 
 
 TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text

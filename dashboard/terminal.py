@@ -164,9 +164,10 @@ class Terminal:
         """Return how many robots do what."""
         doing = Counter(self._doing(name, self.progress.robot(name))[2] for name in self.progress.order)
         needy = sum(map(self._needs_attention, self.progress.order))
-        told = ", ".join(f"{count} {word}" for word, count in doing.most_common())
+        told = ", ".join(naming.counted(count, word) for word, count in doing.most_common())
         more = f" ({ROWS} shown)" if needy > ROWS else ""
-        return f"{len(self.progress.order)} robots: {told}" + (f"; {needy} need attention{more}" if needy else "")
+        attention = f"; {needy} need{'s' if needy == 1 else ''} attention{more}" if needy else ""
+        return f"{len(self.progress.order)} robots: {told}{attention}"
 
     def line(self) -> str:
         """Return the progress as one plain line."""
@@ -200,13 +201,13 @@ class Terminal:
         return word, "dim" if robot.activity is Activity.DONE else "", word
 
     def _news(self) -> list[str]:
-        """Return a line for each reached stop and each change of phase that is not printed yet."""
+        """Return a line for each change of phase and, of a small fleet, each reached stop that is not printed yet."""
         progress = self.progress
         said = []
         if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):
             self._phase_told = (progress.run, progress.phase)
             said.append(f"{progress.time:6.1f} s  {progress.phase.value}")
-        for name, robot in progress.robots.items():
+        for name, robot in progress.robots.items() if len(progress.order) <= ROWS else ():
             mission = (progress.run, robot.assignment)
             of, before = self._told.get(name, (mission, 0))
             if of != mission:

@@ -150,7 +150,7 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
     "lost": list, "reproducible": bool, "not_reproducible": list,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "tick_wall": type(None),
-    "contacts": {"robot": int, "wall": int, "obstacle": int}, "driven_contacts": int,
+    "contacts": {"robot": int, "wall": int, "obstacle": int}, "avoidable_contacts": int,
     "clearance_min": float,
     "steering": {
         **{by: {"braked": float, "tables": float, "tightened": float, "turned": float, "blended": float}

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dashboard.mode import is_whole
+from dashboard.terminal import ROWS
 from swarm.errors import ConfigError
 from swarm.launch.table import numbered
 
@@ -35,8 +36,8 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
         lines += [
             f"  simulated {summary['sim_time']:.1f} s in {summary['wall_time']:.1f} s "
             f"({summary['real_time_factor']:.1f} x real time), {summary['late_commands']} late commands",
-            f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}; "
-            f"the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
+            f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}",
+            f"  the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
         ]
     if summary.get("robots_per_process", 1) > 1:
         lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
@@ -45,12 +46,7 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
             f"  pool: {pool['done']} of {pool['given']} errands done, {pool['per_minute']:.1f} a minute; "
             f"{len(pool['left'])} left"
         )
-    for robot, row in summary.get("per_robot", {}).items():
-        reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])
-        laps = f"{row['laps']} laps; " if row["laps"] else ""
-        lines.append(
-            f"  {robot}: {laps}stops at {reached}; drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s"
-        )
+    lines += [f"  {line}" for line in _told_of_robots(summary.get("per_robot", {}))]
     if summary.get("lost"):
         lines.append(f"  lost: {', '.join(summary['lost'])} stayed away, or crashed too often to be started again")
     return lines + [f"  {recording}" for recording in recordings]
@@ -58,15 +54,48 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
 
 def _verdict(summary: dict[str, Any]) -> str:
     """Return the exit status with the rule that applies."""
-    if "driven_contacts" not in summary:
-        return "exit status 1: the world told of no contacts, since it wrote no report"
-    driven = summary["driven_contacts"]
-    touched = f"robots that drove touched something {driven} {'time' if driven == 1 else 'times'}"
+    if "avoidable_contacts" not in summary:
+        return "exit status 1: the world wrote no report, so nobody knows whether anything was touched"
+    count = summary["avoidable_contacts"]
+    avoidable = f"stopping would have avoided {count} contact{'' if count == 1 else 's'}"
     if summary["passed"]:
-        return "exit status 0: all stops reached, and no robot that drove touched anything"
+        touched = any(summary["contacts"].values())
+        none = "stopping would not have avoided any contact" if touched else "nobody touched anything"
+        return f"exit status 0: complete, and {none}"
     if not summary["complete"]:
-        return f"exit status 1: not complete{f', and {touched}' if driven else ''}"
-    return f"exit status 1: all stops reached, but {touched}; who stands when touched is not counted"
+        return f"exit status 1: not complete{f', and {avoidable}' if count else ''}"
+    return f"exit status 1: complete, but {avoidable}"
+
+
+def _told_of_robots(rows: dict[str, dict[str, Any]]) -> list[str]:
+    """Return a line about each robot; of a large fleet totals, and those that lack stops or have contacts."""
+    if len(rows) <= ROWS:
+        return [_told_of_robot(name, row) for name, row in rows.items()]
+    everybody = rows.values()
+    ways, waited = [row["path_length"] for row in everybody], max(row["waiting"] for row in everybody)
+    reached = sum(row["targets"] - _lacking(row) for row in everybody)
+    needy = [name for name, row in rows.items() if _lacking(row) or row["contacts"]]
+    more = f"and {len(needy) - ROWS} more that lack stops or touched something; --report FILE has all"
+    return [
+        f"{len(rows)} robots reached {reached} of {sum(row['targets'] for row in everybody)} stops",
+        f"each drove {min(ways):.1f} m to {max(ways):.1f} m and waited at most {waited:.1f} s",
+        *(_told_of_robot(name, rows[name]) for name in needy[:ROWS]),
+        *([more] if len(needy) > ROWS else []),
+    ]
+
+
+def _lacking(row: dict[str, Any]) -> int:
+    """Return how many of its stops a robot has not reached."""
+    return 0 if row["laps"] else row["reached"].count(None)
+
+
+def _told_of_robot(name: str, row: dict[str, Any]) -> str:
+    lacks = ["no way" if stop in row["unreachable"] else "not reached" for stop in range(len(row["reached"]))]
+    times = (lack if time is None else f"{time:.0f} s" for lack, time in zip(lacks, row["reached"], strict=True))
+    laps = f"{row['laps']} laps; " if row["laps"] else ""
+    touched = f", {row['contacts']} contact{'' if row['contacts'] == 1 else 's'}" if row["contacts"] else ""
+    stops = f"stops at {', '.join(times)}; " if row["reached"] else ""
+    return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 
 def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list[str]:

@@ -96,9 +96,9 @@ def test_a_large_fleet_is_summed_up() -> None:
             terminal.fold(arrival(broadcast(tick, f"r{number}", activity=waits, distance=5.0 if tick == 40 else 2.0)))
     with console.capture() as capture:
         console.print(terminal.renderable())
-    assert f"{ROWS + 7} robots: {ROWS + 6} drives, 1 gives way; 1 need" in capture.get()
+    assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in capture.get()
     assert [word for word in capture.get().split() if word[:1] == "r" and word[1:].isdigit()] == ["r3"]
-    assert terminal.line().endswith("need attention: r3 gives way 98 s")
+    assert terminal.line().endswith("needs attention: r3 gives way 98 s")
 
 
 def test_before_the_world_speaks_it_says_so() -> None:
