@@ -71,8 +71,8 @@ def counted(count: int, word: str) -> str:
 
 TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text
     "contact": "{}",
-    "gone": "is gone: its process has ended, and it stands until it is started again",
-    "left": "has left: its process has ended by itself, and its body stays where it stands",
+    "gone": "is gone: its process has ended; it stands until it is started again",
+    "left": "has left: its process ended by itself; its body stays where it stands",
     "lost": "is lost: it has been away for long, and the run may end without it",
     "stale": "is silent: its process is there, but says nothing",
     "back": "{}",

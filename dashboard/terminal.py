@@ -1,7 +1,10 @@
 """Live progress in the terminal, or a plain line now and then if there is no terminal. It needs no Rerun."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import product
+from operator import itemgetter
+from textwrap import TextWrapper
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final
@@ -23,6 +26,7 @@ LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
 FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
 ROWS: Final = 12  # robots of a fleet whose rows are all shown; of a larger one, those that need attention
+WRAPPED: Final[dict[str, Any]] = {"subsequent_indent": "    ", "break_long_words": False, "break_on_hyphens": False}
 LONG: Final = 10.0  # s; a robot that waits longer needs attention
 
 
@@ -43,7 +47,10 @@ class Terminal:
         self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
         # by robot: its run and assignment, and how many reached stops of that are printed already
         self._told: dict[str, tuple[tuple[int, int], int]] = {}
-        self._trouble: list[str] = []  # lines not printed yet
+        self._trouble: list[tuple[float, str]] = []  # lines not printed yet, with their time [s]
+        self._explained: set[tuple[str | None, str]] = (
+            set()
+        )  # robot, kind of an event that somebody tells in other words
         self._phase_told: tuple[int, Phase] | None = None
 
     def __enter__(self) -> "Terminal":
@@ -63,6 +70,10 @@ class Terminal:
         """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
         self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
 
+    def explain(self, robots: Iterable[str], kinds: Iterable[str]) -> None:
+        """Leave out the next event of each of these kinds about each of these robots: somebody else tells it."""
+        self._explained |= set(product(robots, kinds))
+
     def fold(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
         match arrived:
@@ -75,14 +86,15 @@ class Terminal:
         """Take in a message."""
         before, self.progress = self.progress, fold(self.progress, message)
         if isinstance(message, Event) and self.progress is not before and (words := self._words(message)):
-            self._trouble.append(f"{message.time:6.1f} s  {words}")
+            self._trouble.append((message.time, words))
 
     def refresh(self, *, final: bool = False) -> None:
         """Show the progress if it is time to, or if it is the ``final`` call."""
         now = self._clock()
         self._measure(now)
-        for line in self._trouble:
-            self._print(line)
+        news = [] if self._quiet or self._console.is_terminal else self._news()
+        for time, words in sorted(news + self._trouble, key=itemgetter(0)):
+            tell(self._console, f"{time:6.1f} s  {words}")
         self._trouble.clear()
         if self._quiet:
             return
@@ -90,18 +102,15 @@ class Terminal:
             if final or now - self._drawn_at >= DRAW_EVERY:
                 self._drawn_at = now
                 self._live.update(self.renderable(), refresh=True)
-        elif not self._console.is_terminal:
-            for line in self._news():
-                self._print(line)
-            if final or now - self._drawn_at >= LINE_EVERY:
-                self._drawn_at = now
-                self._print(self.line())
-
-    def _print(self, line: str) -> None:
-        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+        elif not self._console.is_terminal and (final or now - self._drawn_at >= LINE_EVERY):
+            self._drawn_at = now
+            tell(self._console, self.line())
 
     def _words(self, event: Event) -> str:
         """Return the words for an event; "" for one that is no trouble, as the end of the process of who is done."""
+        if (event.robot, event.kind) in self._explained:
+            self._explained.remove((event.robot, event.kind))
+            return ""
         over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
         return "" if over and event.kind in LEAVING else naming.trouble(event)
 
@@ -156,9 +165,9 @@ class Terminal:
     def _away(self, name: str) -> Liveness | None:
         """Return how a robot is missed, None for one that is there or need not be: it is done, or the run is over."""
         heard = self.progress.heard(name)
-        if heard is Liveness.ALIVE or self.progress.phase is Phase.OVER or self._is_done(name):
+        if heard is Liveness.ALIVE or self._is_done(name):
             return None
-        return heard
+        return heard if self.progress.phase is not Phase.OVER or heard is Liveness.LOST else None
 
     def _totals(self) -> str:
         """Return how many robots do what."""
@@ -200,13 +209,13 @@ class Terminal:
             return f"{word} {waits:.0f} s", "yellow", word
         return word, "dim" if robot.activity is Activity.DONE else "", word
 
-    def _news(self) -> list[str]:
-        """Return a line for each change of phase and, of a small fleet, each reached stop that is not printed yet."""
+    def _news(self) -> list[tuple[float, str]]:
+        """Return the time [s] and words of what is not printed yet: changes of phase, and stops of a small fleet."""
         progress = self.progress
-        said = []
+        said: list[tuple[float, str]] = []
         if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):
             self._phase_told = (progress.run, progress.phase)
-            said.append(f"{progress.time:6.1f} s  {progress.phase.value}")
+            said.append((progress.time, progress.phase.value))
         for name, robot in progress.robots.items() if len(progress.order) <= ROWS else ():
             mission = (progress.run, robot.assignment)
             of, before = self._told.get(name, (mission, 0))
@@ -216,8 +225,10 @@ class Terminal:
                 self._told[name] = (mission, robot.reached)
                 ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
                 said += [
-                    f"{progress.seconds(tick):6.1f} s  {name} reached "
-                    f"{naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})"
+                    (
+                        progress.seconds(tick),
+                        f"{name} reached {naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})",
+                    )
                     for rank, (tick, stop) in enumerate(ticks, start=1)
                     if rank > before
                 ]
@@ -231,6 +242,13 @@ class Terminal:
         elif now - self._mark[1] >= FACTOR_OVER:
             self._factor = (progress.time - self._mark[2]) / (now - self._mark[1])
             self._mark = (progress.run, now, progress.time)
+
+
+def tell(console: Console, text: str) -> None:
+    """Print lines of words. A terminal gets them wrapped between words, so that an address stays in one piece."""
+    if console.is_terminal:
+        text = "\n".join(map(TextWrapper(console.width, **WRAPPED).fill, text.splitlines()))
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def bar(robot: Robot) -> str:

@@ -226,10 +226,14 @@ class Fleet:
             return ""
         return "\n".join(text.splitlines()[-LAST_LINES:])
 
+    def robots_of(self, name: str) -> list[str]:
+        """Return the robots that a process drives; none if it is no robot's."""
+        return list(self._arguments[name].get("robots", ()))
+
     def tell_lost(self, file: Path) -> None:
         """Write the names of the robots whose processes are not started again."""
         with suppress(OSError):  # then the world waits for them a while
-            file.write_text(" ".join(name for one in self.lost for name in self._arguments[one]["robots"]))
+            file.write_text(" ".join(name for one in self.lost for name in self.robots_of(one)))
 
     def stop(self, roles: Sequence[Role] = STOP_ORDER) -> None:
         """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""

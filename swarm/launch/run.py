@@ -13,7 +13,7 @@ from rich.console import Console
 
 from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
 from dashboard.page.address import address, token
-from dashboard.terminal import FOLLOWED, Terminal
+from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet
@@ -60,7 +60,7 @@ def run(options: Options) -> int:
         since = (home / CARD).stat().st_mtime_ns
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = partial(console.print, soft_wrap=True) if console.is_terminal else partial(print, file=output, flush=True)
+        say = partial(tell, console)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
@@ -120,7 +120,7 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     endpoint = processes.endpoint
     terminal = Terminal(console, home=processes.options.scenario.settings.return_home, quiet=processes.options.quiet)
-    say = partial(console.print, soft_wrap=True, markup=False, highlight=False)
+    say = partial(tell, console)
     bus: Bus | None = None
     trouble = ""
     with ExitStack() as opened, terminal:
@@ -131,7 +131,7 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
             for request in _show(bus, terminal):
                 _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
-                processes.add(clock.robots, console.print)  # what was heard may be anybody's, so the world is asked
+                processes.add(clock.robots, say)  # what was heard may be anybody's, so the world is asked
             if said := entry.keep():
                 say(said)
             for ended in fleet.watch():
@@ -139,7 +139,9 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
                     trouble = _tell(ended, say, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
                     say(f"{ended.name} has left; the run goes on")
-                if ended.then is EarlyEnd.LOSE:
+                lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
+                terminal.explain(fleet.robots_of(ended.name), ["gone", "left", *lost])
+                if lost:
                     fleet.tell_lost(processes.given_up)
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.text import Text
 
 from dashboard.progress import Robot
-from dashboard.terminal import ROWS, Terminal, bar
+from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
 from swarm.messages import RADIO, Activity, Event, Message, Phase
 from tests.dashboard.rehearsal import RATE, Rehearsal
@@ -173,7 +173,7 @@ SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lin
     "two contacts":            ([event("contact", "touches wall", tick=tick) for tick in (20, 30)],
                                 ["1.0 s  a touches wall", "1.5 s  a touches wall"]),
     "who is gone":             ([event("gone", "x")],
-                                ["2.5 s  a is gone: its process has ended, and it stands until it is started again"]),
+                                ["2.5 s  a is gone: its process has ended; it stands until it is started again"]),
     "who is gone when done":   ([DONE, event("gone", "x"), event("left", "x"), event("lost", "x")], []),
     "who touches when done":   ([DONE, event("contact", "touches robot b")],              ["2.5 s  a touches robot b"]),
     "who is gone at the end":  ([clock(45, phase=Phase.OVER), event("gone", "x")],        []),
@@ -204,6 +204,32 @@ def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_term
     lines = [line.strip() for line in Text.from_ansi(out.getvalue()).plain.splitlines()]
     assert [line for line in lines if re.match(r"[\d.]+ s  (a|b) ", line) and "reached" not in line] == expected
     assert not quiet or lines == expected, "quiet prints nothing else"
+
+
+def test_what_the_launcher_has_told_is_not_told_again() -> None:
+    out = StringIO()
+    with Terminal(Console(file=out, width=80), quiet=True, clock=Wall()) as terminal:
+        terminal.fold(arrival(clock(0)))
+        terminal.explain(["a"], ["gone", "lost"])
+        for tick, kind in ((20, "gone"), (30, "back"), (40, "gone"), (60, "lost")):
+            terminal.fold(arrival(event(kind, "is back", tick=tick)))
+        terminal.fold(arrival(event("gone", robot="b", tick=80)))
+    assert [line.split(";")[0].strip() for line in out.getvalue().splitlines()] == [
+        "1.5 s  a is back",
+        "2.0 s  a is gone: its process has ended",
+        "4.0 s  b is gone: its process has ended",
+    ]
+
+
+def test_a_terminal_breaks_lines_between_words_only_and_a_file_never() -> None:
+    address = "http://127.0.0.1:36657/?token=" + 60 * "x"
+    for on_terminal, lines in (
+        (True, ["watch it:", f"    {address}", "    or not"]),
+        (False, [f"watch it: {address} or not"]),
+    ):
+        out = StringIO()
+        tell(Console(file=out, force_terminal=on_terminal, width=80), f"watch it: {address} or not")
+        assert out.getvalue().splitlines() == lines
 
 
 def test_the_end_is_told_once() -> None:
