@@ -80,7 +80,6 @@ TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; 
     "taken_up": "{}",
     "stalled": "{}",
     "unsolvable": "says that {}",
-    "no_plan_found": "says: {}; the robots try again",
     "false_claim": "{}",
     "duplicate": "{}",
     "edit_refused": "a change of the floor was refused: {}",
@@ -96,6 +95,12 @@ def trouble(event: Event) -> str:
     """
     words = TROUBLE.get(event.kind, "").format(event.text)
     return f"{event.robot} {words}" if words and event.robot is not None else words
+
+
+def same_touch(one: Event, other: Event) -> bool:
+    """Return True if two events tell the contact of the same two robots, each as one of them sees it."""
+    there_and_back = f"touches robot {other.robot}", f"touches robot {one.robot}"
+    return one.kind == other.kind == "contact" and one.tick == other.tick and (one.text, other.text) == there_and_back
 
 
 def plain(text: str) -> str:

@@ -111,6 +111,8 @@ class Terminal:
         if (event.robot, event.kind) in self._explained:
             self._explained.remove((event.robot, event.kind))
             return ""
+        if any(naming.same_touch(event, other) for other in self.progress.events):
+            return ""
         over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
         return "" if over and event.kind in LEAVING else naming.trouble(event)
 

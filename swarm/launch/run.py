@@ -140,7 +140,7 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
                     say(f"{ended.name} has left; the run goes on")
                 lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
-                terminal.explain(fleet.robots_of(ended.name), ["gone", "left", *lost])
+                terminal.explain(ended.robots, ["gone", "left", *lost])
                 if lost:
                     fleet.tell_lost(processes.given_up)
                 if ended.then is EarlyEnd.FINISH:

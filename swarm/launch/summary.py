@@ -94,7 +94,7 @@ def _told_of_robot(name: str, row: dict[str, Any]) -> str:
     times = (lack if time is None else f"{time:.0f} s" for lack, time in zip(lacks, row["reached"], strict=True))
     laps = f"{row['laps']} laps; " if row["laps"] else ""
     touched = f", {row['contacts']} contact{'' if row['contacts'] == 1 else 's'}" if row["contacts"] else ""
-    stops = f"stops at {', '.join(times)}; " if row["reached"] else ""
+    stops = f"stops: {', '.join(times)}; " if row["reached"] else ""
     return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 

@@ -172,6 +172,12 @@ SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lin
     "a contact told twice":    ([event("contact", "touches wall")] * 2,                   ["2.5 s  a touches wall"]),
     "two contacts":            ([event("contact", "touches wall", tick=tick) for tick in (20, 30)],
                                 ["1.0 s  a touches wall", "1.5 s  a touches wall"]),
+    "two robots that touch":   ([event("contact", "touches robot b"), event("contact", "touches robot a", "b")],
+                                ["2.5 s  a touches robot b"]),
+    "three robots that touch": ([event("contact", f"touches robot {b}", a) for a, b in ("ab", "ba", "bc", "cb")],
+                                ["2.5 s  a touches robot b", "2.5 s  b touches robot c"]),
+    "they touch once more":    ([event("contact", "touches robot b", tick=20), event("contact", "touches robot a", "b", tick=50)],
+                                ["1.0 s  a touches robot b", "2.5 s  b touches robot a"]),
     "who is gone":             ([event("gone", "x")],
                                 ["2.5 s  a is gone: its process has ended; it stands until it is started again"]),
     "who is gone when done":   ([DONE, event("gone", "x"), event("left", "x"), event("lost", "x")], []),
@@ -202,7 +208,7 @@ def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_term
             terminal.fold(arrival(message))
             terminal.refresh()
     lines = [line.strip() for line in Text.from_ansi(out.getvalue()).plain.splitlines()]
-    assert [line for line in lines if re.match(r"[\d.]+ s  (a|b) ", line) and "reached" not in line] == expected
+    assert [line for line in lines if re.match(r"[\d.]+ s  [abc] ", line) and "reached" not in line] == expected
     assert not quiet or lines == expected, "quiet prints nothing else"
 
 

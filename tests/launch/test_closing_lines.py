@@ -32,17 +32,17 @@ def test_how_it_went_is_said_in_words() -> None:
         "  simulated 104.2 s in 2.0 s (52.1 x real time), 3 late commands",
         "  contacts: 0 robot, 1 wall, 0 obstacle; smallest gap 0.12 m",
         "  the fuzzy tables steered 92% of all turning",
-        "  r1: stops at 12 s, no way; drove 50.0 m, waited 1.5 s, 1 contact",
+        "  r1: stops: 12 s, no way; drove 50.0 m, waited 1.5 s, 1 contact",
     ]
 
 
 def test_what_went_wrong_comes_first_and_recordings_last() -> None:
-    wrong = SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None, "lost": ["r2", "r3-r4"]}
+    wrong = SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None, "lost": ["r2", "r3"]}
     lines = closing_lines(wrong, ["recorded: run.rrd"])
     assert lines[0] == "not complete: r1 stands"
     assert lines[3].endswith("smallest gap none")
     assert lines[-2:] == [
-        "  lost: r2, r3-r4 stayed away, or crashed too often to be started again",
+        "  lost: r2, r3 stayed away, or crashed too often to be started again",
         "  recorded: run.rrd",
     ]
 
@@ -153,9 +153,9 @@ def row(reached: list[float | None], **fields: object) -> dict[str, Any]:
 # fmt: off
 FEW = {  # what is special of a large fleet's robots: the lines about robots, after the totals
     "nothing":               ({}, []),
-    "one lacks a stop":      ({"r2": row([5.0, None])}, ["r2: stops at 5 s, not reached; drove 20.0 m, waited 3.0 s"]),
-    "one has no way":        ({"r2": row([None, 5.0], unreachable=[0])}, ["r2: stops at no way, 5 s; drove 20.0 m, waited 3.0 s"]),
-    "one touched something": ({"r2": row([1.0, 2.0], contacts=2)}, ["r2: stops at 1 s, 2 s; drove 20.0 m, waited 3.0 s, 2 contacts"]),
+    "one lacks a stop":      ({"r2": row([5.0, None])}, ["r2: stops: 5 s, not reached; drove 20.0 m, waited 3.0 s"]),
+    "one has no way":        ({"r2": row([None, 5.0], unreachable=[0])}, ["r2: stops: no way, 5 s; drove 20.0 m, waited 3.0 s"]),
+    "one touched something": ({"r2": row([1.0, 2.0], contacts=2)}, ["r2: stops: 1 s, 2 s; drove 20.0 m, waited 3.0 s, 2 contacts"]),
     "one is on patrol":      ({"r2": row([None, None], laps=4)}, []),
 }
 # fmt: on
