@@ -34,23 +34,28 @@ def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_
     assert not list(tmp_runtime.glob("zenoh-swarm-*/*/")), "the fleet's folder is left"
 
 
-# fmt: off
-MOVER = """movers:
-  - radius: 0.25
+MOVER = """\
+movers:
+  - radius: {}
     speed: {}
     waypoints: {}
 """
-TOUCHED = {  # speed [m/s] and waypoints of a moving obstacle: the exit status
-    "a robot that stood": (0.8, "[[5.0, 0.6], [5.0, 7.4]]", 0),
-    "a robot that drove": (0.8, "[[1.0, 2.0], [9.9, 2.0]]", 1),
+ONE_RAY = "sensors: {rays: 1, front_half_width_deg: 0.0, side_half_width_deg: 0.0}\n"  # it misses what is thin
+# fmt: off
+TOUCHED = {  # what more the scenario has: the exit status
+    "a robot that stood":                   (MOVER.format(0.25, 0.8, "[[5.0, 0.6], [5.0, 7.4]]"), 0),
+    "a robot that a mover caught up with":  (MOVER.format(0.25, 0.8, "[[1.0, 2.0], [9.9, 2.0]]"), 0),
+    "a robot that drove into a slow mover": (ONE_RAY + MOVER.format(0.05, 0.02, "[[6.0, 2.15], [7.0, 2.15]]"), 1),
 }
 # fmt: on
 
 
 @pytest.mark.parametrize("whom", TOUCHED)
-def test_a_contact_of_a_robot_that_drove_is_in_the_exit_status(small: Path, tmp_runtime: Path, whom: str) -> None:
-    speed, waypoints, status = TOUCHED[whom]
-    small.write_text(SMALL + MOVER.format(speed, waypoints))
+def test_a_contact_that_a_robot_could_have_avoided_is_in_the_exit_status(
+    small: Path, tmp_runtime: Path, whom: str
+) -> None:
+    more, status = TOUCHED[whom]
+    small.write_text(SMALL + more)
     with Fleet(small, "--pace", "max", runtime=tmp_runtime) as fleet:
         assert fleet.end() == status, fleet.text
         report = fleet.report()
