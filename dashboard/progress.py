@@ -96,6 +96,11 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         total = sum(known) + most * (len(self.order) - len(known))
         return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
 
+    @property
+    def way(self) -> float:
+        """Share of the ways of all robots, 0 to 1, by distance; who has not spoken has not moved."""
+        return sum(self.robot(name).share for name in self.order) / len(self.order) if self.order else 0.0
+
     def robot(self, name: str) -> Robot:
         """Return what is known about a robot; a robot that was never heard has done nothing yet."""
         return self.robots.get(name) or Robot()

@@ -107,13 +107,12 @@ def framed(key: str, content: object) -> str:
 def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
     """Return the progress in numbers and words; ``home`` says whether the scenario's mission returns."""
     rows = tuple(_row(progress, name, home) for name in progress.order)
-    told = [row for row in rows if row.stops]
     return Overview(
         run=max(0, progress.run),
         time=progress.time,
         phase=progress.phase,
         link=link,
-        share=sum(row.share for row in told) / len(rows) if rows else 0.0,
+        share=progress.way,
         contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
         robots=rows,
         pool=progress.pool,

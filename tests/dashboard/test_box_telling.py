@@ -27,7 +27,7 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
     assert (first.doing, first.target, first.left, first.waits) == ("gives way", 1, 3.0, 2.0)
     assert first.share == pytest.approx((1 + 0.25) / 3, abs=1e-4)
     assert (second.robot, second.stops, second.heard) == ("b", 0, Liveness.STALE)
-    assert told.share == pytest.approx(first.share / 2), "who has not spoken has not moved"
+    assert told.share == pytest.approx(first.share / 2, abs=1e-4), "who has not spoken has not moved"
 
 
 def test_before_the_world_speaks_there_is_an_overview_too() -> None:
