@@ -14,17 +14,20 @@ from dashboard.mode import LOOPBACK, Mode, page_address, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
 from dashboard.view import Recorder
+from dashboard.view.recorder import SMALLER
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, STATE, STATUS, TRUTH, Phase, Topic
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
+KEEP_EVERY: Final = 2.0  # s, wall time between two accounts in the file: a dashboard that is killed loses no more
 ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
 SERVED: Final = 20.0  # s, wall time for the program that serves the page to start
 SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
+HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
-LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
+LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
 CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH)
 
 
@@ -58,7 +61,7 @@ def run(
     recorder = Recorder(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
-        closing.callback(recorder.close)
+        closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
 
         opened: Callable[[str], None] = log  # off-screen there is nothing to open
         if mode == "web":
@@ -80,7 +83,8 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         bus.listen(topic)
     bus.watch_presence()
     _catch_up(bus, show)
-    asked = drawn = monotonic()
+    show.lost = bus.lost
+    asked = drawn = kept = monotonic()
     announced = False
     while not stopped() and show.progress.phase is not Phase.OVER:
         if show.ready and not announced:
@@ -90,6 +94,10 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         if now - drawn >= DRAW_EVERY:
             show.draw()
             drawn = now = monotonic()
+        if show.ready and show.records and now - kept >= KEEP_EVERY:
+            for status in bus.fetch(STATUS, timeout=1.0):
+                show.take(status)
+            kept = now = monotonic()
         if not show.ready and now - asked >= ASK_EVERY:
             _catch_up(bus, show)
             asked = now = monotonic()
@@ -102,7 +110,8 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
 
 def _take(bus: Bus, show: Show, arrived: Arrival | Presence | Link | Request | None) -> None:
     match arrived:
-        case Arrival(message=message):
+        case Arrival(topic=topic, message=message):
+            show.heard[topic.key] += 1
             before = show.progress.run
             show.take(message)
             if show.progress.run != before >= 0:

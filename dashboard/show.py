@@ -1,15 +1,17 @@
 """The way from messages to recordings: the fold and the drawing together, without the bus."""
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Final
 
+from dashboard.account import saved, written
 from dashboard.collect import Collector
 from dashboard.overlays import Overlays
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
 from swarm.errors import SwarmError
-from swarm.messages import Broadcast, Event, Events, Map, Message, Truth
+from swarm.messages import Broadcast, Event, Events, Map, Message, Status, Truth
 
 OVERLAY: Final = 0.75  # s, simulated, at least between two overlays within a drawing; every drawing ends with one
 OVERLAYS: Final = 10  # most overlays in one drawing, about, if time runs faster
@@ -31,6 +33,8 @@ class Show:
     ) -> None:
         self.progress = Progress()
         self.scene: Scene | None = None
+        self.heard: Counter[str] = Counter()  # messages that came, by topic
+        self.lost: Counter[str] = Counter()  # messages that did not
         self._recorder = recorder
         self._fleet = fleet
         self._log = log
@@ -46,6 +50,11 @@ class Show:
         self._collector: Collector | None = None
 
     @property
+    def records(self) -> bool:
+        """True if recordings are saved."""
+        return self._recorder.records
+
+    @property
     def ready(self) -> bool:
         """True if map and fleet are known, so that no message is lost any more."""
         return self._view is not None
@@ -58,6 +67,9 @@ class Show:
         if isinstance(message, Events):
             for event in message.events:
                 self.take(event)
+            return
+        if isinstance(message, Status):
+            self._keep(message)
             return
         before = self.progress
         self.progress = fold(before, message)
@@ -77,6 +89,13 @@ class Show:
             self._truth = message
             if message.time >= self._laid + self._gap:
                 self._lay_over()
+
+    def _keep(self, status: Status) -> None:
+        """Keep what a status says of the run that is shown."""
+        if self._view is not None and status.run == self._shown:
+            account = saved(status, self.heard, self.lost)
+            if account is not None:
+                self._view.keep(status.time, written(account))
 
     def draw(self) -> None:
         """Draw what was collected."""

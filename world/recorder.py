@@ -39,6 +39,7 @@ class Recorder:
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
         self.laps = [0] * robots  # of a patrol, complete
         self.waiting = [0.0] * robots  # s
+        self.waits_for: list[dict[str, float]] = [{} for _ in range(robots)]  # s, for each robot waited for
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
 
@@ -52,6 +53,7 @@ class Recorder:
         self.reached_at.append([])
         self.laps.append(0)
         self.waiting.append(0.0)
+        self.waits_for.append({})
         self.replans.append(0)
         self.unreachable.append([])
 
@@ -144,3 +146,6 @@ class Recorder:
             self.unreachable[number] = command.unreachable
             if command.activity in WAITING:
                 self.waiting[number] += self._dt
+                row = self.waits_for[number]
+                for other in set(command.waits):
+                    row[other] = row.get(other, 0.0) + self._dt

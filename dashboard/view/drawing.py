@@ -15,7 +15,7 @@ from dashboard import naming, palette, shapes
 from dashboard.collect import Batch
 from dashboard.overlays import Arrow, Box, Drawing, Overlay
 from dashboard.scene import Scene
-from dashboard.view.layout import TIMELINE
+from dashboard.view.layout import ACCOUNT, TIMELINE
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
@@ -233,6 +233,10 @@ class View:
 
     def _colour(self, name: str) -> palette.Colour:
         return self._colours[self.robots.index(name)] if name in self.robots else palette.TARGET
+
+    def keep(self, time: float, account: str) -> None:
+        """Keep an account of the run at a time [s]; no view shows it."""
+        self._at(time, ACCOUNT, rr.TextDocument(account, media_type="application/json"))
 
     # --- inside ---
 

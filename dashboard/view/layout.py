@@ -9,6 +9,7 @@ from dashboard import palette, shapes
 from dashboard.scene import Scene
 
 TIMELINE: Final = "sim_time"
+ACCOUNT: Final = "account"  # entity, in no view
 WINDOW: Final = 30.0  # s of wheel speeds that are shown
 MARGIN: Final = 0.3  # m around the map
 
