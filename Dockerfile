@@ -9,7 +9,7 @@ WORKDIR /src
 RUN python -m venv /opt/swarm
 COPY pyproject.toml requirements.lock ./
 # Install the dependencies of pyproject.toml without Rerun, in the versions of requirements.lock.
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if not name.startswith('rerun')))" > needed.txt \
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if not name.startswith(('rerun', 'aiohttp'))))" > needed.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
 COPY swarm swarm
 COPY world world
@@ -20,7 +20,7 @@ RUN /opt/swarm/bin/pip install --no-deps . \
     && /opt/swarm/bin/python -m swarm.compiled
 
 FROM build AS build-dashboard
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if name.startswith('rerun')))" > needed-dashboard.txt \
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if name.startswith(('rerun', 'aiohttp'))))" > needed-dashboard.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed-dashboard.txt
 
 FROM python:${PYTHON}-slim AS base

@@ -16,6 +16,7 @@ DRIVES: Final = (
 )  # fmt: skip
 # fmt: off
 MEASURES: Final[dict[str, tuple[str, ...]]] = {  # what each benchmark measures, in addition to its own file
+    "box":             ("dashboard", "swarm/bus", "swarm/messages", "benchmarks/dashboard.py"),
     "dashboard":       ("dashboard", "swarm/bus", "swarm/messages", "tests/dashboard"),
     "fleet":           (*DRIVES, "swarm/bus", "scenarios/paper.yaml"),
     "fuzzy":           ("swarm/fuzzy", "benchmarks/fuzzy_peer.py"),

@@ -139,9 +139,9 @@ def timed(case: Callable[[], object]) -> float:
 
 
 def cells(seconds: list[float]) -> list[str]:
-    """Return median, p99 and the longest in ms, and the load."""
+    """Return median, p99 and the longest in ms."""
     cuts = quantiles(seconds, n=100, method="inclusive")
-    return [f"{1000 * value:.1f}" for value in (cuts[49], cuts[98], max(seconds))] + [load()]
+    return [f"{1000 * value:.1f}" for value in (cuts[49], cuts[98], max(seconds))]
 
 
 def joining(robots: int, times: int) -> None:
@@ -161,13 +161,14 @@ def joining(robots: int, times: int) -> None:
 
             head = [
                 f"a late joiner has everything, {robots} robots",
-                "median [ms]", "p99 [ms]", "longest [ms]", "load", f"within {TARGET:g} s",
+                "median [ms]", "p99 [ms]", "longest [ms]", f"within {TARGET:g} s",
             ]  # fmt: skip
             printed(head, [
                 ("before go", lambda: row(None, Phase.WAITING)),
                 ("in mid-run", lambda: row(Do.GO, Phase.RUNNING)),
                 ("in a pause", lambda: row(Do.PAUSE, Phase.PAUSED)),
             ])  # fmt: skip
+            print(f"Load {load()}.\n", flush=True)
 
 
 def asking(robots: int, count: int) -> None:
@@ -183,8 +184,10 @@ def asking(robots: int, count: int) -> None:
                 for kind in chance.sample(list(cases), len(cases)):
                     sleep(chance.uniform(0.0, PAUSE))
                     seconds[kind].append(timed(cases[kind]))
-    head = [f"{count} of each, {robots} robots", "median [ms]", "p99 [ms]", "longest [ms]", "load", "on target"]
+        busy = load()
+    head = [f"{count} of each, {robots} robots", "median [ms]", "p99 [ms]", "longest [ms]", "on target"]
     printed(head, [(kind, lambda found=found: answered(found)) for kind, found in seconds.items()])
+    print(f"Load {busy}.\n", flush=True)
 
 
 def answered(seconds: list[float]) -> list[str]:
@@ -212,13 +215,14 @@ def traffic(robots: int, seconds: float) -> None:
                     key = next((topic.key for topic, where in topics.items() if where.includes(sample.key_expr)), "?")
                     count[key] += 1
                     size[key] += len(sample.payload)
-            head = [f"topic, {robots} robots", "messages/s", "kB/s", "load"]
+            head = [f"topic, {robots} robots", "messages/s", "kB/s"]
             rows = [*sorted(count), "all"]
             count["all"], size["all"] = count.total(), size.total()
             printed(head, [
-                (key, lambda key=key: [f"{count[key] / seconds:.1f}", f"{size[key] / 1000 / seconds:.1f}", load()])
+                (key, lambda key=key: [f"{count[key] / seconds:.1f}", f"{size[key] / 1000 / seconds:.1f}"])
                 for key in rows
             ])  # fmt: skip
+            print(f"Load {load()}.\n", flush=True)
 
 
 def _pattern(topic: Topic[Any]) -> str:

@@ -10,7 +10,8 @@ from typing import Final, Literal, cast
 from swarm.errors import ConfigError
 
 Mode = Literal["viewer", "web", "off-screen"]
-ASKED: Final = ("auto", "viewer", "web", "off")
+ASKED: Final = ("auto", "viewer", "web", "box", "off")
+BOX: Final = "box"  # the page of dashboard/page, which needs no Rerun
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
 FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that was finished
@@ -18,11 +19,25 @@ FOOTER_ROOM: Final = 32  # bytes
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
+def resolved(asked: str, environ: Mapping[str, str]) -> str:
+    """Return what ``auto`` is for a fleet on this machine: the viewer where there is a display, else the box.
+
+    Where aiohttp is not installed, it is the web viewer; where Rerun is not installed either, it is ``off``.
+    """
+    if asked != "auto":
+        return asked
+    if has_screen(environ) and find_spec("rerun_cli"):
+        return "viewer"
+    if missing_for_box() is None:
+        return BOX
+    return "web" if missing() is None else "off"
+
+
 def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> Mode | None:
     """Return the mode for what was asked, or None for no dashboard.
 
-    ``auto`` is the native viewer if there is a display and the viewer is installed, else the web viewer. With
-    ``record``, ``off`` still draws into the file (``off-screen``).
+    ``auto`` is Rerun's native viewer if there is a display and the viewer is installed, else its web viewer. With
+    ``record``, ``off`` still draws into the file (``off-screen``), and so does ``box``, which is none of Rerun's.
 
     Raises:
         ConfigError: ``asked`` is not in ``ASKED``.
@@ -32,18 +47,29 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
     """
     if asked not in ASKED:
         raise ConfigError(f"dashboard: expected one of {', '.join(ASKED)}, got {asked!r}")
-    if asked == "off":
+    if asked in {"off", BOX}:
         return "off-screen" if record else None
     if asked == "auto":
-        screen = any(environ.get(name) for name in SCREENS)
-        return "viewer" if screen and find_spec("rerun_cli") else "web"
+        return "viewer" if has_screen(environ) and find_spec("rerun_cli") else "web"
     return cast("Mode", asked)
+
+
+def has_screen(environ: Mapping[str, str]) -> bool:
+    """Return True if there is a display on which a window can be opened."""
+    return any(environ.get(name) for name in SCREENS)
 
 
 def missing() -> str | None:
     """Return a sentence that says what is not installed, or None if the dashboard has all that it needs."""
     if find_spec("rerun") is None:
         return "the dashboard needs Rerun, which is not installed: pip install rerun-sdk, or run without"
+    return None
+
+
+def missing_for_box() -> str | None:
+    """Return a sentence that says what is not installed, or None if the box has all that it needs."""
+    if find_spec("aiohttp") is None:
+        return "the box needs aiohttp, which is not installed: pip install aiohttp, or run without"
     return None
 
 

@@ -6,9 +6,10 @@ from typing import Final, NamedTuple
 from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
 from swarm.errors import SwarmError
-from swarm.fuzzy import Controller, Profile
+from swarm.fuzzy import Controller, Explanation, Profile
 from swarm.messages import Body, Broadcast, Truth
 from swarm.messages.traffic import Epoch, JointPlan, Record
+from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, traffic_settings
 
@@ -81,10 +82,8 @@ class Overlays:
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Return the explanation of a robot's fuzzy output as markdown."""
-        scale = self._scene.settings.robot.distance_scale * body.scale
-        heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
         try:
-            told = controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
+            told = explained(controller, self._scene.settings, body)
         except SwarmError as fault:
             return f"{body.robot}: {fault}"
         steering = body.steering.value if body.steering is not None else "none"
@@ -105,6 +104,17 @@ class Overlays:
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]
+
+
+def explained(controller: Controller, settings: Settings, body: Body) -> Explanation:
+    """Return why the fuzzy controller gives a robot its wheel speeds now.
+
+    Raises:
+        ControlInputError: one of the body's numbers is none that the controller takes.
+    """
+    scale = settings.robot.distance_scale * body.scale
+    heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
+    return controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
 
 
 def waits(bodies: dict[str, Body]) -> list[Arrow]:

@@ -42,6 +42,7 @@ class Robot(msgspec.Struct, frozen=True, kw_only=True):
     waited: int = 0  # ticks it gave way or was blocked
     target: int = 0  # index of the stop it drives to; the number of stops when all are reached
     distance: float = 0.0  # m, to that stop along its path
+    leg: float = 0.0  # m, the most that this distance has been
     reached_at: tuple[int | None, ...] = ()  # tick at which each stop was first heard to be reached
     unreachable: tuple[int, ...] = ()
     assignment: int = 0  # number of its stops; 0: the scenario's
@@ -60,6 +61,13 @@ class Robot(msgspec.Struct, frozen=True, kw_only=True):
     def reached(self) -> int:
         """Number of stops reached."""
         return sum(tick is not None for tick in self.reached_at)
+
+    @property
+    def share(self) -> float:
+        """Share of its way through its stops, 0 to 1; every stop counts the same, the way to the next by its length."""
+        if self.target < self.stops and self.reached_at[self.target] is None and self.leg > 0.0:
+            return (self.reached + 1.0 - self.distance / self.leg) / self.stops
+        return self.reached / self.stops if self.stops else 0.0
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True):
@@ -172,7 +180,7 @@ def _mission(robot: Robot, message: Broadcast | State) -> Robot:
     changed: dict[str, object] = {}
     if isinstance(message, State) and message.assignment > robot.assignment:
         robot = msgspec.structs.replace(
-            robot, assignment=message.assignment, assigned_at=message.tick, reached_at=(), unreachable=()
+            robot, assignment=message.assignment, assigned_at=message.tick, reached_at=(), unreachable=(), leg=0.0
         )
     elif message.tick < robot.assigned_at:
         return robot  # about stops that it no longer has
@@ -188,6 +196,7 @@ def _mission(robot: Robot, message: Broadcast | State) -> Robot:
             changed |= {"pose": (message.x, message.y, message.yaw), "pose_tick": message.tick}
     if message.tick > robot.tick:
         changed |= {"tick": message.tick, "target": message.target, "distance": message.distance}
+        changed["leg"] = max(message.distance, robot.leg if message.target == robot.target else 0.0)
         if robot.tick >= 0 and robot.activity in WAITING:
             changed["waited"] = robot.waited + message.tick - robot.tick
         if message.activity is not robot.activity or robot.tick < 0:

@@ -7,9 +7,11 @@ from typing import Any, Final
 
 import msgspec
 
+from dashboard.page.asking import OF_A_ROBOT, REQUESTS
+from dashboard.page.telling import Joint, Learned, Overview, Why
 from docs.markdown import rows
 from swarm.messages import REPLIES, TOPICS, enums
-from swarm.messages.schema import types
+from swarm.messages.schema import described, types
 from swarm.settings import Section, Settings
 
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"  # (.*)$')
@@ -51,7 +53,7 @@ def messages() -> str:
 
 def scenario() -> str:
     """Return the sections on a scenario file, field by field."""
-    _, shapes = msgspec.json.schema_components([Settings])
+    shapes = described(msgspec.json.schema_components([Settings])[1])
     order = ["Settings", *(name for name in shapes if name != "Settings")]
     places = {name: place for place, name in _places()}
     parts = []
@@ -60,6 +62,33 @@ def scenario() -> str:
         text = shapes[name].get("description", "").replace("``", "`")
         parts.append(f"{title}\n\n{text}\n\n{rows(HEAD, *_body(shapes[name]))}")
     return "\n\n".join(parts)
+
+
+def frames() -> str:
+    """Return the sections on the box's own frames, field by field."""
+    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned])
+    own = {name: shape for name, shape in shapes.items() if "properties" in shape}
+    return (
+        "\n\n".join(
+            f"### {name}\n\n{shape['description']}\n\n{rows(HEAD, *_body(shape))}" for name, shape in own.items()
+        )
+        .replace("](#", "](wire.md#")
+        .replace("](wire.md#row)", "](#row)")
+        .replace("](wire.md#turn)", "](#turn)")
+    )
+
+
+def paths() -> str:
+    """Return the table of the box's requests."""
+    body = [
+        (
+            f"`POST /{name}{'?robot=NAME' if topic.key in OF_A_ROBOT else ''}`",
+            f"`{topic.key}`",
+            f"[{topic.message.__name__}](wire.md#{topic.message.__name__.lower()})",
+        )
+        for name, topic in REQUESTS.items()
+    ]
+    return rows(("path", "asks on", "with"), *body)
 
 
 HEAD: Final = ("field", "type", "range", "default", "unit and meaning")

@@ -27,8 +27,8 @@ from world.storm.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = (
-    "architecture.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md", "traffic-contract.md",
-    "wire.md",
+    "architecture.md", "box.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md",
+    "traffic-contract.md", "wire.md",
 )  # fmt: skip
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -156,6 +156,8 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "topics": fields.topics,
     "fields": fields.messages,
     "scenario": fields.scenario,
+    "box-frames": fields.frames,
+    "box-paths": fields.paths,
     "processes": process_table,
     "drill": faults,
     "drill-laws": drill_laws,

@@ -3,10 +3,11 @@
 Defaults are here and nowhere else. The text of each ``description`` is what the documentation and the errors show.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from msgspec import Meta, Struct
 
+MOST_ROBOTS: Final = 1000  # of a fleet
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]
 Pace = float | Literal["max"]  # a run's speed: times real time, or lockstep as fast as the machine allows
@@ -145,7 +146,7 @@ class Settings(Section, frozen=True, kw_only=True):
         bool, Meta(description="a robot takes up a stop that it gave up when an edit or a learned map opens a way")
     ] = True
     reach: Annotated[float, _metres(0, 10, "a stop counts as reached within this distance")] = 0.4
-    robots: Annotated[int, Meta(ge=1, le=1000, description="number of robots; `--robots` overrides it")] = 1
+    robots: Annotated[int, Meta(ge=1, le=MOST_ROBOTS, description="number of robots; `--robots` overrides it")] = 1
     seed: Annotated[int, Meta(ge=0, le=2**53, description="of the random starts, noise and radio loss")] = 1
     limit: Annotated[float, Meta(gt=0, le=1e6, description="s; simulated time after which the run is given up")] = 600.0
     rate: Annotated[float, Meta(ge=1, le=1000, description="Hz; control steps per second")] = 20.0

@@ -1,4 +1,4 @@
-"""Scenarios for tests: changes of a small valid one, and of the paper's rules."""
+"""Scenarios for tests: changes of a small valid one, and of the paper's rules; where the public data is."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import pytest
 
 from swarm.fuzzy import Profile, load_profile
 from swarm.maps.occupancy import Cell, OccupancyMap
@@ -15,6 +16,9 @@ from swarm.scenario.prepare import settled
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
+DATA = ROOT.parent / "shared" / "data"  # public benchmark maps, beside the project
+
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the public benchmark data is not at {DATA}")
 
 ROOM = """\
 ##########

@@ -1,7 +1,6 @@
 """Each section of docs/benchmarks.md states the commit at which it was measured; stale sections are listed."""
 
 import ast
-import shutil
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,6 @@ from world.snapshot_file import read
 
 ROOT = Path(__file__).parents[1]
 PATHS = ("code", "case.yaml")
-
-needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 
 
 @pytest.fixture
@@ -49,7 +46,6 @@ def written(root: Path) -> str:
     return f"A summary.\n\n{stamp(root, PATHS)}\n\n| a table |\n"
 
 
-@needs_git
 def test_a_section_is_stamped_with_the_commit_it_is_measured_at(repository: Path) -> None:
     here = git(repository, "log", "-1", "--format=%h")
     assert stamp(repository, PATHS) == f"Measured at commit {here} (2026-11-21)."
@@ -59,7 +55,6 @@ def test_a_section_is_stamped_with_the_commit_it_is_measured_at(repository: Path
     assert stamp(repository, PATHS) == f"Measured at commit {here} (2026-11-21) + uncommitted changes."
 
 
-@needs_git
 def test_a_section_is_stale_once_what_it_measures_has_changed(repository: Path) -> None:
     section = written(repository)
     here = git(repository, "log", "-1", "--format=%h")
@@ -78,7 +73,6 @@ def test_a_section_is_stale_once_what_it_measures_has_changed(repository: Path) 
     assert staleness(repository, written(repository), PATHS) is None, "measured anew"
 
 
-@needs_git
 def test_a_change_taken_back_makes_nothing_stale(repository: Path) -> None:
     section = written(repository)
     commit(repository, "code/a.py", "second")
@@ -99,7 +93,6 @@ EDITS = {  # of a file that says PLAIN: whether the section is stale then
 PLAIN = "def f():\n    return 1\n"
 
 
-@needs_git
 @pytest.mark.parametrize("name", EDITS)
 def test_words_make_nothing_stale(name: str, repository: Path) -> None:
     text, expected = EDITS[name]
@@ -109,7 +102,6 @@ def test_words_make_nothing_stale(name: str, repository: Path) -> None:
     assert (staleness(repository, section, PATHS) is not None) is expected
 
 
-@needs_git
 def test_what_cannot_be_known_is_stale(repository: Path) -> None:
     (repository / "case.yaml").write_text("in the middle of a change")
     dirty = written(repository)
@@ -125,7 +117,6 @@ def test_what_cannot_be_known_is_stale(repository: Path) -> None:
     }
 
 
-@needs_git
 def test_without_a_repository_nothing_is_stamped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
     assert stamp(tmp_path, PATHS) == ""

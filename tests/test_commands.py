@@ -40,6 +40,10 @@ PARSED: Final = {  # command: why it is not run
     "swarm bench --stale": "ends with 1 while a section is stale",
     "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
     "swarm router --listen tcp/0.0.0.0:7447 --insecure": "the same",
+    "swarm router --listen tcp/127.0.0.1:7447": "the same",
+    "swarm world paper --robots 4 --seed 1 --pace max --fleet mine --report run.json":
+                   "waits for a robot of another make; tests/launch/test_foreign_robot.py runs these processes with one",
+    "swarm robot --id r1 --fleet mine": "the same",
     "swarm run paper --robots 4 --secure keys":
                    "needs keys from the command before; tests/secure/test_processes.py runs a fleet with keys",
     **{command + " --secure hosts": "the same" for command in (
@@ -57,6 +61,8 @@ PARSED: Final = {  # command: why it is not run
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
+    "swarm box":   "stays until it is stopped; tests/dashboard/test_box_page.py runs its fleet",
+    "swarm run paper --dashboard box": "drives for two minutes; the same",
     "docker compose run --build --rm keys": "the same",
     "docker compose up --build --exit-code-from secure-world secure-world": "the same",
 }

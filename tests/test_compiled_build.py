@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
@@ -38,7 +37,6 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.timeout(1200),  # two minutes of compiling, far more on a loaded machine
     pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"there is no C compiler: {COMPILER} is not found"),
-    pytest.mark.skipif(int(version("setuptools").split(".")[0]) < 77, reason="setuptools is old: make setup"),
 ]
 
 

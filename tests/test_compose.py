@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from swarm.bus import Endpoint
+from tests.launch.actors import FAREWELL
 
 ROOT = Path(__file__).parents[1]
 MODULES = {"swarm": ["-m", "swarm.cli"], "python": []}
@@ -86,7 +87,7 @@ def test_the_same_commands_as_plain_processes_complete_the_mission(
     finally:
         for robot in robots:
             robot.terminate()
-        ended = [robot.wait(20) for robot in robots]
+        ended = [robot.wait(FAREWELL) for robot in robots]
     assert ended == [0] * len(robots)
 
 
@@ -126,5 +127,5 @@ def test_the_secure_commands_as_plain_processes_complete_the_mission(services: d
     finally:
         for one in others:
             one.terminate()
-        ended = [one.wait(20) for one in others]
+        ended = [one.wait(FAREWELL) for one in others]
     assert ended == [0] * len(others)

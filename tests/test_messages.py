@@ -66,7 +66,7 @@ def values_of(type_: inspect.Type) -> st.SearchStrategy[Any]:
             return st.builds(cls, **{field.name: values_of(field.type) for field in fields})
         case inspect.StructType(cls=cls):
             return messages_of(cls)
-    raise NotImplementedError(type_)
+    raise TypeError(f"no example for {type_}")
 
 
 def messages_of(kind: type[msgspec.Struct]) -> st.SearchStrategy[Any]:

@@ -44,6 +44,7 @@ LIBRARIES: Final = {
     "zenoh": "swarm/bus",
     "pymunk": "world/physics.py",
     "rerun": "dashboard/view",
+    "aiohttp": "dashboard/page/server.py",
     "cryptography": "swarm/secure",
 }
 FILES: Final = sorted(file for top in TOPS for file in (ROOT / top).rglob("*.py"))

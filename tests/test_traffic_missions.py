@@ -9,11 +9,11 @@ from swarm.maps.occupancy import WALL
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import settled
-from tests.shared import with_settings
+from tests.shared import DATA, needs_data, with_settings
 from world.simulate import Simulation
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
-HARD = Path(__file__).parents[2] / "shared" / "data" / "mapf" / "hard"
+HARD = DATA / "mapf" / "hard"
 
 
 def run(scenario: Scenario, robots: int, seed: int = 1, limit: float = 400.0) -> dict[str, Any]:
@@ -80,11 +80,10 @@ def test_a_wall_put_up_while_running_moves_no_cell() -> None:
     assert after.settings.traffic.offset is not None
 
 
+@needs_data
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["tree", "corners", "tunnel", "string"])
 def test_the_hard_cases_complete(name: str) -> None:
-    if not HARD.is_dir():
-        pytest.skip(f"{HARD} is not there: the hard cases need the benchmark maps")
     scenario = from_benchmark(HARD / f"{name}.map", HARD / f"{name}.scen", None)
     assert_clean(run(scenario, scenario.settings.robots, limit=900.0))
 

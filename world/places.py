@@ -17,7 +17,7 @@ from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.messages import Accepted, Places
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.check import pieces
-from swarm.settings import Settings
+from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import traffic_settings
 from world.edits import stops_before
@@ -25,7 +25,7 @@ from world.edits import stops_before
 if TYPE_CHECKING:
     from world.world import World
 
-MOST_ROBOTS: Final = 1000  # of a fleet, as with --robots
+
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
 CLEAR: Final = 0.05  # m, beside the footprint, to walls: as far as robots may stray

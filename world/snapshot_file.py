@@ -86,7 +86,8 @@ def _beside(path: Path) -> Path:
 def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:
     """Return the snapshot in a file, or the one before if that file is spoilt; None if there is no file.
 
-    The world of the one before has another identity: its robots know more than it does, and have to join it again.
+    If the fleet takes orders, the world of the one before has another identity. Its robots may know later stops than it
+    does, so they have to join it again.
 
     Raises:
         ConfigError: neither can be read, is whole and belongs to this run.
@@ -101,7 +102,8 @@ def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable
         except ConfigError:
             raise fault from None
         log(f"{fault}; went on from the snapshot before")
-        return replace(found, identity=new_identity())
+        ordered = scenario.settings.serve or found.state.orders.last > 0
+        return replace(found, identity=new_identity()) if ordered else found
 
 
 def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:

@@ -1,5 +1,6 @@
 """The answer to a robot that joins: its place, the scenario, the map, and its progress by the world's own record."""
 
+from msgspec import UNSET
 from msgspec.structs import replace
 
 from swarm.messages import State, Welcome
@@ -14,7 +15,7 @@ def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int
         robot=name,
         world=world.identity,
         session=session,
-        scenario=replace(floor.scenario, starts=None),
+        scenario=replace(floor.scenario, starts=UNSET),
         packed=floor.packed,
         edits=floor.edits,
         start=world.starts[world.number(name)],

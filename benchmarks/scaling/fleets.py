@@ -4,7 +4,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Final, NamedTuple
@@ -59,7 +59,7 @@ def connected(endpoint: Endpoint) -> Bus:
     deadline = monotonic() + PATIENCE
     while True:
         try:
-            return Bus(endpoint, FLEET, print).__enter__()
+            return Bus(endpoint, FLEET, partial(print, file=sys.stderr)).__enter__()
         except ConfigError:
             if monotonic() > deadline:
                 raise

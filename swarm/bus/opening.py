@@ -1,4 +1,4 @@
-"""From the inbox to a checked arrival: the parts of its key, and its payload as a message."""
+"""Turns an item of the inbox into a checked arrival: it splits the key into its parts and decodes the payload."""
 
 import re
 from typing import Any, Final
@@ -17,7 +17,7 @@ Item = tuple[Any, ...]  # "sample", "query", "token" or "link", and what Zenoh g
 
 
 def sampled(topic: Topic[Any], gaps: Gaps, sample: zenoh.Sample) -> Item:
-    """Return a sample for the inbox; of a payload that is too large, only its size."""
+    """Return the inbox item of a sample. If the payload is too large, the item has its size instead."""
     payload, attached = sample.payload, sample.attachment
     size = len(payload)
     return (
@@ -31,7 +31,7 @@ def sampled(topic: Topic[Any], gaps: Gaps, sample: zenoh.Sample) -> Item:
 
 
 def lost_before(item: Item) -> int:
-    """Return how many messages were lost right before a sample.
+    """Return how many messages of the same sender on the same key were lost right before a sample.
 
     Raises:
         PeerError: what is attached to the sample is no ``Sequence``.
@@ -42,18 +42,20 @@ def lost_before(item: Item) -> int:
 
 
 def browses(query: zenoh.Query, *, kept: bool = False) -> bool:
-    """Return True if a query only looks for what is kept: then it is no request.
+    """Return True if a query asks only for last messages, which ``Bus.keep`` answers. Then it is no request.
 
-    On one key it does so if something is ``kept`` there, on many keys always.
+    Such a query has no payload. Its key has wildcards, or last messages are ``kept`` under it.
     """
     return query.payload is None and (kept or "*" in str(query.key_expr))
 
 
 def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
-    """Return what an item of the inbox says, a sample after ``lost_before``. ``prefix`` is the fleet's part of a key.
+    """Return the arrival that an item of the inbox stands for. ``prefix`` begins every key of the fleet.
+
+    Call ``lost_before`` with a sample first: it notes who sent it.
 
     Raises:
-        PeerError: the key or the payload is not what the topic says; a request has been refused with the reason.
+        PeerError: the key or the payload is not what the topic says. If it is a request, it has been refused already.
     """
     match item:
         case ("sample", topic, key, payload, *counted):

@@ -2,7 +2,7 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 import msgspec
@@ -15,7 +15,7 @@ from swarm.secure.identity import OPERATOR, WATCHER
 if TYPE_CHECKING:
     from swarm.bus import Bus
 
-MAP_LIMIT = 200_000  # characters
+M = TypeVar("M")
 ANSWER = 30.0  # s; a large floor is checked before the answer
 BUTTONS = {
     "go": "start the robots",
@@ -50,33 +50,32 @@ def add_robots(options: argparse.Namespace) -> int:
     from swarm.messages import PLACES, Places
 
     starts = [(x, y, 0.0) for x, y in options.at]
-    if options.count < 1 or any(abs(value) > 1e6 for start in starts for value in start):
-        raise ConfigError(
-            f"add-robots: expected 1 or more, at points within 1e6 m, got {options.count} at {options.at}"
-        )
+    asked = _converted({"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots")
     with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(PLACES, Places(id=options.id or uuid4().hex, count=options.count, at=starts)).text)
+        print(bus.ask(PLACES, asked).text)
     return 0
 
 
 def setup(options: argparse.Namespace) -> int:
     """Set up another run of a fleet that waits or is paused, or print its set-up if nothing is asked for."""
     from swarm.maps.files import read_text
-    from swarm.messages import SETUP, Setup
+    from swarm.messages import DRAWING_LIMIT, SETUP, Setup
 
+    if options.secure is not None:
+        raise ConfigError(
+            "setup: expected a fleet without keys, got --secure: with keys a launcher may not answer, and there is no "
+            "set-up; stop the fleet and start another one with `swarm run SCENARIO --secure DIR`"
+        )
     parts = {
         "scenario": options.scenario,
         "robots": options.robots,
         "speed": options.speed,
         "starts": [(x, y, 0.0) for x, y in options.start] or None,
         "targets": options.target or None,
-        "map": None if options.map is None else read_text(options.map, MAP_LIMIT),
+        "map": None if options.map is None else read_text(options.map, DRAWING_LIMIT),
         "cell": options.cell,
     }
-    try:
-        asked = msgspec.convert(parts, Setup)
-    except msgspec.ValidationError as fault:
-        raise ConfigError(f"setup: {fault}; correct it") from None
+    asked = _converted(parts, Setup, "setup")
     with fleet_bus(options, OPERATOR) as bus:
         if any(part is not None for part in parts.values()):
             print(bus.ask(SETUP, asked, ANSWER).text)
@@ -85,6 +84,18 @@ def setup(options: argparse.Namespace) -> int:
             raise ConfigError("setup: expected a launcher in that fleet, found none; start one with `swarm run`")
         print(msgspec.json.encode(found[0]).decode())
     return 0
+
+
+def _converted(parts: dict[str, Any], kind: type[M], command: str) -> M:
+    """Return a request made of what the command line says.
+
+    Raises:
+        ConfigError: a part is not what the request may say.
+    """
+    try:
+        return msgspec.convert(parts, kind)
+    except msgspec.ValidationError as fault:
+        raise ConfigError(f"{command}: {fault}; correct it") from None
 
 
 def status(options: argparse.Namespace) -> int:

@@ -2,16 +2,16 @@
 
 import argparse
 import sys
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
 from swarm.secure.identity import ROUTER, WORLD
+from swarm.settings import MOST_ROBOTS
 
 if TYPE_CHECKING:
-    from swarm.settings import Settings
+    from swarm.scenario.load import Scenario
 
 
 def run(options: argparse.Namespace) -> int:
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from swarm.launch.run import run as launch
 
     scenario = source.read()
-    robots, seed, limit = _numbers(options, scenario.settings)
+    robots, _, _ = _numbers(options, scenario)
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
     return launch(
@@ -39,9 +39,9 @@ def run(options: argparse.Namespace) -> int:
             scenario=scenario,
             robots=robots,
             robots_per_process=_at_least_one("--robots-per-process", options.robots_per_process),
-            seed=seed,
+            asked_seed=options.seed,
             pace=pace(options.pace),
-            limit=limit,
+            asked_limit=options.limit,
             wait=options.wait,
             dashboard=options.dashboard,
             rules=options.rules,
@@ -83,7 +83,7 @@ def world(options: argparse.Namespace) -> int:
     from world.process import run as run_world
 
     scenario = load(found(options.scenario), serve=options.serve)
-    robots, seed, limit = _numbers(options, scenario.settings)
+    robots, seed, limit = _numbers(options, scenario)
     scenario = check(scenario, robots, seed).scenario
     if options.resume is not None and not options.resume.is_file():
         raise ConfigError(
@@ -130,13 +130,13 @@ def _at_least_one(option: str, robots: int) -> int:
     return robots
 
 
-def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, int, float]:
+def _numbers(options: argparse.Namespace, scenario: "Scenario") -> tuple[int, int, float]:
     """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
-    robots = settings.robots if options.robots is None else options.robots
-    seed = settings.seed if options.seed is None else options.seed
-    limit = options.limit if options.limit is not None else inf if settings.serve else settings.limit
-    if not 1 <= robots <= 1000:
-        raise ConfigError(f"--robots: expected 1 to 1000, got {robots}")
+    robots = scenario.settings.robots if options.robots is None else options.robots
+    seed = scenario.settings.seed if options.seed is None else options.seed
+    limit = scenario.limit(options.limit)
+    if not 1 <= robots <= MOST_ROBOTS:
+        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {robots}")
     if not 0 <= seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {seed}")
     if not 0 < limit <= 1e6 and options.limit is not None:
@@ -147,19 +147,13 @@ def _numbers(options: argparse.Namespace, settings: "Settings") -> tuple[int, in
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     launch = commands.add_parser("run", help="launch a whole fleet on this machine")
-    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
-    launch.add_argument("scenario", type=Path, nargs="?", help=text)
-    launch.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
-    _of_a_run(launch)
-    text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
-    launch.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
-    launch.add_argument("--dashboard", default="auto", help="auto, viewer, web or off")
-    launch.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
-    launch.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
-    launch.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
-    launch.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
-    secure(launch)
+    _of_a_launch(launch)
+    launch.add_argument("--dashboard", default="auto", help="auto, viewer, web, box or off")
     launch.set_defaults(command=run)
+
+    one = commands.add_parser("box", help="open the paper's box in the browser: draw a world, press go, watch")
+    _of_a_launch(one)  # a fleet that stays and waits for `go`, on an empty floor
+    one.set_defaults(command=run, scenario=Path("box"), dashboard="box", wait=True, serve=True)
 
     one = commands.add_parser("router", help="run the router of fleets")
     one.add_argument("--listen", metavar="ENDPOINT", help="tcp/127.0.0.1:7447 by default; tls/... with --secure")
@@ -184,6 +178,20 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--count", type=int, default=1, metavar="K", help="robots in this process, 1 by default")
     _of_a_process(one, "the only one on the router; the robot waits for it")
     one.set_defaults(command=robot)
+
+
+def _of_a_launch(parser: Parser) -> None:
+    text = "a scenario .yaml, the name of one that comes with the project, or a MovingAI .map with --scen"
+    parser.add_argument("scenario", type=Path, nargs="?", help=text)
+    parser.add_argument("--scen", type=Path, metavar="FILE.scen", help="row i is robot i's start and target")
+    _of_a_run(parser)
+    text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
+    parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
+    parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
+    parser.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
+    parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
+    parser.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
+    secure(parser)
 
 
 def _of_a_run(parser: Parser) -> None:

@@ -10,12 +10,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import connection, parent_process
 from pathlib import Path
-from typing import Any
+from time import sleep
+from typing import Any, Final
 
 from swarm.errors import SwarmError
 from swarm.launch.table import CRASHED
 from swarm.process_name import name_process
 from swarm.stopping import leave_terminal_to_parent
+
+GRACE: Final = 20.0  # s from SIGTERM to SIGKILL without a launcher; a dashboard finishes its file within that
 
 
 class Log(io.FileIO):
@@ -62,7 +65,10 @@ def status_of(log: Path) -> Path:
 
 
 def _die_with_parent() -> None:
-    """Send SIGTERM to this process when the launcher ends, whatever ended it."""
+    """End this process when the launcher ends, whatever ended it: by SIGTERM, and by SIGKILL if it does not end then.
+
+    A session of Zenoh that is closed on a machine under load may never come back.
+    """
     parent = parent_process()
     if parent is None:
         return
@@ -70,5 +76,7 @@ def _die_with_parent() -> None:
     def watch() -> None:
         connection.wait([parent.sentinel])
         os.kill(os.getpid(), signal.SIGTERM)
+        sleep(GRACE)
+        os.kill(os.getpid(), signal.SIGKILL)
 
     threading.Thread(target=watch, daemon=True).start()

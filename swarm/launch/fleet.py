@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from multiprocessing import connection, forkserver
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import Event as Flag
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final
@@ -21,6 +22,7 @@ from swarm.launch import child
 from swarm.launch.table import CRASHED, RESTARTS, STOP_ORDER, WITHIN, EarlyEnd, Role
 from swarm.scenario.source import Source
 
+LOOK: Final = 0.1  # s between two looks at the processes
 LAST_LINES: Final = 12
 GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
 REAP: Final = 1.0  # s that the fork server has to tell the exit status of a process that has ended
@@ -36,7 +38,7 @@ MOST_FILES: Final = 65_536
 
 def warm_up(source: Source, secure: bool = False) -> None:
     """Start the fork server; it imports and computes what the processes need while the caller checks the scenario."""
-    check_open_files(0)
+    allow_open_files()
     multiprocessing.set_forkserver_preload([*PRELOAD, *(SECURE if secure else ())])
     os.environ.update(MALLOC)  # also for a fork server that is started again
     os.environ[SOURCE] = json.dumps(source, default=str)
@@ -46,20 +48,25 @@ def warm_up(source: Source, secure: bool = False) -> None:
         del os.environ[SOURCE]
 
 
+def allow_open_files() -> int:
+    """Raise this process's limit of open files, and that of its children, as far as the system lets it; return it."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, MOST_FILES)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    return most
+
+
 def check_open_files(processes: int) -> None:
-    """Raise this process's limit of open files as far as the system lets it, and check that it is enough.
+    """Check the limit of open files.
 
     Raises:
         ConfigError: it is too low for a fleet of so many processes.
     """
     needed = FILES[0] + FILES[1] * processes
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    most = MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, MOST_FILES)
-    if soft != resource.RLIM_INFINITY and soft < most:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
-    if most < needed:
+    if (most := allow_open_files()) < needed:
         raise ConfigError(
-            f"open files: expected a limit of at least {needed} for {processes or 'some'} processes, got {most}; "
+            f"open files: expected a limit of at least {needed} for {processes} processes, got {most}; "
             f"raise it with `ulimit -n {needed}`, or run fewer robots"
         )
 
@@ -146,6 +153,10 @@ class Fleet:
         self._arguments[name] = dict(arguments)
         self._launch(role, name)
 
+    def amend(self, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+        """Change the arguments with which processes are started again."""
+        self._arguments = {name: change(arguments) for name, arguments in self._arguments.items()}
+
     def _launch(self, role: Role, name: str) -> None:
         arguments = role.again(self._arguments[name], self.starts[name] + 1)
         child.status_of(self.log_of(name)).unlink(missing_ok=True)
@@ -173,11 +184,8 @@ class Fleet:
         """Return the id of a process, or None if it does not run."""
         return self._running[name].pid if name in self._running else None
 
-    def watch(self, timeout: float, again: bool = True) -> list[Ended]:
-        """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended.
-
-        Without ``again`` nothing is restarted: the run is over.
-        """
+    def watch(self, timeout: float = LOOK) -> list[Ended]:
+        """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended."""
         ends = {running.ends: name for name, running in self._running.items()}
         ended = []
         for end in connection.wait(list(ends), timeout):
@@ -191,9 +199,16 @@ class Fleet:
             if then is EarlyEnd.LOSE:
                 self.lost.append(name)
             ended.append(Ended(name, status, self.last_lines(name), then))
-            if then is EarlyEnd.RESTART and again:
+            if then is EarlyEnd.RESTART:
                 self._launch(role, name)
         return ended
+
+    def await_end(self, role: Role, timeout: float, stop: Flag) -> None:
+        """Wait until the processes of a role have ended, for ``timeout`` [s] at most, or until told to ``stop``."""
+        deadline = monotonic() + timeout
+        for running in [running for running in self._running.values() if running.role is role]:
+            while not (running.wait(LOOK) or stop.is_set() or monotonic() > deadline):
+                pass
 
     def _too_often(self, name: str) -> bool:
         """Note that a process has ended; return True if it has done so more than RESTARTS times within WITHIN."""

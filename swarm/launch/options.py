@@ -19,11 +19,11 @@ class Options:
     scenario: Scenario
     robots: int
     robots_per_process: int
-    seed: int
+    asked_seed: int | None  # None: the scenario's
     pace: Pace
-    limit: float  # s, simulated
+    asked_limit: float | None  # s, simulated; None: the scenario's
     wait: bool
-    dashboard: str  # auto, viewer, web, off
+    dashboard: str  # auto, viewer, web, box, off
     rules: str | None  # the robot whose fired rules the dashboard shows
     record: Path | None
     report: Path | None
@@ -34,9 +34,19 @@ class Options:
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
 
     @property
+    def seed(self) -> int:
+        """The seed of the run."""
+        return self.scenario.settings.seed if self.asked_seed is None else self.asked_seed
+
+    @property
+    def limit(self) -> float:
+        """The simulated time [s] after which the run ends."""
+        return self.scenario.limit(self.asked_limit)
+
+    @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router and dashboard."""
-        return 3 + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard and box."""
+        return 4 + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

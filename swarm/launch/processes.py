@@ -3,18 +3,17 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from threading import Event as Flag
-from time import monotonic
 from typing import Any, Final
 
 from swarm.bus import Endpoint
-from swarm.launch.fleet import Fleet
+from swarm.errors import ConfigError
+from swarm.launch.fleet import Fleet, check_open_files
 from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
-from swarm.launch.table import DASHBOARD, ROBOT, ROUTER, WORLD
+from swarm.launch.table import BOX, DASHBOARD, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import identity
 
-LOOK: Final = 0.1  # s between two looks at the processes
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
 
@@ -29,11 +28,13 @@ class Processes:
         name: str,
         shown: dict[str, Any] | None,
         summary_file: Path,
+        box: dict[str, Any] | None = None,
     ) -> None:
-        """Prepare them; ``shown`` are the dashboard's arguments, None if there is no dashboard."""
+        """Prepare them; ``shown`` are the dashboard's arguments, ``box`` the box's, None if there is none."""
         self.options, self.endpoint, self.name, self.summary_file = options, endpoint, name, summary_file
         self.first_run = 0
-        self._fleet, self._shown = fleet, shown
+        self._fleet, self._shown, self._box = fleet, shown, box
+        self._sessions = options.sessions
         self._robots = Newcomers(fleet, options.robots_per_process, self._common)
 
     def _common(self, member: str) -> dict[str, Any]:
@@ -45,29 +46,66 @@ class Processes:
         Raises:
             ConfigError: this machine has no room for them.
         """
+        self._share(self.options.sessions)
         self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
+        if self._box is not None:
+            self._fleet.start(BOX, "box", self._common(identity.OPERATOR) | self._box)
         self._begin()
 
-    def look(self, robots: Iterable[str], say: Callable[[str], None]) -> None:
-        """Start processes for robots that the world names and that are new."""
-        self._robots.look(robots, say)
+    def lacks(self, robots: Iterable[str]) -> bool:
+        """Return True if robots are new and may come: the fleet stays, and has room for them."""
+        return self.options.scenario.settings.serve and bool(self._robots.fresh(robots))
+
+    def add(self, robots: Iterable[str], say: Callable[[str], None]) -> None:
+        """Start processes for those robots that are new; say which could not be started."""
+        fresh = self._robots.fresh(robots)
+        sessions = self._sessions + self._robots.processes(len(fresh))
+        try:
+            check_open_files(sessions)
+        except ConfigError as fault:
+            self._robots.give_up(fresh, fault, say)
+            return
+        self._share(sessions)
+        self._robots.add(fresh, say)
+
+    @property
+    def added(self) -> int:
+        """How many robots came later; another set-up is without them."""
+        return self._robots.added
 
     def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
-        """End the world, the robots and the dashboard, and start them with other options; the router stays.
+        """End the world, the robots and the dashboard, and start them with other options, unless told to ``stop``.
+
+        The box stays, and so does the router, unless its lease is too short for the sessions to come.
 
         Raises:
             ConfigError: this machine has no room for them.
         """
         self._fleet.stop((WORLD,))
-        let_finish(self._fleet, stop)
+        self.let_finish(stop)
+        if stop.is_set():
+            return
         self._fleet.stop((DASHBOARD, ROBOT))
         for file in (self.summary_file, self._snapshot, self.given_up):
             file.unlink(missing_ok=True)
         self._fleet.lost.clear()
         self.options, self.first_run = options, first_run
-        self.endpoint = self.endpoint.shared_by(options.sessions)
+        lease = self.endpoint.lease
+        self._share(options.sessions)
+        if self.endpoint.lease > lease:
+            self._fleet.stop((ROUTER,))
+            self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
         self._robots = Newcomers(self._fleet, options.robots_per_process, self._common)
         self._begin()
+
+    def let_finish(self, stop: Flag) -> None:
+        """Wait for the dashboard to write its file and end, for a while, or until told to ``stop``; the run is over."""
+        self._fleet.await_end(DASHBOARD, FAREWELL, stop)
+
+    def _share(self, sessions: int) -> None:
+        """Count the fleet anew: each session opened from now on is waited for as long as so many of them need."""
+        self._sessions, self.endpoint = sessions, self.endpoint.shared_by(sessions)
+        self._fleet.amend(lambda arguments: arguments | {"endpoint": arguments["endpoint"].shared_by(sessions)})
 
     @property
     def _snapshot(self) -> Path:
@@ -102,10 +140,3 @@ class Processes:
         if shown is not None:
             self._fleet.start(DASHBOARD, "dashboard", self._common(identity.WATCHER) | shown)
         self._robots.start(names(options.robots))
-
-
-def let_finish(fleet: Fleet, stop: Flag) -> None:
-    """Wait for the dashboard to write its file and end; the run is over."""
-    deadline = monotonic() + FAREWELL
-    while fleet.pid_of("dashboard") is not None and monotonic() < deadline and not stop.is_set():
-        fleet.watch(LOOK, again=False)

@@ -4,31 +4,32 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import choose, missing, page_address
+from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
+from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
-from swarm.launch.processes import Processes, let_finish
-from swarm.launch.running import CARD, keep, named, registered
-from swarm.launch.setup import answered, as_set
+from swarm.launch.processes import Processes
+from swarm.launch.running import CARD, Entry, named, registered
+from swarm.launch.setup import BUSY, answered, as_set
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
-from swarm.messages import CLOCK, SETUP, Phase
+from swarm.messages import CLOCK, SETUP, Clock
 from swarm.scenario.starts import names
 from swarm.secure import Identity, identity
 from swarm.stopping import told_to_stop
 
-LOOK: Final = 0.1  # s between two looks at the processes
-ANSWERS: Final = 2.0  # s in which a world that lives tells the phase
+ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
 
 def run(options: Options) -> int:
@@ -37,7 +38,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    options = ready(options)
+    options = replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -47,43 +48,49 @@ def run(options: Options) -> int:
             )
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     if mode is not None and (lacks := missing()) is not None:
-        if options.dashboard != "auto" or options.record is not None:
-            raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
-        mode = None
-    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim().shared_by(options.sessions)
+        raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
+    if options.dashboard == BOX and (lacks := missing_for_box()) is not None:
+        raise ConfigError(f"--dashboard box: {lacks}")
+    endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
-        registered(options.fleet or named(options.scenario.settings.name), endpoint) as (
-            name,
-            home,
-        ),
+        registered(options.fleet or named(options.scenario.settings.name), endpoint) as entry,
     ):
+        name, home = entry.name, entry.home
+        since = (home / CARD).stat().st_mtime_ns
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = console.print if console.is_terminal else partial(print, file=output, flush=True)
+        say = partial(console.print, soft_wrap=True) if console.is_terminal else partial(print, file=output, flush=True)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
             say(f"watch it: {page_address(ports['web_port'], ports['grpc_port'])}")
             shown |= ports
+        box = None
+        if options.dashboard == BOX:
+            port, secret = _free_port(), token()
+            box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
+            say(f"box: {address(port, secret)}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
-            processes = Processes(fleet, options, endpoint, name, shown if mode is not None else None, report_of_world)
+            processes = Processes(
+                fleet, options, endpoint, name, shown if mode is not None else None, report_of_world, box
+            )
             try:
                 processes.start()
-                trouble = _watch(fleet, processes, stop, console)
+                trouble = _watch(fleet, processes, entry, stop, console)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
                 elif mode is not None and not stop.is_set():
-                    let_finish(fleet, stop)
+                    processes.let_finish(stop)
             except SwarmError as fault:
                 trouble = str(fault)
             options = processes.options
         known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
-        for line in closing_lines(summary, told_of_recordings(record, fleet.starts["dashboard"], home / CARD)):
+        for line in closing_lines(summary, told_of_recordings(record, fleet.starts["dashboard"], since)):
             say(line)
         if options.report is not None:
             write_report(options.report, summary)
@@ -99,7 +106,8 @@ def _router_of(options: Options) -> Identity | None:
             f"--robots-per-process: expected 1 with --secure, got {options.robots_per_process}: a robot's keys are for "
             "its name only, so it needs a process of its own; leave out one of the two"
         )
-    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *names(options.robots)):
+    steering = [identity.OPERATOR] if options.dashboard == BOX else []
+    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *steering, *names(options.robots)):
         Identity(options.secure, member).check()
     return Identity(options.secure, identity.ROUTER)
 
@@ -108,28 +116,24 @@ def _free_port() -> int:
     return Endpoint("127.0.0.1", 0).claim().port
 
 
-def _watch(fleet: Fleet, processes: Processes, stop: Flag, console: Console) -> str:
+def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     endpoint = processes.endpoint
     terminal = Terminal(console, home=processes.options.scenario.settings.return_home)
     bus: Bus | None = None
-    trouble = said = ""
+    trouble = ""
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
             for request in _show(bus, terminal):
-                if (other := answered(request, processes.options, _phase(bus))) is not None:
-                    console.print(
-                        f"another set-up: {other.scenario.settings.name}, {other.robots} robots; the fleet starts again"
-                    )
-                    processes.start_again(other, terminal.progress.run + 1, stop)
-                    terminal.start_again(processes.first_run, home=other.scenario.settings.return_home)
-            processes.look(terminal.progress.order, console.print)
-            if said != (said := keep(processes.summary_file.parent, processes.name, endpoint)) and said:
+                _set_up(request, processes, terminal, bus, stop, console)
+            if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
+                processes.add(clock.robots, console.print)  # what was heard may be anybody's, so the world is asked
+            if said := entry.keep():
                 console.print(said, soft_wrap=True)
-            for ended in fleet.watch(LOOK):
+            for ended in fleet.watch():
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, console.print, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
@@ -152,10 +156,27 @@ def _follow(bus: Bus, processes: Processes) -> None:
         bus.serve(SETUP)
 
 
-def _phase(bus: Bus | None) -> Phase | None:
-    """Return the phase of the run as the world says now; None: there is no answer."""
+def _set_up(
+    request: Request, processes: Processes, terminal: Terminal, bus: Bus | None, stop: Flag, console: Console
+) -> None:
+    """Answer a request for another set-up; if it is accepted, start the fleet again."""
+    if processes.first_run > 0 and not terminal.progress.order:  # the world of the last set-up has not spoken yet
+        request.refuse(BUSY)
+        return
+    another = answered(request, processes.options, lambda: _clock(bus), processes.added)
+    if another is None:
+        return
+    scenario = another.options.scenario.settings
+    console.print(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
+    processes.start_again(another.options, another.run, stop)
+    if not stop.is_set():
+        terminal.start_again(another.run, home=scenario.return_home)
+
+
+def _clock(bus: Bus | None) -> Clock | None:
+    """Return the clock that the world tells when it is asked; None: there is no answer."""
     clocks = bus.fetch(CLOCK, ANSWERS) if bus is not None else []
-    return clocks[0].phase if clocks else None
+    return clocks[0] if clocks else None
 
 
 def _listens(endpoint: Endpoint) -> bool:

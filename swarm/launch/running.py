@@ -57,8 +57,50 @@ def folder() -> Path:
     return path
 
 
+class Entry:
+    """The entry of a fleet in the list: its name, and its folder with the card, whose lock this process holds."""
+
+    def __init__(self, name: str, home: Path, endpoint: Endpoint, card: int) -> None:
+        self.name, self.home = name, home
+        self._endpoint, self._card = endpoint, card  # card: the descriptor that holds the lock
+        self._said = ""
+
+    def keep(self) -> str:
+        """Make the folder and the card again if somebody has removed them; return a sentence about news, "" for none.
+
+        Another launcher may have taken the name meanwhile: then the folder is left alone.
+        """
+        before, self._said = self._said, self._kept()
+        return self._said if self._said != before else ""
+
+    def _kept(self) -> str:
+        if self._is_ours():
+            return ""
+        try:
+            with _locked(folder()):
+                card = _made(self.home, self.name, self._endpoint)
+        except (OSError, ConfigError) as fault:
+            return f"{self.home}: was removed and cannot be made again, so the report may be lost: {fault}"
+        os.close(self._card)
+        self._card = card
+        return f"{self.home}: was removed; it was made again, and the run goes on"
+
+    def _is_ours(self) -> bool:
+        """Return True if the card in the folder is the one whose lock this process holds."""
+        try:
+            return os.path.samestat((self.home / CARD).lstat(), os.fstat(self._card))
+        except OSError:
+            return False
+
+    def close(self) -> None:
+        """Remove the folder, unless it is another fleet's by now, and give up the lock."""
+        if self._is_ours():
+            rmtree(self.home, ignore_errors=True)
+        os.close(self._card)
+
+
 @contextmanager
-def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
+def registered(wanted: str, endpoint: Endpoint) -> Iterator[Entry]:
     """Take a free fleet name (``paper``, else ``paper-2``, ...) and a folder for it until the block ends.
 
     The folders of fleets whose launcher was killed are removed.
@@ -68,52 +110,53 @@ def registered(wanted: str, endpoint: Endpoint) -> Iterator[tuple[str, Path]]:
     """
     if not re.match(NAME, wanted) or wanted in {".", ".."}:  # the name becomes a folder, which is emptied
         raise ConfigError(f"--fleet: expected letters, digits and _ . : - (at most 60), got {wanted!r}")
-    all_fleets, home = folder(), None
+    all_fleets = folder()
     try:
-        lock = _opened(all_fleets / "lock", os.O_RDWR | os.O_CREAT)  # keeps two launchers from taking the same name
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        with _locked(all_fleets):
             _remove_dead(all_fleets)
             name = _free(all_fleets, wanted)
             home = all_fleets / name
-            card = _made(home, name, endpoint)
-        finally:
-            os.close(lock)
+            try:
+                entry = Entry(name, home, endpoint, _made(home, name, endpoint))
+            except OSError:
+                rmtree(home, ignore_errors=True)
+                raise
     except OSError as fault:
-        if home is not None:
-            rmtree(home, ignore_errors=True)
         raise ConfigError(
             f"{all_fleets}: expected a folder for running fleets that can be written, got {fault.strerror}; make room "
             "in it, or set XDG_RUNTIME_DIR to another folder of your own"
         ) from None
     try:
-        yield name, home
+        yield entry
     finally:
-        rmtree(home, ignore_errors=True)
-        os.close(card)
+        entry.close()
 
 
-def keep(home: Path, name: str, endpoint: Endpoint) -> str:
-    """Make the folder of a fleet again if somebody has removed it; return a sentence about that, "" for nothing.
-
-    The new card is this fleet's until its launcher ends.
-    """
-    if home.exists():
-        return ""
+@contextmanager
+def _locked(all_fleets: Path) -> Iterator[None]:
+    """Keep other launchers from taking a name, or removing what seems dead, until the block ends."""
+    lock = _opened(all_fleets / "lock", os.O_RDWR | os.O_CREAT)
     try:
-        folder()
-        _made(home, name, endpoint)
-    except (OSError, ConfigError) as fault:
-        return f"{home}: was removed and cannot be made again, so the report may be lost: {fault}"
-    return f"{home}: was removed; it was made again, and the run goes on"
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
 
 
 def _made(home: Path, name: str, endpoint: Endpoint) -> int:
-    """Make the folder of a fleet and its card; return the descriptor that holds the card's lock."""
-    home.mkdir(mode=0o700)
+    """Make the card of a fleet, and its folder if there is none; return the descriptor that holds the card's lock.
+
+    The caller holds the lock of the list.
+    """
+    if home.is_symlink() or not home.is_dir():
+        home.mkdir(mode=0o700)
     card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-    fcntl.flock(card, fcntl.LOCK_EX)
-    os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+    try:
+        fcntl.flock(card, fcntl.LOCK_EX)
+        os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+    except OSError:
+        os.close(card)
+        raise
     return card
 
 
@@ -128,7 +171,7 @@ def _remove_dead(all_fleets: Path) -> None:
         if home.is_symlink():
             home.unlink()
         elif home.is_dir() and _read(home) is None:
-            rmtree(home)
+            rmtree(home, ignore_errors=True)  # what its processes still write stays; its name is not free then
 
 
 def _free(all_fleets: Path, wanted: str) -> str:

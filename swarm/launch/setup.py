@@ -1,8 +1,8 @@
 """The set-up of a fleet as a request: scenario, robots, speed, starts, targets, floor; checked like a scenario file."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -10,45 +10,68 @@ from swarm.bus import Request
 from swarm.errors import ConfigError, PeerError, SwarmError
 from swarm.launch.options import Options, ready
 from swarm.maps.text import from_text
-from swarm.messages import Accepted, Phase, Setup
+from swarm.messages import DRAWING_LIMIT, Accepted, Clock, Phase, Setup
 from swarm.scenario.load import Scenario, checked, load
-from swarm.scenario.shipped import found, shipped
+from swarm.scenario.shipped import file_of, shipped
 from swarm.scenario.starts import starts
+from swarm.settings import MOST_ROBOTS
 
 MAY_CHANGE = (Phase.WAITING, Phase.PAUSED)  # phases in which nobody drives
+BUSY = "setup: expected no other set-up in progress, got one; ask again once the fleet waits for go"
+
+
+class Another(NamedTuple):
+    """A set-up that was accepted."""
+
+    options: Options
+    run: int  # number of its first run
 
 
 def as_set(options: Options) -> Setup:
-    """Return the set-up of a fleet as it is."""
+    """Return the set-up of a fleet as it is; what it cannot say is null, which keeps that part in a request."""
     settings = options.scenario.settings
+    drawn = settings.map.text is not None and len(settings.map.text) <= DRAWING_LIMIT
+    on_circle = settings.start.circle is not None
+    poses = [(x, y, yaw) for x, y, yaw in starts(options.scenario, options.robots, options.seed)]
     return Setup(
         scenario=settings.name,
         robots=options.robots,
         speed=settings.robot.speed_scale,
-        starts=[(x, y, yaw) for x, y, yaw in starts(options.scenario, options.robots, options.seed)],
-        targets=settings.targets,
-        map=settings.map.text,
-        cell=settings.map.cell if settings.map.text is not None else None,
+        starts=None if on_circle else poses,
+        targets=None if on_circle or settings.own_targets else settings.targets,
+        map=settings.map.text if drawn else None,
+        cell=settings.map.cell if drawn else None,
     )
 
 
-def answered(request: Request, options: Options, phase: Phase | None) -> Options | None:
-    """Answer a request for another set-up; return the options to start the fleet with, or None if it was refused."""
+def answered(
+    request: Request, options: Options, ask_clock: Callable[[], Clock | None], added: int = 0
+) -> Another | None:
+    """Answer a request for another set-up; return it, or None if it was refused.
+
+    The clock is asked for last: nothing but the answer comes between its phase and what is done.
+    ``added`` robots have come since the fleet began.
+    """
     asked = request.message
     assert isinstance(asked, Setup)
     try:
-        if phase not in MAY_CHANGE:
-            was = "no world that answers" if phase is None else f"one that is {phase.value}"
-            raise PeerError(f"setup: expected a run that waits or is paused, got {was}; pause it first")
         other = changed(asked, options)
+        clock = ask_clock()
+        if clock is None or clock.phase not in MAY_CHANGE:
+            was = "no world that answers" if clock is None else f"one that is {clock.phase.value}"
+            raise PeerError(f"setup: expected a run that waits or is paused, got {was}; pause it first")
     except SwarmError as fault:
         request.refuse(str(fault))
         return None
-    name = other.scenario.settings.name
-    request.accept(
-        Accepted(text=f"{name} with {other.robots} robot{'s' * (other.robots > 1)} is set up; it waits for go")
-    )
-    return other
+    text = f"{other.scenario.settings.name} with {_robots(other.robots)} is set up; it waits for go"
+    if added:
+        text += f". It is without the {_robots(added)} added to the fleet before; add them again"
+    request.accept(Accepted(text=text))
+    return Another(other, clock.run + 1)
+
+
+def _robots(number: int) -> str:
+    return f"{number} robot{'s' * (number > 1)}"
 
 
 def changed(asked: Setup, options: Options) -> Options:
@@ -57,9 +80,11 @@ def changed(asked: Setup, options: Options) -> Options:
     Raises:
         ConfigError: it cannot be driven; the errors are those of a scenario file.
     """
-    base = _base(asked.scenario, options)
+    now = options.loaded or options.scenario
+    same = asked.scenario in {None, now.settings.name}
+    base = now if same else _shipped(str(asked.scenario), now.settings.serve)
     raw: dict[str, Any] = msgspec.to_builtins(base.settings)
-    robots = base.settings.robots if asked.scenario is not None else options.robots
+    robots = options.robots if same else base.settings.robots
     floor = base.map
     if asked.starts is not None:
         raw["start"], robots = {"poses": asked.starts}, len(asked.starts)
@@ -75,17 +100,15 @@ def changed(asked: Setup, options: Options) -> Options:
         floor = from_text(asked.map, raw["map"]["cell"], "setup: map")
     elif asked.cell is not None and asked.cell != raw["map"]["cell"]:
         raise ConfigError(f"setup: cell: expected a map with it, got {asked.cell:g} m alone; send both")
-    if not 1 <= robots <= 1000:
-        raise ConfigError(f"setup: robots: expected 1 to 1000, got {robots}")
+    if not 1 <= robots <= MOST_ROBOTS:
+        raise ConfigError(f"setup: robots: expected 1 to {MOST_ROBOTS}, got {robots}")
     scenario = Scenario(checked(raw, "setup"), floor, base.profile)
     return ready(replace(options, scenario=scenario, robots=robots, wait=True))
 
 
-def _base(name: str | None, options: Options) -> Scenario:
-    """Return the scenario that a set-up changes: the one of a name that comes with the project, or that of now."""
-    now = options.loaded or options.scenario
-    if name in {None, now.settings.name}:
-        return now
-    if name not in shipped():
-        raise ConfigError(f"setup: scenario: expected one of {', '.join(shipped())}, got {name!r}")
-    return load(found(Path(str(name))), serve=now.settings.serve)
+def _shipped(name: str, serve: bool) -> Scenario:
+    """Return a scenario that comes with the project; no other file is read for a request."""
+    known = shipped()
+    if name not in known:
+        raise ConfigError(f"setup: scenario: expected one of {', '.join(known)}, got {name!r}")
+    return load(file_of(name), serve=serve)

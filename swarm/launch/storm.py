@@ -2,8 +2,7 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from swarm.bus import Endpoint
 from swarm.launch.fleet import Ended, Fleet
@@ -16,8 +15,6 @@ from world.storm.history import record
 from world.storm.laws import judge
 from world.storm.plan import StormPlan, only_simulated
 from world.storm.results import Job, Result, compared, summed
-
-LOOK: Final = 0.2  # s
 
 
 def perform_both(job: Job, stop: Callable[[], bool]) -> Result:
@@ -38,15 +35,15 @@ def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> d
     """Run a plan with a process for each robot, for ``limit`` [simulated s] at most, and return the world's report."""
     scenario = plan.to_scenario()
     options = Options(
-        scenario=scenario, robots=plan.robots, robots_per_process=1, seed=scenario.settings.seed, pace="max",
-        limit=limit, wait=False, dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
+        scenario=scenario, robots=plan.robots, robots_per_process=1, asked_seed=None, pace="max",
+        asked_limit=limit, wait=False, dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
     )  # fmt: skip
     endpoint = Endpoint("127.0.0.1", 0).claim()
     said: list[str] = []
-    with registered("storm", endpoint) as (name, home):
-        path = Path(home) / "report.json"
-        with Fleet(home, said.append) as fleet:
-            Processes(fleet, options, endpoint, name, None, path).start()
+    with registered("storm", endpoint) as entry:
+        path = entry.home / "report.json"
+        with Fleet(entry.home, said.append) as fleet:
+            Processes(fleet, options, endpoint, entry.name, None, path).start()
             ends = _until_over(fleet, stop)
         if path.exists():
             report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -58,7 +55,7 @@ def _until_over(fleet: Fleet, stop: Callable[[], bool]) -> list[str]:
     """Wait until the world has ended; return one line for each process that failed."""
     told: list[str] = []
     while not stop():
-        ended: list[Ended] = fleet.watch(LOOK)
+        ended: list[Ended] = fleet.watch()
         told += [f"{one.name} ended with status {one.status}: {one.last_lines}" for one in ended if one.status]
         if any(one.then is EarlyEnd.FINISH for one in ended):
             break

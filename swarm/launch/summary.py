@@ -56,15 +56,15 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
     return lines + [f"  {recording}" for recording in recordings]
 
 
-def told_of_recordings(record: Path | None, dashboards: int, since: Path) -> list[str]:
+def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list[str]:
     """Return a line about each recording of a run, whose dashboard was started ``dashboards`` times.
 
-    Older files of the same names are left out: they are those that were changed before the file ``since``.
+    Older files of the same names are left out: they are those that were changed before ``since`` [ns, Unix time].
     """
     if record is None:
         return []
     lines = []
-    for path in _recorded(record, dashboards, since.stat().st_mtime_ns):
+    for path in _recorded(record, dashboards, since):
         if is_whole(path):
             lines.append(f"recorded: {path}  (open it with: rerun {path})")
         else:

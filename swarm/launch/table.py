@@ -61,6 +61,18 @@ def dashboard() -> Callable[..., int]:
     return run
 
 
+def box() -> Callable[..., int]:
+    """`dashboard.page.process`."""
+    from dashboard.page.process import run
+
+    return run
+
+
+def without_window(arguments: dict[str, Any], number: int) -> dict[str, Any]:
+    """Return the arguments of a box that is started again: the page that is open connects by itself."""
+    return arguments if number == 1 else arguments | {"open_page": False}
+
+
 def to_another_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
     """Return the arguments of a dashboard that is started again: it keeps what the one before has recorded."""
     record: Path | None = arguments["record"]
@@ -84,9 +96,10 @@ ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,
 WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH)
 ROBOT: Final     = Role("robot",     robot,     LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
+BOX: Final       = Role("box",       box,       RESTART,    REPORT,     RESTART,  REPORT, again=without_window)
 # fmt: on
 
 CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)
-STOP_ORDER: Final = (WORLD, DASHBOARD, ROBOT, ROUTER)  # the world first: it writes the report
+STOP_ORDER: Final = (WORLD, DASHBOARD, BOX, ROBOT, ROUTER)  # the world first: it writes the report
 RESTARTS: Final = 3  # most restarts of one process within WITHIN
 WITHIN: Final = 60.0  # s

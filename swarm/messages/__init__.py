@@ -8,7 +8,7 @@ refuses the whole message (``PeerError``) if a field is missing, has a wrong typ
 from typing import Final
 
 from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, RobotDo, Steering
-from swarm.messages.fields import VERSION, Id, Message, Point
+from swarm.messages.fields import DRAWING_LIMIT, VERSION, Id, Message, Point
 from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
 from swarm.messages.robot import Assigned, BodyReport, Broadcast, Command, Edit, Plan, Sense, State
 from swarm.messages.topic import Topic
@@ -43,6 +43,7 @@ __all__ = [
     "BODY",
     "CLOCK",
     "COMMAND",
+    "DRAWING_LIMIT",
     "EDIT",
     "EVENT",
     "EVENTS",

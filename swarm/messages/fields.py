@@ -18,7 +18,8 @@ Scale = Annotated[float, Meta(ge=0.01, le=1)]
 Sender = Annotated[int, Meta(ge=0, lt=2**32)]  # a random number; see `Sequence`
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Text = Annotated[str, Meta(max_length=2000)]
-Drawing = Annotated[str, Meta(max_length=200_000)]
+DRAWING_LIMIT: Final = 200_000  # characters
+Drawing = Annotated[str, Meta(max_length=DRAWING_LIMIT)]
 Point = tuple[Metres, Metres]
 
 

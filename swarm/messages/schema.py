@@ -1,6 +1,7 @@
 """The JSON Schemas of the wire: one for each message, requests and answers included, and an index of the topics."""
 
 import json
+from inspect import cleandoc
 from typing import Any, Final
 
 import msgspec
@@ -20,13 +21,21 @@ def kinds() -> dict[str, type[Message]]:
 def types() -> dict[str, dict[str, Any]]:
     """Return the schema of every type of the wire by name: of messages, their parts and what is attached to them."""
     _, shapes = msgspec.json.schema_components([*kinds().values(), Sequence])
-    return shapes
+    return described(shapes)
+
+
+def described(shapes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return schemas whose descriptions, which are docstrings, are without the indentation of the code."""
+    return {
+        name: shape | {"description": cleandoc(shape["description"])} if "description" in shape else shape
+        for name, shape in shapes.items()
+    }
 
 
 def schema_of(kind: type[Message]) -> str:
     """Return the JSON Schema of a message, with the schemas of all its parts in ``$defs``."""
     schema = {"$schema": DIALECT, "title": f"swarm/v{VERSION} {kind.__name__}"} | msgspec.json.schema(kind)
-    return _text(schema)
+    return _text(schema | {"$defs": described(schema["$defs"])})
 
 
 def index() -> str:

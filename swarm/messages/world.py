@@ -223,15 +223,23 @@ Stops = Annotated[list[Point], Meta(max_length=MOST_STOPS)]
 class Setup(Message, frozen=True, kw_only=True):
     """What a fleet drives, without a file: the paper's box. A ``get`` has it as it is; in a request null keeps a part.
 
-    An accepted request starts the fleet again: other starts, nothing reached, waiting for ``go``.
+    What a ``get`` cannot say is null, so its answer is a request that changes nothing of the mission. An accepted
+    request starts the fleet again: nothing is reached, robots that were added later are gone, and it waits for ``go``.
     """
 
-    scenario: Annotated[Id | None, says("its name; in a request, one that comes with the project, or null")]
-    robots: Annotated[Count | None, says("how many; null with `starts`: one at each")] = None
+    scenario: Annotated[Id | None, says("its name; in a request: one that comes with the project, or that of now")]
+    robots: Annotated[
+        Count | None, says("how many; null with `starts`: one at each; with another scenario: its number")
+    ] = None
     speed: Annotated[Share | None, says("share of the paper's wheel speeds (0..4 m/s)")] = None
-    starts: Annotated[Starts | None, says("m, m, rad; of the robots")] = None
-    targets: Annotated[Stops | None, says("m; each robot visits all in order")] = None
-    map: Annotated[Drawing | None, says("`#` wall, `o` obstacle, `.` free; the first line is the top")] = None
+    starts: Annotated[Starts | None, says("m, m, rad; of the robots; null in a `get`: on a circle")] = None
+    targets: Annotated[Stops | None, says("m; each robot visits all in order; null in a `get`: each has its own")] = (
+        None
+    )
+    map: Annotated[
+        Drawing | None,
+        says("`#` wall, `o` obstacle, `.` free; the first line is the top; null in a `get`: a file, or too large"),
+    ] = None
     cell: Annotated[Cell | None, says("m; side of a character of `map`")] = None
 
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import pairwise
+from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -50,6 +51,13 @@ class Scenario:
             x, y, _ = settings.start.circle
             targets = [(2 * x - start[0], 2 * y - start[1])]
         return (*targets, *((start[:2],) if settings.return_home else ()))
+
+    def limit(self, asked: float | None) -> float:
+        """Return the simulated time [s] after which a run ends: what is asked for, else the scenario's.
+
+        A fleet that stays has none of its own.
+        """
+        return asked if asked is not None else inf if self.settings.serve else self.settings.limit
 
     def to_wire(self) -> tuple[ScenarioOnWire, PackedMap]:
         """Return settings and profile, and the packed map, as they cross the wire."""

@@ -26,5 +26,10 @@ def found(path: Path) -> Path:
     ('paper.yaml', 'no_such.yaml')
     """
     if not path.exists() and path.parent == Path() and path.suffix in {"", ".yaml"} and path.stem in shipped():
-        return FOLDER / f"{path.stem}.yaml"
+        return file_of(path.stem)
     return path
+
+
+def file_of(name: str) -> Path:
+    """Return the file of the shipped scenario of that name."""
+    return FOLDER / f"{name}.yaml"

@@ -1,6 +1,7 @@
-"""Moving aside: a robot that has long stood beside a mute robot leaves its place to it for a while, and comes back.
+"""Moving aside: a robot that has stood beside a mute robot for long drives away for a while, and then comes back.
 
-No plan makes a mute robot move, and none says where it wants to be. It may be where this robot stands.
+A mute robot follows no plan and does not say where it wants to be. It may want to be where this robot stands. The
+numbers below are choices, not measurements. Times are in ticks: the seconds beside them hold at 20 Hz only.
 """
 
 from collections.abc import Collection
@@ -12,27 +13,30 @@ from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.mute import SAYS, Mutes
 
-NEAR: Final = 1.5  # cell sides; a mute robot that is so near may want to be where this robot stands
-CLEAR: Final = 2.0  # cell sides, from the mute robot to a place aside
-FARTHEST: Final = 6  # cells, the longest way to a place aside
-PLACES: Final = 4  # of the nearest places, tried in turn
-LASTS: Final = 300  # ticks aside, with the way there
-MOVED: Final = 0.3  # m; a robot that has got on so far does not stand
+NEAR: Final = 1.5  # cell sides; a mute robot so near may want this place: diagonal neighbours are 1.41 apart
+CLEAR: Final = 2.0  # cell sides from a mute robot to a place aside: a cell between them stays free for it
+FARTHEST: Final = 6  # cells, the longest way to a place aside: there and back stays short beside ``LASTS``
+PLACES: Final = 4  # nearest places, tried in turn: the first may be where the mute robot wants to be next
+LASTS: Final = 300  # ticks (15 s) aside, with the way there: a mute robot has time to notice and to drive on
+MOVED: Final = 0.3  # m; a robot that has moved farther does not stand; less is a turn on the spot or a nudge
 
 
 class Aside:
-    """When and where one robot moves aside."""
+    """Decides when one robot moves aside, and where to."""
 
     def __init__(self) -> None:
-        self._at: Pose | None = None  # where it has stood
-        self._since = 0  # tick
-        self._to: Point | None = None  # m
-        self._times = 0
+        self._at: Pose | None = None  # where it stands
+        self._since = 0  # tick since which it stands there, or moves aside
+        self._to: Point | None = None  # m, the place aside; None: it does not move aside
+        self._times = 0  # how often it has moved aside
 
     def look(
         self, inputs: TrafficInputs, mutes: Mutes, head: int, taken: Collection[int], cells: CellMap
     ) -> TrafficInputs:
-        """Return the inputs, with another goal while the robot moves aside; cells ``taken`` are not driven through."""
+        """Return the inputs; while the robot moves aside, their goal is the place aside.
+
+        The way to that place does not lead through cells that are ``taken``. ``head`` is the cell to start from.
+        """
         tick, pose = inputs.tick, inputs.pose
         if self._to is not None and tick < self._since + LASTS and not inputs.stands:
             return inputs._replace(goal=self._to, path=(), done=False)
@@ -48,7 +52,7 @@ class Aside:
         return inputs
 
     def _place(self, near: Collection[Pose], head: int, taken: Collection[int], cells: CellMap) -> Point | None:
-        """Return one of the nearest places that are clear of mute robots ``near``: another one each time."""
+        """Return the centre [m] of a cell clear of the mute robots ``near``: each time another one, if there is any."""
         steps = cells.distances(head, frozenset(taken) - {head})
         reached = [cell for cell, far in enumerate(steps) if far <= FARTHEST and cells.stands[cell]]
         places = {cell: cells.centre(cell) for cell in reached}

@@ -20,8 +20,8 @@ from swarm.traffic.settings import TrafficSettings
 STANDS: Final = 0.05  # m/s; a robot that was slower between its last two broadcasts stands
 STEP: Final = 0.1  # m, between two points of a path
 LONGEST: Final = 1.0  # s for which it is assumed to drive on unheard
-STAYS: Final = 40  # ticks after which a covered cell counts as occupied for good: ways lead round it
-SAYS: Final = 200  # ticks for which a robot has waited for mute robots only, after which it says so
+STAYS: Final = 40  # ticks, 2 s at 20 Hz, after which a covered cell counts as occupied for good: ways lead round it
+SAYS: Final = 200  # ticks, 10 s at 20 Hz, for which a robot has waited for mute robots only, after which it says so
 
 
 class Spoken(NamedTuple):

@@ -39,8 +39,9 @@ def begun(
 ) -> RouteProgress:
     """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim.
 
-    Where it can stand in none of them, it keeps the nearest cell to stand in of those ``held`` until now: it never
-    takes a cell that it neither touches nor held.
+    Where it can stand in none of them, it keeps the nearest cell to stand in of those ``held`` until now: it takes no
+    cell that it neither touches nor held. Only where ``touched`` is empty (the body is outside of all cells) and it
+    can stand in none of those held does it take the nearest cell to stand in of the map.
     """
     x, y, _ = body.pose
     standable = [cell for cell in touched if cells.stands[cell]] or [cell for cell in held if cells.stands[cell]]

@@ -18,6 +18,8 @@ from swarm.errors import ConfigError
         ("web", {"DISPLAY": ":0"}, False, "web"),
         ("off", {"DISPLAY": ":0"}, False, None),
         ("off", {}, True, "off-screen"),
+        ("box", {"DISPLAY": ":0"}, False, None),
+        ("box", {}, True, "off-screen"),
     ],
 )
 def test_choose(
@@ -32,13 +34,32 @@ def test_a_display_without_the_viewer_program_gets_the_web_viewer(monkeypatch: p
     assert mode.choose("auto", {"DISPLAY": ":0"}) == "web"
 
 
+@pytest.mark.parametrize(
+    ("asked", "screen", "installed", "expected"),
+    [
+        ("auto", True, {"rerun", "rerun_cli", "aiohttp"}, "viewer"),
+        ("auto", False, {"rerun", "rerun_cli", "aiohttp"}, "box"),
+        ("auto", True, {"rerun", "aiohttp"}, "box"),
+        ("auto", False, {"rerun"}, "web"),
+        ("auto", False, set(), "off"),
+        ("web", True, {"aiohttp"}, "web"),
+        ("fly", True, {"aiohttp"}, "fly"),
+    ],
+)
+def test_auto_of_a_fleet_is_the_viewer_where_there_is_a_display_else_the_box(
+    monkeypatch: pytest.MonkeyPatch, asked: str, screen: bool, installed: set[str], expected: str
+) -> None:
+    monkeypatch.setattr(mode, "find_spec", lambda name: object() if name in installed else None)
+    assert mode.resolved(asked, {"DISPLAY": ":0"} if screen else {}) == expected
+
+
 def test_the_page_is_on_loopback_unless_asked_otherwise() -> None:
     assert mode.page_address(9090, 9876).startswith("http://127.0.0.1:9090/?url=rerun%2Bhttp://127.0.0.1:9876/proxy&")
     assert "127.0.0.1" not in mode.page_address(9090, 9876, mode.ANY)
 
 
 def test_an_unknown_word_is_refused() -> None:
-    with pytest.raises(ConfigError, match="expected one of auto, viewer, web, off, got 'of'"):
+    with pytest.raises(ConfigError, match="expected one of auto, viewer, web, box, off, got 'of'"):
         mode.choose("of", {})
 
 

@@ -19,6 +19,7 @@ from swarm.errors import ConfigError
 from tests.dashboard.actors import World, router
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import Rehearsal
+from tests.launch.actors import LONGEST
 
 pytestmark = pytest.mark.processes
 
@@ -45,14 +46,14 @@ def dashboard(endpoint: Endpoint, *arguments: str) -> Iterator["subprocess.Popen
 def wait_for_dashboard(bus: Bus) -> None:
     bus.watch_presence()
     while True:
-        arrived = bus.receive(timeout=30)
+        arrived = bus.receive(timeout=LONGEST)
         assert arrived is not None, "the dashboard did not come"
         if isinstance(arrived, Presence) and arrived.role == "dashboard":
             return
 
 
 def ended(running: "subprocess.Popen[str]") -> tuple[int, str]:
-    said, _ = running.communicate(timeout=30)
+    said, _ = running.communicate(timeout=LONGEST)
     return running.returncode, said
 
 
@@ -80,7 +81,7 @@ def test_told_to_stop_it_finishes_the_file(endpoint: Endpoint, tmp_path: Path) -
             wait_for_dashboard(bus)
             assert running.stdout is not None
             address = running.stdout.readline().split()[-1]
-            with urllib.request.urlopen(address, timeout=10) as page:
+            with urllib.request.urlopen(address, timeout=LONGEST) as page:
                 assert b"rerun" in page.read().lower()
             family = [psutil.Process(running.pid), *psutil.Process(running.pid).children(recursive=True)]
             listening = {
@@ -92,10 +93,10 @@ def test_told_to_stop_it_finishes_the_file(endpoint: Endpoint, tmp_path: Path) -
             running.send_signal(signal.SIGTERM)
             assert ended(running)[0] == 0
             assert not [process for process in family if process.is_running()], "the page's server is left"
-            arrived = bus.receive(timeout=10)
+            arrived = bus.receive(timeout=LONGEST)
             while not (isinstance(arrived, Presence) and arrived.role == "dashboard" and not arrived.alive):
                 assert arrived is not None, "the dashboard's token stayed"
-                arrived = bus.receive(timeout=10)
+                arrived = bus.receive(timeout=LONGEST)
     assert "/world/map" in Recording(tmp_path / "run.rrd").entities
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(tmp_path / "run.rrd")], check=True)
 
@@ -155,6 +156,6 @@ def test_a_killed_dashboard_leaves_no_page_behind(endpoint: Endpoint) -> None:
             page = psutil.Process(running.pid).children()
             assert page
             running.kill()
-            gone, alive = psutil.wait_procs(page, timeout=30)
+            gone, alive = psutil.wait_procs(page, timeout=LONGEST)
         assert gone
         assert not alive

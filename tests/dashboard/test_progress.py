@@ -117,6 +117,27 @@ def test_the_share_counts_robots_not_heard_yet() -> None:
     assert progress.share == pytest.approx(2 / 6)
 
 
+# fmt: off
+LEGS = {  # what a robot says, in order -> the share of its way
+    "nothing yet":          ((),                                                                            0.0),
+    "a leg begins":         ((state(10, distance=8.0),),                                                    0.0),
+    "a quarter of the leg": ((state(10, distance=8.0), state(20, distance=6.0)),                            0.25 / 3),
+    "a detour":             ((state(10, distance=8.0), state(20, distance=6.0), state(30, distance=12.0)),  0.0),
+    "the next leg":         ((state(10, distance=8.0), state(20, target=1, distance=4.0, reached=[True, False, False]),
+                              state(30, target=1, distance=1.0, reached=[True, False, False])),             1.75 / 3),
+    "all reached":          ((state(10, target=3, distance=0.0, reached=[True] * 3),),                      1.0),
+    "other stops":          ((state(10, distance=8.0), state(20, assignment=1, distance=2.0, reached=[False]),
+                              state(30, assignment=1, distance=1.0, reached=[False])),                      0.5),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", LEGS)
+def test_the_way_to_the_next_stop_counts_by_its_length(name: str) -> None:
+    said, share = LEGS[name]
+    assert folded(clock(), *said).robot("a").share == pytest.approx(share)
+
+
 def test_seconds_follow_the_worlds_own_rate() -> None:
     slow = Clock(run=1, tick=100, time=10.0, phase=Phase.RUNNING, robots=[], present=[])
     assert folded(slow).seconds(50) == pytest.approx(5.0)

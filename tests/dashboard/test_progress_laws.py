@@ -118,4 +118,6 @@ def test_the_former_run_cannot_disturb_the_new_one(messages: list[Message], late
 
 @given(st.lists(anything(), max_size=20))
 def test_a_share_is_a_share(messages: list[Message]) -> None:
-    assert 0.0 <= run(messages).share <= 1.0
+    progress = run(messages)
+    assert 0.0 <= progress.share <= 1.0
+    assert all(0.0 <= robot.share <= 1.0 for robot in progress.robots.values())

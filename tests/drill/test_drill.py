@@ -79,7 +79,7 @@ def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr("swarm.launch.drill.live.LEAVING", 0.1)
     outcome = run.one(Row("leaves", "leaves a process", leave, laws=(), tick=1), LOCKSTEP)
-    assert left[0].wait() == -9, "the drill ends what is left"
+    assert left[0].wait(10.0) == -9, "the drill ends what is left"
     assert outcome.outcome == "fail"
     assert "nothing left: " in outcome.seen
     assert f"left: process {left[0].pid} (" in outcome.seen

@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 PATIENCE: Final = 40.0  # s; the longest silence before the test fails
 LONGEST: Final = 3 * PATIENCE  # s; the longest wait for what fits, if other things come meanwhile
-FAREWELL: Final = 20.0  # s; the longest wait for processes that were told to end
+FAREWELL: Final = 60.0  # s; the longest wait for processes that were told to end
 
 SMALL: Final = """\
 name: small
@@ -200,6 +200,7 @@ class Command:
                 if process.is_running():
                     process.kill()
         self._reader.join(FAREWELL)
+        assert not self._reader.is_alive(), f"a process that writes to this output is left\n{self.text}"
         assert self.process.stdout is not None
         self.process.stdout.close()
 

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from dashboard.mode import is_whole
-from swarm.messages import EVENT
+from swarm.messages import ACTION, EVENT, Action, Do
 from tests.launch.actors import PATIENCE, Command, Fleet, await_clock, await_event, await_presence
 
 pytestmark = pytest.mark.processes
@@ -133,9 +133,11 @@ def test_a_killed_dashboard_comes_back_with_all_progress_and_a_second_file(small
         bus.listen(EVENT)
         fleet.await_all(bus)
         await_event(bus, lambda event: event.kind == "reached")
+        bus.ask(ACTION, Action(do=Do.PAUSE))  # or the run would be over before a slow machine has started it again
         fleet.member("dashboard").kill()
         await_presence(bus, "dashboard", alive=False)
         await_presence(bus, "dashboard", alive=True)
+        bus.ask(ACTION, Action(do=Do.RESUME))
         assert fleet.end() == 0, fleet.text
         fleet._reader.join()
         assert "dashboard was ended by signal 9; started again" in fleet.text

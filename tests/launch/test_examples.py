@@ -14,8 +14,8 @@ import pytest
 
 from swarm.bus import Bus, Endpoint
 from swarm.cli import main
-from swarm.messages import EVENT, SENSE, Sense
-from tests.launch.actors import FAREWELL, PATIENCE, SMALL, Command, Fleet, await_event, await_message, await_presence
+from swarm.messages import ACTION, EVENT, ROBOT_ACTION, SENSE, Action, Do, RobotAction, RobotDo, Sense
+from tests.launch.actors import FAREWELL, LONGEST, SMALL, Command, Fleet, await_event, await_message, await_presence
 from tests.shared import PAPER, ROOT
 
 EXAMPLES: Final = sorted((ROOT / "examples").glob("*.py"))
@@ -82,7 +82,7 @@ def test_send_waits_until_the_robot_is_there_and_may_be_run_again(small: Path, t
                 assert read_to(again, "number") == accepted, "said again, it is the same order"
                 read_to(new, "number")
                 assert main(["go"]) == 0
-                said = [each.communicate(timeout=PATIENCE)[0] for each in (one, again, old, new)]
+                said = [each.communicate(timeout=LONGEST)[0] for each in (one, again, old, new)]
                 assert said == ["r1 is there\n"] * 2 + ["r2 other stops have replaced these\n", "r2 is there\n"]
                 assert [each.returncode for each in (one, again, old, new)] == [0, 0, 1, 0]
         assert fleet.end() == 0, fleet.text
@@ -100,7 +100,7 @@ def test_clerk_keeps_all_robots_busy_until_its_list_is_done(tmp_runtime: Path) -
         with example(fleet, "clerk.py", "night", *places) as clerk:
             read_to(clerk, "on duty")
             assert main(["go"]) == 0
-            text, _ = clerk.communicate(timeout=PATIENCE)
+            text, _ = clerk.communicate(timeout=LONGEST)
         assert text.count("refused: ") == 1, text
         assert "night-4 refused: " in text, "that place is in a wall"
         assert text.endswith(f"{len(places) - 1} of {len(places)} places visited\n")
@@ -121,14 +121,17 @@ def test_watch_tells_one_who_comes_late_what_was_before_and_all_that_comes(small
         bus.listen(EVENT)
         assert main(["go"]) == 0
         await_event(bus, lambda event: event.kind == "reached" and event.robot == "r1")
+        bus.ask(ACTION, Action(do=Do.PAUSE))  # or the run would be over before a slow machine has started it
         with example(fleet, "watch.py") as watch:
             before = read_to(watch, "watching")
-            after, _ = watch.communicate(timeout=PATIENCE)
+            bus.ask(ACTION, Action(do=Do.RESUME))
+            after, _ = watch.communicate(timeout=LONGEST)
             assert watch.returncode == 0
         assert fleet.end() == 0, fleet.text
     assert "fleet: the run is running" in before
     assert "r1: is at target 1" in before
-    assert "s  small is running" in before
+    assert "s  small is paused" in before
+    assert "s  small is running" in after
     for name in ("r1", "r2"):
         assert f"s  {name} at " in before
         assert f"s  {name} at " in after
@@ -163,6 +166,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
             read_to(driver, "you drive r3")
             with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
                 start = await_sense(bus, lambda sense: sense.tick > 0)
+                bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.STOP), robot="r1")  # the run is not over before it goes on
                 for keys in ("w", "\x1b[A"):
                     driver.stdin.write(keys)
                     driver.stdin.flush()
@@ -179,6 +183,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
                 driver.stdin.flush()
                 assert driver.wait(FAREWELL) == 0
                 await_event(bus, lambda event: event.kind == "gone" and event.robot == "r3")
+                bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.GO_ON), robot="r1")
                 await_event(bus, lambda event: event.kind == "reached" and event.robot == "r1")
                 with started_at(endpoint, "driven", "drive.py", "r3") as second:
                     read_to(second, "you drive r3")
@@ -196,7 +201,7 @@ def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endp
     with started_at(endpoint, "elsewhere", "foreign_world.py") as world:
         read_to(world, "waits for r1 and r2")
         with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
-            text, _ = world.communicate(timeout=2 * PATIENCE)
+            text, _ = world.communicate(timeout=LONGEST)
     assert world.returncode == 0, text
     assert text.count(" is at ") == 4, text
     apart, off = map(float, re.findall(r"(-?[\d.]+) m", text.splitlines()[-1]))

@@ -10,7 +10,7 @@ import pytest
 
 from swarm.bus import Endpoint
 from swarm.scenario.load import Scenario
-from tests.launch.actors import Command
+from tests.launch.actors import FAREWELL, Command
 from tests.launch.foreign import with_foreign
 from tests.shared import PAPER, ROOT, with_settings
 
@@ -44,7 +44,7 @@ def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint
             assert line.startswith("world/join: "), line
         with Command("robot", "--count", "3", *wire, runtime=tmp_runtime):
             assert world.end() == 0, world.text
-        assert foreign.wait(20.0) == 0
+        assert foreign.wait(FAREWELL) == 0
     assert_it_keeps_the_contract(json.loads(file.read_text()), name)
 
 

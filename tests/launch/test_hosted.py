@@ -45,8 +45,9 @@ def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on
     ):
         bus.listen(EVENT)
         fleet.await_all(bus)
+        victim = fleet.member("r1-r3")
         await_event(bus, lambda event: event.kind == "reached")
-        fleet.member("r1-r3").kill()
+        victim.kill()
         assert {await_event(bus, lambda event: event.kind == "gone").robot for _ in range(3)} == {"r1", "r2", "r3"}
         assert fleet.end() == 0, fleet.text
         assert "r1-r3 was ended by signal 9; started again" in fleet.text

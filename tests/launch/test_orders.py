@@ -76,9 +76,9 @@ def test_an_order_and_a_stop_outlive_the_robot_and_the_world(small: Path, tmp_ru
     with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         bus.listen(EVENT)
+        assert main(["stop", "r2"]) == 0
         assert main(["go"]) == 0
         await_phase(bus, Phase.RUNNING)
-        assert main(["stop", "r2"]) == 0
         assert main(["order", "r1", "9.5,4.0", "2.5,6.0", "9.5,2.0", "--id", "a"]) == 0
         fleet.member("r1").kill()
         fleet.await_line("r1 was ended by signal 9; started again")

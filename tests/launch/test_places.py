@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from swarm.cli import main
+from swarm.messages import CLOCK
 from tests.launch.actors import Fleet
 from tests.launch.test_serve import await_done
 
@@ -22,9 +24,12 @@ def test_a_robot_is_added_drives_and_outlives_the_world(
         assert main(["add-robots", "2", "--at", "8.5,4.0", "--id", "more"]) == 0
         await_done(bus, "r3", 1)
         await_done(bus, "r4", 2)
+        forged = bus.fetch(CLOCK)[0]
+        bus.send(CLOCK, msgspec.structs.replace(forged, robots=[*forged.robots, "r77"]))
         assert main(["add-robots", "2", "--at", "8.5,4.0", "--id", "more"]) == 0, "the same again changes nothing"
         assert capsys.readouterr().out.splitlines() == ["r3, r4: the places are open"] * 2
         assert main(["order", "r3", "9.5,2.0", "2.5,6.0", "--home", "--id", "a"]) == 0
+        assert not list(tmp_runtime.rglob("r77.log")), "the world knows no r77: it has no process"
         fleet.member("world").kill()
         fleet.await_line("world was ended by signal 9; started again")
         done = await_done(bus, "r3", 3)

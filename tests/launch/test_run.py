@@ -121,8 +121,9 @@ def test_a_robot_alone_that_is_killed_in_lockstep_comes_back_and_finishes(tmp_ru
     with Fleet(PAPER, "--pace", "max", robots=1, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
         fleet.await_all(bus)
+        victim = fleet.member("r1")
         await_event(bus, lambda event: event.kind == "reached")
-        fleet.member("r1").kill()
+        victim.kill()
         await_event(bus, lambda event: event.kind == "gone")
         assert fleet.end() == 0, fleet.text
         assert fleet.report()["complete"]
@@ -134,9 +135,10 @@ def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path)
     with Fleet(PAPER, "--pace", "max", robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
         fleet.await_all(bus)
+        victims = {robot: fleet.member(robot) for robot in ("r1", "r2")}
         await_event(bus, lambda event: event.kind == "reached")
-        for robot in ("r1", "r2"):
-            fleet.member(robot).kill()
+        for robot, victim in victims.items():
+            victim.kill()
             await_event(bus, lambda event, robot=robot: event.kind == "gone" and event.robot == robot)  # type: ignore[misc]
         assert fleet.end() == 0, fleet.text
         kinds = []
@@ -190,8 +192,9 @@ def test_a_killed_robot_is_named_and_started_again_and_the_mission_completes(sma
     with Fleet(small, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
         fleet.await_all(bus)
+        victim = fleet.member("r1")
         await_event(bus, lambda event: event.kind == "reached")
-        fleet.member("r1").kill()
+        victim.kill()
         assert await_event(bus, lambda event: event.kind == "gone").robot == "r1"
         assert fleet.end() == 0, fleet.text
         assert "r1 was ended by signal 9; started again" in fleet.text
@@ -244,10 +247,11 @@ def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Pat
         bus.listen(EVENT)
         fleet.await_all(bus)
         await_clock(bus, lambda clock: len(clock.present) == 2)
+        victim = fleet.member("r1")
         fleet.fork_server().kill()
         assert main(["go"]) == 0
         await_event(bus, lambda event: event.kind == "reached")
-        next(process for process in fleet.family if process.is_running() and fleet.is_log_of(process, "r1")).kill()
+        victim.kill()
         assert fleet.end() == 0, fleet.text
         assert "r1 was ended by signal 9; started again" in fleet.text
         assert fleet.text.count(" was ended by ") == 1
@@ -261,8 +265,9 @@ def test_a_killed_router_is_started_again_and_the_mission_completes(small: Path,
         with fleet.bus() as bus:
             bus.listen(EVENT)
             fleet.await_all(bus)
+            router = fleet.member("router")
             await_event(bus, lambda event: event.kind == "reached")
-            fleet.member("router").kill()
+            router.kill()
         assert fleet.end() == 0, fleet.text
         assert "router was ended by signal 9; started again" in fleet.text
         assert fleet.report()["complete"]

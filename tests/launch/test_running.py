@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from shutil import rmtree
 
@@ -11,15 +12,15 @@ import pytest
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.running import CARD, find, folder, keep, registered
+from swarm.launch.running import CARD, find, folder, registered
 
 ENDPOINT = Endpoint("127.0.0.1", 7447)
 HOLDS = """
 import sys
 from swarm.bus import Endpoint
 from swarm.launch.running import registered
-with registered("held", Endpoint("127.0.0.1", 7447)) as (name, home):
-    print(name, flush=True)
+with registered("held", Endpoint("127.0.0.1", 7447)) as entry:
+    print(entry.name, flush=True)
     sys.stdin.read()
 """
 
@@ -82,20 +83,21 @@ def test_no_link_in_the_folder_is_followed(tmp_runtime: Path, planted: str) -> N
         ):
             pass
     else:
-        with registered("small", ENDPOINT) as (name, home):
-            assert (name, home.is_symlink()) == ("small", False)
+        with registered("small", ENDPOINT) as entry:
+            assert (entry.name, entry.home.is_symlink()) == ("small", False)
     assert (treasure / "file").read_text() == "precious"
 
 
 def test_a_folder_is_for_the_user_alone_and_goes_with_the_fleet(tmp_runtime: Path) -> None:
     before = os.umask(0)
     try:
-        with registered("small", ENDPOINT) as (name, home):
+        with registered("small", ENDPOINT) as entry:
+            home = entry.home
             for path in (home.parent, home, home / CARD, home.parent / "lock"):
                 assert path.stat().st_mode & 0o077 == 0, path
-            assert find(None).fleet == name
-            with registered("small", ENDPOINT) as (other, _):
-                assert other == "small-2"
+            assert find(None).fleet == entry.name
+            with registered("small", ENDPOINT) as other:
+                assert other.name == "small-2"
     finally:
         os.umask(before)
     assert [path.name for path in home.parent.iterdir()] == ["lock"]
@@ -143,15 +145,44 @@ def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    with registered("held", ENDPOINT) as (name, home):
-        assert keep(home, name, ENDPOINT) == ""
-        rmtree(place(tmp_path))
-        assert keep(home, name, ENDPOINT) == f"{home}: was removed; it was made again, and the run goes on"
+    with registered("held", ENDPOINT) as entry:
+        home, files = entry.home, len(os.listdir("/proc/self/fd"))
+        assert entry.keep() == ""
+        for _ in range(3):
+            rmtree(place(tmp_path))
+            assert entry.keep() == f"{home}: was removed; it was made again, and the run goes on"
+            assert entry.keep() == "", "it is said once"
+        (home / CARD).unlink()
+        (home / "world.log").touch()
+        assert entry.keep() == f"{home}: was removed; it was made again, and the run goes on"
+        assert (home / "world.log").exists(), "what is there stays"
+        assert len(os.listdir("/proc/self/fd")) == files, "no descriptor is left open"
         assert place(tmp_path).stat().st_mode & 0o777 == 0o700
         assert find("held").pid == os.getpid()
-        with registered("held", ENDPOINT) as (another, _):
-            assert another == "held-2", "its card is locked as before"
+        with registered("held", ENDPOINT) as another:
+            assert another.name == "held-2", "its card is locked as before"
         rmtree(place(tmp_path))
         place(tmp_path).mkdir(mode=0o755)
-        assert "cannot be made again, so the report may be lost: " in keep(home, name, ENDPOINT)
+        assert "cannot be made again, so the report may be lost: " in entry.keep()
+        assert entry.keep() == "", "it is said once"
+    assert not home.exists()
+
+
+def test_a_folder_that_another_launcher_has_taken_meanwhile_is_left_alone(tmp_runtime: Path) -> None:
+    with registered("held", ENDPOINT) as first:
+        rmtree(first.home)
+        with registered("held", ENDPOINT) as second:
+            assert second.name == "held"
+            (second.home / "report.json").write_text("theirs")
+            assert "cannot be made again, so the report may be lost: [Errno 17] File exists" in first.keep()
+
+
+def test_a_launcher_that_ends_removes_no_folder_of_another(tmp_runtime: Path) -> None:
+    with ExitStack() as second:
+        with registered("held", ENDPOINT) as first:
+            rmtree(first.home)
+            home = second.enter_context(registered("held", ENDPOINT)).home
+            assert home == first.home
+        assert home.exists()
+        assert find("held").pid == os.getpid()
     assert not home.exists()

@@ -1,6 +1,7 @@
 """Another set-up of a fleet over the wire: the launcher ends the world and the robots, and starts them again."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,7 @@ def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (drawing := tmp_runtime / "drawing.txt").write_text(DRAWN)
-    with Fleet(small, "--pace", "1", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+    with Fleet(small, "--pace", "3", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         await_phase(bus, Phase.WAITING)
         assert main(["setup"]) == 0
@@ -80,14 +81,24 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
             bus.ask(SETUP, Setup(scenario="nowhere"))
         with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
             bus.ask(SETUP, Setup(scenario=None, cell=0.7))
-        assert main(["setup", "--scenario", "paper", "--robots", "1"]) == 0
+        with ThreadPoolExecutor() as two:
+            short = Setup(scenario="paper", robots=1, targets=[(2.5, 11.5)])
+            asked = [two.submit(bus.ask, SETUP, short, 30.0) for _ in range(2)]
+        faults = [str(one.exception()) for one in asked if one.exception() is not None]
+        said = [one.result().text for one in asked if one.exception() is None]
+        assert said == ["paper with 1 robot is set up; it waits for go"]
+        assert faults == [
+            "fleet/setup: setup: expected no other set-up in progress, got one; ask again once the fleet waits for go"
+        ]
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
+        world = fleet.member("world")
         assert main(["go"]) == 0
         await_status(bus, lambda status: status.time > 1.0)
-        fleet.member("world").kill()
+        world.kill()
         fleet.await_line("world was ended by signal 9; started again")
         (told,) = bus.fetch(SETUP)
         assert (told.scenario, told.robots) == ("paper", 1)
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
     assert (report["scenario"], report["robots"], report["complete"]) == ("paper", 1, True)
+    assert report["per_robot"]["r1"]["targets"] == 2, "one target, then home"

@@ -75,8 +75,9 @@ def test_in_real_time_a_killed_world_goes_on_and_nothing_is_reached_twice(noisy:
     with Fleet(noisy, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
         fleet.await_all(bus)
+        world = fleet.member("world")
         before = await_event(bus, lambda event: event.kind == "reached")
-        fleet.member("world").kill()
+        world.kill()
         fleet.await_line("world was ended by signal 9; started again")
         assert fleet.end() == 0, fleet.text
         report = fleet.report()

@@ -10,7 +10,7 @@ from swarm.maps.load import load_map
 from swarm.maps.movingai import Row, from_movingai, from_scen, load_movingai, load_scen
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap
 from tests.maps.drawings import MOVINGAI
-from tests.planning.shared import DATA, needs_data
+from tests.shared import DATA, needs_data
 
 CELLS = [[FREE, WALL, FREE, FREE], [FREE, WALL, FREE, WALL], [FREE, FREE, WALL, FREE]]
 

@@ -15,7 +15,7 @@ from swarm.maps.load import load_map
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL
 from swarm.maps.ros import Description, from_pixels, from_yaml
 from tests.maps.drawings import P2, P5, P5_WIDE, YAML, hand_made_png, png
-from tests.planning.shared import DATA, needs_data
+from tests.shared import DATA, needs_data
 
 
 def description(mode: str = "trinary", free: float = 0.196, negate: bool = False) -> Description:

@@ -57,4 +57,4 @@ def _value(type_: inspect.Type, name: str) -> Any:  # noqa: ANN401
         case inspect.StructType(fields=fields, tag_field=tag_field, tag=tag):
             tagged = {} if tag_field is None else {tag_field: tag}
             return tagged | {field.encode_name: _value(field.type, field.encode_name) for field in fields}
-    raise NotImplementedError(type_)
+    raise TypeError(f"no example for {type_}")

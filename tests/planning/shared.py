@@ -1,15 +1,8 @@
-"""Maps for the tests of planning: public benchmark data, if it is present, and random grids."""
-
-from pathlib import Path
+"""Maps for the tests of planning: random grids."""
 
 import numpy as np
-import pytest
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the public benchmark data is not at {DATA}")
 
 
 @st.composite

@@ -21,7 +21,8 @@ from swarm.planning import search
 from swarm.planning.astar import Lattice, shortest
 from swarm.planning.path_check import check_cells
 from swarm.planning.solve import solve_scen
-from tests.planning.shared import DATA, grids, needs_data
+from tests.planning.shared import grids
+from tests.shared import DATA, needs_data
 
 
 def legal_steps(free: NDArray[np.bool_]) -> list[tuple[int, int, float]]:

@@ -14,7 +14,7 @@ from swarm.maps.text import from_text
 from swarm.planning.grid import UNIT, Grid
 from swarm.planning.path import Path, is_reachable, line_is_free, path_is_free, plan
 from swarm.planning.path_check import Judge
-from tests.planning.shared import DATA, needs_data
+from tests.shared import DATA, needs_data
 
 ROOMS = from_text(
     """\

@@ -237,7 +237,7 @@ FLAGS = {
     "a fleet elsewhere":   (["--fleet", "../../x"], "--fleet: expected letters, digits and _ . : -"),
     "a fleet at the root": (["--fleet", "/tmp"], "--fleet: expected letters, digits and _ . : -"),
     "the folder above":    (["--fleet", ".."], "--fleet: expected letters, digits and _ . : -"),
-    "an odd dashboard":    (["--dashboard", "paper"], "dashboard: expected one of auto, viewer, web, off, got 'paper'"),
+    "an odd dashboard":    (["--dashboard", "paper"], "dashboard: expected one of auto, viewer, web, box, off, got 'paper'"),
     "a report nowhere":    (["--report", "/nowhere/at/all.json"], "--report /nowhere/at/all.json: expected a folder that can be written"),
     "a report in a folder": (["--report", "/"], "--report /: expected a file's name, got a folder"),
     "an unknown flag":     (["--robots", "2", "--colour", "red"], "unrecognized arguments: --colour red"),

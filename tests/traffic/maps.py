@@ -1,10 +1,8 @@
 """Small maps drawn in the tests, and public ones where they are at hand."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
-import pytest
 
 from swarm.fuzzy import load_profile
 from swarm.geometry import Pose, bearing
@@ -13,11 +11,11 @@ from swarm.scenario.benchmark import ROBOT, SENSORS
 from swarm.scenario.load import Scenario
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
 from swarm.traffic.cells import CellMap
+from tests.shared import DATA
 from world.faults import Faults
 from world.simulate import Simulation
 
 SIDE = 1.2  # m
-PUBLIC = Path(__file__).resolve().parents[3] / "shared" / "data" / "mapf"
 
 Place = tuple[int, int]  # (row from the top, column) of a drawn map
 
@@ -90,10 +88,8 @@ class Drawn:
 
 
 def public(name: str, agents: int | None = None) -> tuple[Drawn, tuple[int, ...], tuple[int, ...]]:
-    """Read a public multi-agent instance: the map, starts and goals; skip where it is absent."""
-    path = PUBLIC / f"{name}.map"
-    if not path.exists():
-        pytest.skip(f"the public benchmark {path.name} is not beside the project (../shared/data)")
+    """Read a public multi-agent instance: the map, starts and goals."""
+    path = DATA / "mapf" / f"{name}.map"
     lines = path.read_text().splitlines()
     rows = [line.strip() for line in lines[lines.index("map") + 1 :] if line.strip()]
     drawn = Drawn(*["".join("." if character == "." else "#" for character in row) for row in rows])

@@ -17,6 +17,7 @@ from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
 from swarm.traffic.lacam import Search, State, Steps, without_detours
 from swarm.traffic.pibt import Ties
 from swarm.traffic.plan_check import faults
+from tests.shared import needs_data
 from tests.traffic.maps import BAY, HARD, RING, TREE, Drawn, public
 
 
@@ -54,6 +55,7 @@ def test_small_maps_are_solved(drawn: Drawn, starts: str, goals: str) -> None:
     assert search(drawn.cells, drawn.at(starts), drawn.at(goals), Budget()).outcome is Outcome.SOLVED
 
 
+@needs_data
 @pytest.mark.parametrize("name", HARD)
 def test_hard_maps_are_solved(name: str) -> None:
     drawn, starts, goals = public(name)
@@ -64,6 +66,7 @@ def test_hard_maps_are_solved(name: str) -> None:
     assert search(drawn.cells, starts, goals, Budget(starts=4)).outcome is Outcome.SOLVED
 
 
+@needs_data
 @pytest.mark.parametrize("name", ["random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16"])
 def test_fifty_robots_are_solved_at_the_first_start(name: str) -> None:
     drawn, starts, goals = public(name, 50)

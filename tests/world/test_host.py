@@ -8,12 +8,28 @@ from unittest.mock import Mock
 import msgspec
 import pytest
 
-from swarm.bus import Arrival, Bus, Link, Presence, Request
+from swarm.awake import Awake
+from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import ConfigError
-from swarm.messages import COMMAND, EVENT, JOIN, LEAVE, Event, Join, Leave, Message, Topic
+from swarm.messages import (
+    COMMAND,
+    EDIT,
+    EVENT,
+    JOIN,
+    LEAVE,
+    ORDER,
+    Edit,
+    Event,
+    Join,
+    Kind,
+    Leave,
+    Message,
+    Order,
+    Topic,
+)
 from swarm.secure import Identity
-from tests.shared import scenario_of
-from world.course import Course
+from swarm.settings import Pace
+from tests.world.shared import course_of, request_of
 from world.process import Host
 from world.world import REST
 
@@ -21,19 +37,20 @@ from world.world import REST
 class Rig:
     """A world of two robots whose arrivals are given by hand."""
 
-    def __init__(self) -> None:
+    def __init__(self, pace: Pace = "max") -> None:
         self.bus = Mock(spec=Bus, id="w", sender=1)
-        self.course = Course(self.bus, scenario_of(), 2, 1, "max", 300.0, False, 0, None, lambda line: None)
+        self.course = course_of(bus=self.bus, pace=pace)
         self.host = Host(self.bus, self.course, lambda line: None)
 
     def take(self, *arrived: Any) -> None:  # noqa: ANN401, arrivals
         for one in arrived:
+            self.host._requests.idle()  # or the time that this machine takes would decide who is answered
             self.bus.receive.return_value = one
             self.host._receive(0.0)
-            self.host._requests.serve(self.host._answer, closed=lambda one: False)
 
-    def ask(self, topic: Topic[Any], message: Message) -> None:
-        self.take(Mock(spec=Request, topic=topic, message=message, ids={}))
+    def ask(self, topic: Topic[Any], message: Message, **ids: str) -> Mock:
+        self.take(request := request_of(topic, message, **ids))
+        return request
 
     def join(self, name: str, sender: int | None) -> None:
         self.ask(JOIN, Join(robot=name, session=f"session-{name}", world=None, sender=sender))
@@ -92,3 +109,62 @@ def test_another_world_is_told_once_and_this_one_is_none() -> None:
     rig = Rig()
     rig.take(*(Presence("world", "world", session, alive=True) for session in ("w", "x", "x", "y")))
     assert rig.told() == [("rival", None)]
+
+
+# --- within a tick ---
+
+WALL = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
+SPEED = 0.72  # m/s; a robot stops within 0.3 m, but not a tick later
+
+
+def test_in_lockstep_a_change_waits_for_the_end_of_the_tick_and_a_robot_that_comes_does_not() -> None:
+    rig = Rig()
+    rig.course.in_tick = True
+    edit = rig.ask(EDIT, WALL)
+    rig.join("r1", 7)
+    assert (edit.mock_calls, rig.course.lobby.present) == ([], ["r1"])
+    rig.course.in_tick = False
+    rig.take(None)
+    edit.accept.assert_called_once()
+
+
+def test_in_real_time_an_order_waits_while_its_robot_is_at_a_stop_that_does_not_count_yet() -> None:
+    rig = Rig(pace=1.0)
+    world = rig.course.world
+    world.request("r1", Order(id="here", targets=[world.poses()[0][:2]]))
+    rig.course.in_tick = True
+    waits, answered = (rig.ask(ORDER, Order(id="a", targets=[(7.5, 3.5)]), robot=name) for name in ("r1", "r2"))
+    assert (waits.mock_calls, len(answered.mock_calls)) == ([], 1)
+    rig.course.step()
+    rig.take(None)
+    waits.accept.assert_called_once()
+    assert [one.fate for one in world.missions.history(0)] == ["superseded", "done", "open"]
+
+
+@pytest.mark.parametrize(("in_tick", "refused"), [(False, False), (True, True)])
+def test_an_edit_after_the_robots_have_sensed_reaches_them_a_tick_later(in_tick: bool, refused: bool) -> None:
+    """A robot that drives towards it needs more room to stop."""
+    rig = Rig(pace=1.0)
+    rig.course.world.wheels[0] = (SPEED, SPEED)
+    rig.course.in_tick = in_tick
+    edit = rig.ask(EDIT, Edit(kind=Kind.WALL, low=(3.1, 2.1), high=(3.9, 2.9)))
+    assert edit.refuse.called is refused
+    assert edit.accept.called is not refused
+
+
+@pytest.mark.parametrize("ends", [None, "the tick", "the process"])
+def test_time_is_let_pass_until_it_is_over_or_the_tick_or_the_process_ends(ends: str | None) -> None:
+    rig, stop, now = Rig(), Flag(), [0.0]
+    rig.course.awake = Awake(lambda: now[0])
+    rig.course.in_tick = True
+
+    def receive(timeout: float) -> None:
+        now[0] += min(timeout, 0.02)
+        if ends == "the tick" and now[0] > 0.03:
+            rig.course.in_tick = False
+        if ends == "the process" and now[0] > 0.03:
+            stop.set()
+
+    rig.bus.receive.side_effect = receive
+    rig.host._let_pass(0.05, stop)
+    assert now[0] == pytest.approx(0.05 if ends is None else 0.04)

@@ -1,31 +1,33 @@
 """Places that are opened while a fleet stays: what is refused, where bodies are put, and that nothing else changes."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import combinations
-from math import hypot
 from pathlib import Path
 from typing import Any, Final
-from unittest.mock import Mock
 
 import msgspec
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm.bus import Bus, Request
 from swarm.errors import PeerError
-from swarm.geometry import distance
-from swarm.messages import PLACES, Activity, Join, Liveness, Order, Phase, Places, PoolTargets
+from swarm.geometry import Pose, distance
+from swarm.messages import JOIN, PLACES, Activity, Join, Liveness, Order, Phase, Places, PoolTargets
+from swarm.settings import MOST_ROBOTS
 from tests.shared import scenario_of
-from tests.world.test_snapshot import NOISE, reborn
-from world.answering import answer
+from tests.world.shared import NOISE, ask, course_of, reborn
 from world.course import Course
-from world.places import MOST_AT_ONCE, MOST_ROBOTS, REMEMBERED, Spots
+from world.places import MOST_AT_ONCE, REMEMBERED, Spots
 from world.simulate import Simulation
 from world.world import REST
 
 FREE: Final = (7.5, 4.5, 1.0)
 LENGTH: Final = 25.0  # s
+AFTER: Final = 200  # ticks after the last place was opened
+INSIDE: Final = shapely.box(1.0, 1.0, 9.0, 5.0)  # between the walls of the room
 
 
 def fleet(robots: int = 2, **fields: Any) -> Simulation:  # noqa: ANN401
@@ -33,7 +35,7 @@ def fleet(robots: int = 2, **fields: Any) -> Simulation:  # noqa: ANN401
     return Simulation.of(scenario_of(**given), robots, 1)
 
 
-def ask(count: int = 1, *at: tuple[float, float, float], name: str = "a") -> Places:
+def places(count: int = 1, *at: tuple[float, float, float], name: str = "a") -> Places:
     return Places(id=name, count=count, at=list(at))
 
 
@@ -45,16 +47,16 @@ def run_on(simulation: Simulation, seconds: float) -> None:
 
 # fmt: off
 REFUSED: Final = {
-    "none":            (ask(0), "expected 1 to 64 places"),
-    "too many at once": (ask(MOST_AT_ONCE + 1), "expected 1 to 64 places"),
-    "more starts than places": (ask(1, FREE, FREE), "got 1 with 2 starts"),
-    "off the map":     (ask(1, (99.0, 1.0, 0.0)), r"place 1 at \(99, 1\): expected a place on the map"),
-    "in a wall":       (ask(1, (0.5, 0.5, 0.0)), "expected free floor"),
-    "beside a wall":   (ask(1, (1.1, 2.5, 0.0)), "expected at least 0.25 m from any wall"),
-    "on a robot":      (ask(1, (2.6, 2.5, 0.0)), "expected a free place, r1 stands there"),
-    "in a held cell":  (ask(1, (2.5, 3.0, 0.0)), "expected a place that nobody has reserved, r1 holds it"),
-    "one on the other": (ask(2, FREE, FREE), r"place 2 at \(7.5, 4.5\): expected a free place, another new one"),
-    "no room":         (ask(40), "expected a free cell for each of 40 robots, found"),
+    "none":            (places(0), "expected 1 to 64 places"),
+    "too many at once": (places(MOST_AT_ONCE + 1), "expected 1 to 64 places"),
+    "more starts than places": (places(1, FREE, FREE), "got 1 with 2 starts"),
+    "off the map":     (places(1, (99.0, 1.0, 0.0)), r"place 1 at \(99, 1\): expected a place on the map"),
+    "in a wall":       (places(1, (0.5, 0.5, 0.0)), "expected free floor"),
+    "beside a wall":   (places(1, (1.1, 2.5, 0.0)), "expected at least 0.25 m from any wall"),
+    "on a robot":      (places(1, (2.6, 2.5, 0.0)), "expected a free place, r1 stands there"),
+    "in a held cell":  (places(1, (2.5, 3.0, 0.0)), "expected a place that nobody has reserved, r1 holds it"),
+    "one on the other": (places(2, FREE, FREE), r"place 2 at \(7.5, 4.5\): expected a free place, another new one"),
+    "no room":         (places(40), "expected a free cell for each of 40 robots, found"),
 }
 # fmt: on
 
@@ -77,8 +79,8 @@ def test_no_body_is_put_where_a_restart_puts_another_one_back() -> None:
     assert distance(one.world.poses()[0], home) > 2.0, "it has driven away"
     for x in (2.5, 2.7, 2.89):
         with pytest.raises(PeerError, match="expected a place that is nobody's home"):
-            one.open_places(ask(1, (x, 2.5, 0.0)))
-    one.open_places(ask(10, name="b"))
+            one.open_places(places(1, (x, 2.5, 0.0)))
+    one.open_places(places(10, name="b"))
     assert min(distance(a, b) for a, b in combinations(one.world.starts, 2)) > 2 * one.world.settings.robot.radius
 
 
@@ -86,11 +88,11 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
     mover = {"radius": 0.3, "waypoints": [[7.5, 4.5], [7.5, 1.5]], "speed": 0.001}
     simulation = fleet(movers=[mover])
     with pytest.raises(PeerError, match="a moving obstacle is there"):
-        simulation.open_places(ask(1, FREE))
+        simulation.open_places(places(1, FREE))
     world = simulation.world
     world.wheels[0] = (1.6, 1.6)
     with pytest.raises(PeerError, match="expected a place that r1 can stop before, it drives"):
-        simulation.open_places(ask(1, (3.5, 2.5, 0.0)))
+        simulation.open_places(places(1, (3.5, 2.5, 0.0)))
 
 
 def test_no_more_robots_than_a_fleet_may_have() -> None:
@@ -98,20 +100,20 @@ def test_no_more_robots_than_a_fleet_may_have() -> None:
     world = simulation.world
     spots = Spots(world.settings, world.floor, world.traffic.watch.cells, [], [], [], [])
     with pytest.raises(PeerError, match="expected at most 1000 robots, got 2 beside the 999 of now"):
-        spots.starts(ask(2), MOST_ROBOTS - 1)
+        spots.starts(places(2), MOST_ROBOTS - 1)
 
 
 def test_the_same_request_again_changes_nothing_and_another_under_its_id_is_refused() -> None:
     simulation = fleet()
-    first, events = simulation.world.open_places(ask(2, FREE))
+    first, events = simulation.world.open_places(places(2, FREE))
     assert [event.robot for event in events] == first.robots == ["r3", "r4"]
     digest = simulation.world.recorder.digest
-    assert simulation.world.open_places(ask(2, FREE)) == (first, [])
+    assert simulation.world.open_places(places(2, FREE)) == (first, [])
     assert simulation.world.recorder.digest == digest
     with pytest.raises(PeerError, match="expected what was accepted with it"):
-        simulation.world.open_places(ask(1, FREE))
+        simulation.world.open_places(places(1, FREE))
     for number in range(REMEMBERED + 1):
-        simulation.world.places.enter(ask(name=f"n{number}"), [], [])
+        simulation.world.places.enter(places(name=f"n{number}"), [], [])
     assert len(simulation.world.places.requests) == REMEMBERED
 
 
@@ -119,7 +121,7 @@ def test_a_newcomer_waits_and_then_takes_orders_and_errands() -> None:
     simulation = fleet(own_targets=[[[7.5, 3.5]], [[7.5, 2.5]]], targets=[], return_home=False)
     world = simulation.world
     run_on(simulation, 1.0)
-    simulation.open_places(ask(1, FREE))
+    simulation.open_places(places(1, FREE))
     run_on(simulation, 2.0)
     assert distance(world.poses()[2], FREE) < world.settings.reach
     assert world.commands[2].activity is Activity.DONE
@@ -137,37 +139,61 @@ def test_a_newcomer_waits_and_then_takes_orders_and_errands() -> None:
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
 
 
-@settings(max_examples=15, deadline=None)
+def overlapping(poses: Sequence[Pose], radius: float, held: Mapping[str, Sequence[int]]) -> list[str]:
+    """Return which robots touch each other or a wall, and which cells two hold; the world's own judge is not asked."""
+    bodies = [(f"r{number}", shapely.Point(pose.x, pose.y)) for number, pose in enumerate(poses, 1)]
+    found = [f"{one} and {other}" for (one, a), (other, b) in combinations(bodies, 2) if a.distance(b) <= 2 * radius]
+    inside = {name for name, body in bodies if INSIDE.contains(body) and INSIDE.exterior.distance(body) > radius}
+    found += [f"{name} and a wall" for name, _ in bodies if name not in inside]
+    holders = Counter(cell for cells in held.values() for cell in set(cells))
+    return found + [f"cell {cell} is held by {count}" for cell, count in holders.items() if count > 1]
+
+
+@pytest.mark.parametrize(
+    ("poses", "held", "expected"),
+    [
+        ([(2.5, 2.5), (2.5, 3.0), (8.5, 4.5)], {"r1": [1, 2, 1], "r2": [3]}, []),
+        ([(2.5, 2.5), (2.5, 2.9), (8.5, 4.5)], {}, ["r1 and r2"]),
+        ([(2.5, 2.5), (2.5, 1.15), (2.5, 0.5)], {}, ["r2 and a wall", "r3 and a wall"]),
+        ([], {"r1": [1, 2], "r2": [2], "r3": [3]}, ["cell 2 is held by 2"]),
+    ],
+)
+def test_the_judge_of_overlaps_names_each(
+    poses: list[tuple[float, float]], held: dict[str, list[int]], expected: list[str]
+) -> None:
+    assert overlapping([Pose(*at, 0.0) for at in poses], 0.2, held) == expected
+
+
+@settings(max_examples=8, deadline=None)
 @given(
-    ticks=st.lists(st.integers(1, 60), min_size=1, max_size=4),
+    waits=st.lists(st.integers(1, 60), min_size=1, max_size=4),
     spots=st.lists(st.none() | st.tuples(st.floats(1.0, 9.0), st.floats(1.0, 5.0)), min_size=4, max_size=4),
 )
 def test_whoever_is_put_wherever_it_is_allowed_nobody_touches_and_no_cell_is_held_twice(
-    ticks: list[int], spots: list[tuple[float, float] | None]
+    waits: list[int], spots: list[tuple[float, float] | None]
 ) -> None:
     simulation = fleet(targets=[[7.5, 3.5], [2.5, 3.5]])
-    world, opened = simulation.world, 0
-    for number, (wait, spot) in enumerate(zip(ticks, spots, strict=False)):
-        for _ in range(wait):
-            simulation.step()
-        try:
-            simulation.open_places(ask(1, *([(*spot, 0.0)] if spot else []), name=f"n{number}"))
+    world, opened, held = simulation.world, 0, dict[str, Sequence[int]]()
+    radius = world.settings.robot.radius
+
+    def judged(ticks: int) -> None:
+        for _ in range(ticks):
+            held.update({name: command.held for name, command in simulation.step().commands.items()})
+            assert overlapping(world.poses(), radius, held) == []
+
+    for number, (wait, spot) in enumerate(zip(waits, spots, strict=False)):
+        judged(wait)
+        with suppress(PeerError):
+            simulation.open_places(places(1, *([(*spot, 0.0)] if spot else []), name=f"n{number}"))
             opened += 1
-        except PeerError:
-            continue
-    run_on(simulation, LENGTH)
-    report = simulation.report(1.0, LENGTH)
-    assert len(world.robots) == 2 + opened == len(set(world.robots))
-    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
-    assert report["clearance_min"] > 0.0
-    gaps = (hypot(a.x - b.x, a.y - b.y) for a, b in combinations(world.poses(), 2))
-    assert min(gaps) > 2 * world.settings.robot.radius
+    judged(AFTER)
+    assert world.robots == [f"r{number + 1}" for number in range(2 + opened)]
 
 
 def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: ANN401
     """Return the report of a run to which robots come; with a file, the world is replaced from it when it is saved."""
     simulation = fleet(targets=[[7.5, 3.5]], **fields)
-    due = {40: ask(1), 41: ask(2, (8.5, 4.5, 0.5), name="b"), 200: ask(1, name="c")}
+    due = {40: places(1), 41: places(2, (8.5, 4.5, 0.5), name="b"), 200: places(1, name="c")}
     while simulation.world.time < LENGTH:
         simulation.step()
         if (request := due.get(simulation.world.tick)) is not None:
@@ -191,29 +217,21 @@ def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
 # --- the process ---
 
 
-def host(**fields: Any) -> Course:  # noqa: ANN401
+def staying(**fields: Any) -> Course:  # noqa: ANN401
     given: dict[str, Any] = {"targets": [], "serve": True} | fields
-    scenario = scenario_of(**given)
-    one = Course(Mock(spec=Bus), scenario, 2, 1, "max", float("inf"), False, 0, None, lambda line: None)
+    one = course_of(scenario_of(**given), limit=float("inf"))
     one.go_to(Phase.RUNNING)
     return one
 
 
-def put(one: Course, request: Places) -> Mock:
-    asked = Mock(spec=Request, topic=PLACES, message=request, ids={})
-    answer(asked, one, Mock(spec=Bus))
-    return asked
-
-
 def test_without_serve_no_place_is_opened() -> None:
-    asked = put(host(serve=False, targets=[[7.5, 3.5]]), ask())
-    assert "expected a fleet that stays" in asked.refuse.call_args.args[0]
+    said = ask(staying(serve=False, targets=[[7.5, 3.5]]), PLACES, places())
+    assert "expected a fleet that stays" in said
 
 
 def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
-    one = host()
-    asked = put(one, ask(1, FREE))
-    assert asked.accept.call_args.args[0].robots == ["r3"]
+    one = staying()
+    assert ask(one, PLACES, places(1, FREE)).robots == ["r3"]
     assert one.clock().robots == ["r1", "r2", "r3"]
     assert one.roll.seen["r3"].liveness is Liveness.GONE
     assert one.lobby.absent[-1] == "r3"
@@ -222,23 +240,21 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
     assert not one.repeatable.reasons, "it came before the first tick"
     one.restart()
     assert one.world.robots == ["r1", "r2", "r3"]
-    assert put(one, ask(1, FREE)).accept.call_args.args[0].robots == ["r3"]
+    assert ask(one, PLACES, places(1, FREE)).robots == ["r3"]
     assert one.world.robots == ["r1", "r2", "r3"]
     assert one.lobby.place(None, "s", 0.0) == "r1"
     assert one.lobby.place("r3", "t", 0.0) == "r3"
-    join = Mock(spec=Request, message=Join(robot="r3", session="t", world=None), ids={})
-    answer(join, one, Mock(spec=Bus, id="w", sender=1))
-    welcomed = join.accept.call_args.args[0]
+    welcomed = ask(one, JOIN, Join(robot="r3", session="t", world=None))
     assert (welcomed.robot, welcomed.assigned.stops) == ("r3", [])
 
 
 def test_in_lockstep_a_place_that_nobody_takes_does_not_keep_the_clock_running() -> None:
-    one = host()
+    one = staying()
     done = msgspec.structs.replace(REST, activity=Activity.DONE, reached=[True])
     one.last.commands = {"r1": done, "r2": done}
     one.step()
     assert one.stands
-    put(one, ask(1, FREE))
+    ask(one, PLACES, places(1, FREE))
     assert one.stands
     one.world.request("r3", Order(id="a", targets=[(2.5, 4.5)]))
     assert not one.stands

@@ -10,11 +10,9 @@ from swarm.messages import Edit, Event, Kind, Order, PoolTargets, RobotAction, R
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
-from tests.world.test_snapshot import host
-from world import snapshot, snapshot_file
+from tests.world.shared import reborn
 from world.dispatch import WINDOW
 from world.faults import Faults, Health, Spell
-from world.places import Book
 from world.simulate import Simulation
 from world.world import World
 
@@ -284,14 +282,7 @@ def test_a_run_from_a_snapshot_goes_on_bit_for_bit(tmp_path: Path) -> None:
     simulation = Simulation.of(pool_of(CORNERS), 4, 1)
     while simulation.world.dispatch.pool.done < 2:
         simulation.step()
-    file, settled = tmp_path / "s", simulation.scenario
-    held = snapshot.Snapshot(
-        scenario=snapshot_file.fingerprint(settled), robots=4, seed=1, identity="abc", run=0, places=Book(starts=[], requests={}), floor=None,
-        state=snapshot.saved(simulation.world), host=host(),
-    )  # fmt: skip
-    snapshot_file.write(held, file)
-    simulation.world = World(settled, simulation.world.starts, 1)
-    snapshot.restore(simulation.world, snapshot_file.read(file, settled, 4, 1).state)
+    simulation.world = reborn(simulation, tmp_path / "s")
     assert simulation.run()["digest"] == expected["digest"]
 
 

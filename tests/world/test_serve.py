@@ -2,17 +2,16 @@
 
 from math import inf
 from typing import Any
-from unittest.mock import Mock
 
 import msgspec
 import pytest
 
-from swarm.bus import Bus
 from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
+from tests.world.shared import course_of
 from world.course import Course
 from world.ending import AWAY
 from world.faults import Faults, Health, Spell
@@ -70,7 +69,7 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
 
 def course(pace: Pace, limit: float, **fields: Any) -> Course:  # noqa: ANN401
     scenario = scenario_of(targets=[], **fields)
-    one = Course(Mock(spec=Bus), scenario, 2, 1, pace, limit, False, 0, None, lambda line: None)
+    one = course_of(scenario, pace=pace, limit=limit)
     one.go_to(Phase.RUNNING)
     return one
 

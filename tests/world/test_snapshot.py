@@ -1,7 +1,6 @@
 """A run that goes on from a snapshot is the run that nothing disturbed; a file that is no snapshot is refused."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,13 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.messages import Edit, Event, Kind, Liveness, Phase, Seen
+from swarm.messages import Edit, Kind, Order
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
+from tests.world.shared import NOISE, reborn, snapshot_of, through_file
 from world import snapshot, snapshot_file
 from world.faults import Faults
-from world.places import Book
 from world.simulate import Simulation
-from world.snapshot import HostState, Snapshot
 from world.world import REST, World
 
 MOVERS = [
@@ -36,7 +34,6 @@ ORDERS = [
     {"at": 7.0, "robot": "r2", "do": "go_on"},
     {"at": 8.0, "robot": "r3", "do": "cancel"},
 ]
-NOISE: dict[str, Any] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}
 LENGTH = 12.0  # s
 
 # fmt: off
@@ -51,36 +48,6 @@ RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenari
     "all":                     (NOISE | {"movers": MOVERS, "edits": EDITS}, 4, Faults(held_up=6.0, suspended=9.0)),
 }
 # fmt: on
-
-
-def host(phase: Phase = Phase.RUNNING) -> HostState:
-    return HostState(
-        phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
-        tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"], pressed={"a": "b"},
-        events=[Event(run=0, tick=1, time=0.05, robot=None, kind="edit", text="wall")],
-        seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"},
-    )  # fmt: skip
-
-
-def of(simulation: Simulation, scenario: Scenario) -> Snapshot:
-    world = simulation.world
-    return Snapshot(
-        scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots) - len(world.places.starts),
-        places=world.places, seed=simulation.seed, identity="abc",
-        run=world.run, floor=None, state=snapshot.saved(world), host=host(),
-    )  # fmt: skip
-
-
-def reborn(simulation: Simulation, file: Path) -> World:
-    """Return a new world from a snapshot of the simulation's, through a file."""
-    old, scenario = simulation.world, simulation.scenario
-    snapshot_file.write(of(simulation, scenario), file)
-    first = len(old.robots) - len(old.places.starts)
-    found = snapshot_file.read(file, scenario, first, simulation.seed)
-    floor, starts = replace(scenario, map=old.floor), old.starts[:first]
-    world = World(floor, starts, simulation.seed, run=found.run, edits=old.edits, places=found.places)
-    snapshot.restore(world, found.state)
-    return world
 
 
 def course(scenario: Scenario, robots: int, seed: int, faults: Faults, file: Path | None = None) -> Mapping[str, Any]:
@@ -112,7 +79,7 @@ def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
     for _ in range(90):
         simulation.step()
     simulation.world.edit(Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8)))
-    before = of(simulation, scenario)
+    before = snapshot_of(simulation.world, simulation.scenario, simulation.seed)
     file = tmp_path / "s"
     snapshot_file.write(before, file)
     packed = snapshot_file.ENCODER.encode
@@ -133,7 +100,7 @@ def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
 def whole() -> bytes:
     simulation = Simulation.of(scenario_of(), 2, 1)
     simulation.step()
-    packed = snapshot_file.ENCODER.encode(of(simulation, simulation.scenario))
+    packed = snapshot_file.ENCODER.encode(snapshot_of(simulation.world, simulation.scenario, simulation.seed))
     return snapshot_file.HEAD + snapshot_file._checksum(packed) + packed
 
 
@@ -186,13 +153,13 @@ def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tm
     simulation, file, said = Simulation.of(scenario_of(), 2, 1), tmp_path / "s", list[str]()
     for _ in range(3):
         simulation.step()
-        snapshot_file.write(of(simulation, simulation.scenario), file)
+        snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
     spoil, reason = BAD[name]
     file.write_bytes(spoil(whole()))
     found = snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
     assert found is not None
     assert found.state.world.tick == 2
-    assert found.identity != simulation.world.identity, "robots that know more than it have to join again"
+    assert found.identity == "abc"
     (line,) = said
     assert reason in line
     assert line.endswith("; went on from the snapshot before")
@@ -203,13 +170,24 @@ def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tm
     assert str(fault.value).startswith(f"snapshot {file}: ")
 
 
+def test_robots_that_may_know_later_orders_have_to_join_the_world_of_the_one_before(tmp_path: Path) -> None:
+    simulation, file = Simulation.of(scenario_of(), 2, 1), tmp_path / "s"
+    simulation.world.request("r1", Order(id="a", targets=[(2.5, 2.5)]))
+    for _ in range(2):
+        snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
+    file.write_bytes(b"")
+    found = snapshot_file.newest(file, simulation.scenario, 2, 1, print)
+    assert found is not None
+    assert found.identity != "abc"
+
+
 def test_without_a_file_a_new_run_begins_whatever_was_before(tmp_path: Path) -> None:
     simulation, file = Simulation.of(scenario_of(), 2, 1), tmp_path / "s"
     for _ in range(2):
-        snapshot_file.write(of(simulation, simulation.scenario), file)
+        snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
     file.unlink()
     assert snapshot_file.newest(file, simulation.scenario, 2, 1, print) is None
-    snapshot_file.write(of(simulation, simulation.scenario), file)
+    snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
     assert not snapshot_file.earlier(file).exists()
 
 
@@ -282,13 +260,7 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
         })  # fmt: skip
         touching += [tick] * bool(world.physics.touching)
         if file is not None and world.due:
-            held = Snapshot(
-                scenario=snapshot_file.fingerprint(scenario), robots=4, seed=1, identity="abc", run=0, places=Book(starts=[], requests={}), floor=None,
-                state=snapshot.saved(world), host=host(),
-            )  # fmt: skip
-            snapshot_file.write(held, file)
-            world = World(scenario, starts, 1)
-            snapshot.restore(world, snapshot_file.read(file, scenario, 4, 1).state)
+            world = through_file(world, scenario, 1, file)
     return world.recorder.digest, touching
 
 

@@ -4,14 +4,17 @@ from dataclasses import replace
 from typing import cast
 
 import pytest
+from msgspec import UNSET
 
 from swarm.bus import Bus
+from swarm.bus.codec import decode, encode
 from swarm.geometry import Pose
-from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness, Phase, Seen
+from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness, Phase, Seen, Welcome
 from tests.shared import scenario_of
 from world import speaker
 from world.speaker import EVENTS_KEPT, Speaker
 from world.truth import truth
+from world.welcome import welcome
 from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -102,3 +105,9 @@ def test_the_last_events_are_kept_in_their_order_and_no_more() -> None:
     for count, event in enumerate(events, start=1):
         one.tell(event)
         assert one.events == tuple(events[:count][-EVENTS_KEPT:])
+
+
+def test_a_welcome_crosses_the_wire_and_has_no_starts_of_others() -> None:
+    one, world, _ = speaker_of(Wire())
+    packed = encode(welcome("r1", world, one, "session", 7))
+    assert decode(packed, Welcome, 100_000).scenario.starts is UNSET

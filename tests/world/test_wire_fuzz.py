@@ -39,6 +39,7 @@ from swarm.messages import (
 )
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
+from tests.world.shared import course_of
 from world.answering import answer
 from world.course import Course
 from world.process import Host
@@ -109,10 +110,10 @@ def key_of(chance: Random) -> str:
     return own if chance.random() < 0.9 else own + "/" + "x" * chance.randrange(1, 40)
 
 
-def attacked(make_bus: MakeBus, number: int, patience: float = 30.0) -> list[str]:
+def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: float = 30.0) -> list[str]:
     """Send a world that waits for its robots this many requests and keys; return what is wrong, if anything is."""
     bus, asker, stop = make_bus(), make_bus(), Flag()
-    course = Course(bus, scenario_of(), 2, 1, "max", 300.0, True, 0, None, lambda line: None)
+    course = course_of(scenario_of(serve=serve), bus=bus, wait=True)
     host = Host(bus, course, lambda line: None)
     host.open()
     thread = Thread(target=host.serve, args=(stop,))
@@ -152,9 +153,12 @@ def attacked(make_bus: MakeBus, number: int, patience: float = 30.0) -> list[str
     return wrong
 
 
+@pytest.mark.parametrize("serve", [False, True], ids=["ends", "stays"])
 @pytest.mark.parametrize("number", [2_000, pytest.param(100_000, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])])
-def test_no_request_changes_anything_and_every_request_is_answered_or_counted(make_bus: MakeBus, number: int) -> None:
-    assert attacked(make_bus, number) == []
+def test_no_request_changes_anything_and_every_request_is_answered_or_counted(
+    make_bus: MakeBus, number: int, serve: bool
+) -> None:
+    assert attacked(make_bus, number, serve=serve) == []
 
 
 def swallows(request: Request, course: Course, bus: Bus) -> None:

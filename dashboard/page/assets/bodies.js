@@ -1,0 +1,128 @@
+// Robots and what moves, on the canvas: their names, what they sense, whom they wait for.
+
+import { body, colour, row, state } from "./state.js";
+import { label } from "./strokes.js";
+import { theme } from "./theme.js";
+
+const LEAST = 5; // px, radius of a robot, however far away
+const TROUBLE = ["give_way", "blocked", "stopped"];
+
+export function sensors(context, view, few) {
+  const told = state.floor.settings.sensors, radius = state.floor.settings.robot.radius;
+  const turn = (degrees) => (degrees * Math.PI) / 180;
+  const sectors = [
+    ["left", turn(told.side_deg), turn(told.side_half_width_deg)],
+    ["front", 0, turn(told.front_half_width_deg)],
+    ["right", -turn(told.side_deg), turn(told.side_half_width_deg)],
+  ];
+  for (const one of state.truth?.bodies ?? []) {
+    if (!(one.robot === state.selected || (few && !state.selected && one.activity === "drive"))) continue;
+    for (const [name, centre, half] of sectors) {
+      const reach = one[name], near = reach < 0.8, seen = reach < told.range - 1e-6;
+      context.globalAlpha = near ? 0.26 : seen ? 0.18 : 0.07;
+      context.fillStyle = near ? theme.bad : theme.ink;
+      context.beginPath();
+      const [px, py] = view.toScreen([one.x, one.y]), far = (radius + reach) * view.scale;
+      context.moveTo(px, py);
+      context.arc(px, py, far, -(one.yaw + centre + half), -(one.yaw + centre - half));
+      context.closePath();
+      context.fill();
+    }
+  }
+  context.globalAlpha = 1;
+}
+
+export function waits(context, view) {
+  context.strokeStyle = context.fillStyle = theme.wait;
+  context.lineWidth = 1.8;
+  for (const one of state.truth?.bodies ?? []) {
+    for (const other of one.waits.map(body).filter(Boolean)) {
+      const [ax, ay] = view.toScreen([one.x, one.y]), [bx, by] = view.toScreen([other.x, other.y]);
+      const angle = Math.atan2(by - ay, bx - ax), back = radiusOf(view) + 3;
+      const [tx, ty] = [bx - Math.cos(angle) * back, by - Math.sin(angle) * back];
+      context.globalAlpha = 0.9;
+      context.beginPath();
+      context.moveTo(ax, ay);
+      context.lineTo(tx, ty);
+      context.stroke();
+      context.beginPath();
+      context.moveTo(tx, ty);
+      for (const aside of [0.4, -0.4]) context.lineTo(tx - 9 * Math.cos(angle + aside), ty - 9 * Math.sin(angle + aside));
+      context.fill();
+    }
+  }
+  context.globalAlpha = 1;
+}
+
+export function movers(context, view) {
+  context.fillStyle = theme.obstacle;
+  for (const { x, y, yaw, radius, size } of state.truth?.movers ?? []) {
+    context.save();
+    context.translate(...view.toScreen([x, y]));
+    context.rotate(-yaw);
+    context.beginPath();
+    if (radius) context.arc(0, 0, radius * view.scale, 0, 7);
+    else context.rect((-size[0] / 2) * view.scale, (-size[1] / 2) * view.scale, size[0] * view.scale, size[1] * view.scale);
+    context.fill();
+    context.restore();
+  }
+}
+
+/** The radius of a robot on the screen [px]: its own, but never too small to be seen. */
+export function radiusOf(view) {
+  return Math.max(LEAST, (state.floor?.settings.robot.radius ?? 0.2) * view.scale);
+}
+
+export function robots(context, view) {
+  const bodies = state.truth?.bodies ?? [], radius = radiusOf(view);
+  for (const one of bodies) robot(context, view.toScreen([one.x, one.y]), radius, one);
+  if (state.layers.names) names(context, view, bodies, radius);
+}
+
+/** Write the names beside the robots: right, left, above or below, where no other name or robot is; trouble first. */
+function names(context, view, bodies, radius) {
+  const urgent = (one) => (one.robot === state.selected ? 2 : 0) + (TROUBLE.includes(one.activity) ? 1 : 0);
+  const discs = bodies.map(({ x, y }) => view.toScreen([x, y])), taken = [];
+  const order = [...bodies.keys()].sort((a, b) => urgent(bodies[b]) - urgent(bodies[a]) || a - b);
+  const meets = (box, other) => box[0] < other[2] && other[0] < box[2] && box[1] < other[3] && other[1] < box[3];
+  for (const at of order) {
+    const { robot: name } = bodies[at], chosen = name === state.selected, [px, py] = discs[at];
+    context.font = `${chosen ? 700 : 500} 12px system-ui, sans-serif`;
+    const wide = context.measureText(name).width, away = radius + 4;
+    const spots = [[away, -radius * 0.4], [-away - wide, -radius * 0.4], [-wide / 2, -away - 6], [-wide / 2, away + 6]];
+    const box = ([dx, dy]) => [px + dx, py + dy - 6, px + dx + wide, py + dy + 6];
+    const free = (spot) => !taken.some((other) => meets(box(spot), other))
+      && !discs.some(([x, y], other) => other !== at && meets(box(spot), [x - radius, y - radius, x + radius, y + radius]));
+    const spot = spots.find(free) ?? (chosen ? spots[0] : null);
+    if (!spot) continue;
+    taken.push(box(spot));
+    label(context, name, [px + spot[0], py + spot[1]], context.font, theme.ink, theme.halo, "left");
+  }
+}
+
+function robot(context, [px, py], radius, one) {
+  const heard = row(one.robot)?.heard ?? "alive", here = heard === "alive";
+  const ring = { give_way: theme.wait, blocked: theme.bad, stopped: theme.bad }[one.activity];
+  if (one.robot === state.selected || ring) {
+    context.beginPath();
+    context.arc(px, py, radius + 3.5, 0, 7);
+    context.lineWidth = 2;
+    context.strokeStyle = ring ?? theme.ink;
+    context.stroke();
+  }
+  context.globalAlpha = here ? 1 : 0.4;
+  context.beginPath();
+  context.arc(px, py, radius, 0, 7);
+  context.fillStyle = colour(one.robot);
+  context.fill();
+  context.lineWidth = 1.2;
+  context.strokeStyle = theme.ink;
+  context.stroke();
+  context.beginPath();
+  context.moveTo(px, py);
+  context.lineTo(px + Math.cos(one.yaw) * radius * 1.35, py - Math.sin(one.yaw) * radius * 1.35);
+  context.lineWidth = Math.max(2, radius * 0.28);
+  context.lineCap = "round";
+  context.stroke();
+  context.globalAlpha = 1;
+}

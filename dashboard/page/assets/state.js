@@ -1,0 +1,80 @@
+// All that the page knows: what came over the wire, what is drawn and not yet asked for, and what the user looks at.
+
+export const state = {
+  hello: null, // the fleet's name, the scenarios, the robots' colours
+  setup: null, // what the fleet drives, as `fleet/setup`
+  floor: null, // the map, unpacked; see floor.js
+  clock: null,
+  truth: null,
+  overview: null,
+  plans: new Map(), // robot -> points of its way
+  trails: new Map(), // robot -> where it has been
+  events: [],
+  rules: {},
+  joint: [], // the joint plans of the robots that are selected, here or in other browsers
+  learned: null, // the floor as the robots have learned it; null: they were given it
+  connected: false,
+  selected: null,
+  tool: "look",
+  layers: { names: true, ways: true, trails: true, waits: true, targets: true, starts: true, plans: true, learned: true, held: false, sensors: true, grid: false },
+  nextStart: 0, // the robot whose start the next click puts
+  draft: {}, // parts of a set-up that are drawn and not yet asked for
+  preview: null, // what the pointer draws right now
+};
+
+const TRAIL = 160; // positions, at 10 Hz
+
+/** What will be driven: the set-up with the draft over it. */
+export function wanted(part) {
+  return state.draft[part] ?? state.setup?.[part] ?? null;
+}
+
+export function isDrafted() {
+  return Object.keys(state.draft).length > 0;
+}
+
+export function phase() {
+  return state.clock?.phase ?? "waiting";
+}
+
+/** The number of a robot in the fleet, which gives its colour. */
+export function number(robot) {
+  return state.clock ? state.clock.robots.indexOf(robot) : -1;
+}
+
+export function colour(robot) {
+  const colours = state.hello?.colours ?? ["#888"];
+  return colours[Math.max(0, number(robot)) % colours.length];
+}
+
+export function row(robot) {
+  return state.overview?.robots.find((one) => one.robot === robot) ?? null;
+}
+
+export function body(robot) {
+  return state.truth?.bodies.find((one) => one.robot === robot) ?? null;
+}
+
+/** The targets [m] of a robot as the scenario has them: its own, or those that all visit. */
+export function targets(robot) {
+  const own = state.floor?.settings.own_targets ?? [];
+  return state.draft.targets ?? own[number(robot)] ?? wanted("targets") ?? [];
+}
+
+/** Take in the true poses: the trails grow, and start again with a new run. */
+export function takeTruth(truth) {
+  if (!state.truth || truth.run !== state.truth.run || truth.time < state.truth.time) state.trails = new Map();
+  state.truth = truth;
+  for (const { robot, x, y } of truth.bodies) {
+    const trail = state.trails.get(robot) ?? [];
+    const last = trail.at(-1);
+    if (!last || Math.hypot(last[0] - x, last[1] - y) > 0.03) trail.push([x, y]);
+    if (trail.length > TRAIL) trail.shift();
+    state.trails.set(robot, trail);
+  }
+}
+
+/** What a sentence on a robot needs beside its row. */
+export function about(robot) {
+  return { seen: body(robot), waiting: phase() === "waiting", home: state.floor?.settings.return_home ?? false };
+}
