@@ -1,17 +1,20 @@
 """The reader of recordings: it returns the texts of an entity, of a file that may be anything."""
 
+import warnings
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+import rerun
 import rerun.chunk
 
 from dashboard.mode import is_whole
+from dashboard.view.frames import readable, written_by
 from dashboard.view.layout import TIMELINE
 from dashboard.view.recorder import APPLICATION
 from swarm.errors import ConfigError
 
-MAGIC: Final = b"RRF"  # the first bytes of each recording
 TEXT: Final = "TextDocument:text"
+ASK: Final = "give the FILE of `swarm run --record FILE`"
 
 
 class Recorded(NamedTuple):
@@ -22,34 +25,52 @@ class Recorded(NamedTuple):
 
 
 def read_texts(path: Path, entity: str) -> Recorded:
-    """Return the texts of an entity.
+    """Return the texts of an entity; of a file that is cut, those before the cut.
 
     Raises:
-        ConfigError: there is no such file, or it is no recording of a dashboard.
+        ConfigError: there is no such file, or it is no recording of a dashboard that can be read.
     """
     try:
-        with path.open("rb") as file:
-            begin = file.read(len(MAGIC))
+        _check(path)
+        with readable(path) as file:
+            return Recorded(_texts(file, entity, path), is_whole(path))
     except OSError as fault:
-        raise ConfigError(f"{path}: expected a recording, got: {fault.strerror}; give the FILE of --record") from None
-    if begin != MAGIC:
-        what = "an empty file" if not begin else "another kind of file"
+        why = fault.strerror or _short(fault)
+        raise ConfigError(f"{path}: expected a recording that can be read, got: {why}; {ASK}") from None
+    except (ValueError, RuntimeError) as fault:
+        raise ConfigError(f"{path}: expected a recording, got one that is spoilt: {_short(fault)}; {ASK}") from None
+
+
+def _check(path: Path) -> None:
+    """Check that a file is a recording that this version of Rerun reads."""
+    version, ours = written_by(path), _ours()
+    if version is None:
+        what = "another file, or one that is cut at its begin" if path.stat().st_size else "an empty file"
+        raise ConfigError(f"{path}: expected a recording (.rrd), got {what}; {ASK}")
+    if version > ours:
+        theirs, known = (f"{major}.{minor}" for major, minor in (version, ours))
         raise ConfigError(
-            f"{path}: expected a recording (.rrd), got {what}; give the FILE of `swarm run --record FILE`"
+            f"{path}: expected a recording of Rerun {known} or older, got one of {theirs}; "
+            "analyze it with the version of this project that has recorded it"
         )
-    try:
-        reader = rerun.chunk.RrdReader(path)
+
+
+def _ours() -> tuple[int, int]:
+    major, minor, *_ = rerun.__version__.split(".")
+    return int(major), int(minor)
+
+
+def _texts(file: Path, entity: str, named: Path) -> list[str]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rerun.error_utils.RerunWarning)  # that a file has no footer
+        reader = rerun.chunk.RrdReader(file)
         known = {one.application_id for one in reader.recordings()}
-        if known and APPLICATION not in known:
-            raise ConfigError(
-                f"{path}: expected a recording of a fleet, got one of {', '.join(sorted(known))}; "
-                "give the FILE of `swarm run --record FILE`"
-            )
-        chunks = [chunk for chunk in reader.stream().filter(content=entity) if chunk.num_rows] if known else []
-        rows = [row for chunk in chunks for row in _rows(chunk)]
-    except (OSError, ValueError, RuntimeError) as fault:
-        raise ConfigError(f"{path}: expected a recording that can be read, got: {_short(fault)}") from None
-    return Recorded([text for _, text in sorted(rows, key=lambda row: row[0])], is_whole(path))
+    if known and APPLICATION not in known:
+        found = ", ".join(sorted(known))
+        raise ConfigError(f"{named}: expected a recording of a fleet, got one of {found}; {ASK}")
+    chunks = [chunk for chunk in reader.stream().filter(content=entity) if chunk.num_rows] if known else []
+    rows = [row for chunk in chunks for row in _rows(chunk)]
+    return [text for _, text in sorted(rows, key=lambda row: row[0])]
 
 
 def _rows(chunk: rerun.chunk.Chunk) -> list[tuple[int, str]]:
