@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rerun as rr
@@ -49,12 +50,12 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return recorded(tmp_path_factory.mktemp("good") / "run.rrd", {"r1": DONE, "r2": HALF}).read_bytes()
 
 
-def analysed(path: Path, capsys: Capture) -> dict[str, dict[str, dict[str, float]]]:
+def analysed(path: Path, capsys: Capture) -> dict[str, Any]:
     capsys.readouterr()
     assert main(["analyze", str(path), "--json"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    found: dict[str, dict[str, dict[str, float]]] = json.loads(out)
+    found: dict[str, Any] = json.loads(out)
     return found
 
 
@@ -77,7 +78,7 @@ def test_a_cut_recording_has_the_numbers_before_the_cut_and_says_so(
     found = analysed(path, capsys)
     assert 0 < found["per_robot"]["r1"]["path_length"] <= SECONDS
     assert len(found["notes"]) == 1
-    assert "the recording is cut" in next(iter(found["notes"]))
+    assert "the recording is cut" in found["notes"][0]
 
 
 def spoilt(good: bytes) -> bytes:
