@@ -95,6 +95,7 @@ class Event(Message, frozen=True, kw_only=True):
     robot: Annotated[Id | None, says("the robot that it is about; null: the whole run")]
     kind: Annotated[Id, says("one word")]
     text: Annotated[Text, says("what happened, for people")]
+    at: Annotated[tuple[Metres, Metres] | None, says("m; where in the map; null: not told")] = None
 
 
 class Events(Message, frozen=True, kw_only=True):
