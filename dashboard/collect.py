@@ -3,12 +3,14 @@
 If there are too many frames, some are dropped. Changes of activity, paths and events are never dropped.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
 from dashboard import naming
 from dashboard.overlays import Overlay
 from dashboard.progress import Progress
+from dashboard.touches import touches
 from swarm.messages import Activity, Clock, Event, Liveness, Message, Phase, Plan, Point, Truth
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
@@ -107,7 +109,7 @@ class Collector:
 def summary(progress: Progress, home: bool) -> str:
     """Return the run as a markdown table with one row per robot."""
     rows = [
-        f"**{progress.share:.0%}** of all stops reached, {progress.phase.value}",
+        f"**{totals(progress)}**",
         "",
         "| robot | reached | to | left | doing | waited |",
         "|---|---|---|---|---|---|",
@@ -123,3 +125,18 @@ def summary(progress: Progress, home: bool) -> str:
     if len(progress.order) > ROWS:
         rows.append(f"\nand {len(progress.order) - ROWS} more")
     return "\n".join(rows)
+
+
+def totals(progress: Progress) -> str:
+    """Return a line about the whole fleet: the time, the stops, how many drive, wait or are away, the contacts."""
+    robots = [progress.robot(name) for name in progress.order]
+    reached, stops = (sum(getattr(robot, field) for robot in robots) for field in ("reached", "stops"))
+    here = [name for name in progress.order if progress.heard(name) is Liveness.ALIVE]
+    doing = Counter(progress.robot(name).activity for name in here)
+    parts = [f"{count} {naming.words(activity)}" for activity in Activity if (count := doing[activity])]
+    parts += [f"{len(robots) - len(here)} not heard"] * (len(here) < len(robots))
+    touched = len(touches(event for event in progress.events if event.run == progress.run))
+    return (
+        f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} stops reached ({progress.share:.0%}); "
+        f"{', '.join(parts) or 'nobody there'}; {touched} contacts"
+    )

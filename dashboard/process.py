@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
+from dashboard.hearing import Radio
 from dashboard.mode import LOOPBACK, Mode, page_address, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
@@ -17,7 +18,7 @@ from dashboard.view import Recorder
 from dashboard.view.recorder import SMALLER
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, STATE, STATUS, TRUTH, Phase, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, STATE, STATUS, TRUTH, Phase, Topic
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
@@ -27,7 +28,7 @@ SERVED: Final = 20.0  # s, wall time for the program that serves the page to sta
 SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
-LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
+LISTEN: Final[tuple[Topic[Any], ...]] = (STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
 CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH)
 
 
@@ -85,7 +86,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
     _catch_up(bus, show)
     show.lost = bus.lost
     asked = drawn = kept = monotonic()
-    announced = False
+    announced, radio = False, Radio(bus)
     while not stopped() and show.progress.phase is not Phase.OVER:
         if show.ready and not announced:
             bus.announce("dashboard", "dashboard")
@@ -93,6 +94,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         now = monotonic()
         if now - drawn >= DRAW_EVERY:
             show.draw()
+            radio.turn_to(show.hears)
             drawn = now = monotonic()
         if show.ready and show.records and now - kept >= KEEP_EVERY:
             for status in bus.fetch(STATUS, timeout=1.0):

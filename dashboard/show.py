@@ -6,7 +6,8 @@ from typing import Final
 
 from dashboard.account import saved, written
 from dashboard.collect import Collector
-from dashboard.overlays import Overlays
+from dashboard.hearing import wanted
+from dashboard.overlays import Overlays, detailed
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
@@ -41,7 +42,8 @@ class Show:
         self._opened = opened
         self._selected = selected  # the robot whose rules are shown
         self._overlays: Overlays | None = None
-        self._truth: Truth | None = None
+        self._truth: Truth | None = None  # the newest that no overlay shows
+        self._last: Truth | None = None
         self._laid = 0.0  # s, simulated time of the last overlay
         self._drawn = 0.0  # s, simulated time of the last drawing
         self._gap = OVERLAY
@@ -53,6 +55,16 @@ class Show:
     def records(self) -> bool:
         """True if recordings are saved."""
         return self._recorder.records
+
+    @property
+    def detailed(self) -> tuple[str, ...]:
+        """Robots whose sensors, held cells and joint plans are drawn."""
+        return detailed(self.progress.order, self._selected)
+
+    @property
+    def hears(self) -> frozenset[str]:
+        """Robots whose broadcasts are needed."""
+        return wanted(self.scene, self._last, self.detailed)
 
     @property
     def ready(self) -> bool:
@@ -86,7 +98,7 @@ class Show:
         if self._collector is not None and not (fresh and isinstance(message, Event)):  # a new collector has all events
             self._collector.take(self.progress, message)
         if isinstance(message, Truth):
-            self._truth = message
+            self._truth = self._last = message
             if message.time >= self._laid + self._gap:
                 self._lay_over()
 
@@ -129,7 +141,7 @@ class Show:
         if self._view is None or self._shown != progress.run or self._view.robots != progress.order:
             name = f"{self._fleet} {scene.settings.name} run {progress.run}"
             first = self._recorder.url is None
-            self._view = self._recorder.begin(name, scene, progress.order)
+            self._view = self._recorder.begin(name, scene, progress.order, self.detailed)
             self._shown = progress.run
             if first and self._recorder.url is not None:
                 self._opened(self._recorder.url)

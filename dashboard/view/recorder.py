@@ -1,5 +1,6 @@
 """The destinations of recordings: a server that viewers connect to, and files."""
 
+from collections.abc import Collection
 from pathlib import Path
 from time import monotonic
 from typing import Final
@@ -32,8 +33,8 @@ class Recorder:
         self._files: list[Path] = []
         self.url: str | None = None  # for viewers
 
-    def begin(self, name: str, scene: Scene, robots: tuple[str, ...]) -> View:
-        """Begin a run's recording.
+    def begin(self, name: str, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None) -> View:
+        """Begin a run's recording; sensors and held cells are drawn of the robots ``detailed``, None for all.
 
         Raises:
             ConfigError: the file cannot be written.
@@ -59,7 +60,7 @@ class Recorder:
             raise ConfigError(f"record: expected to write {self._record}, got {fault}; choose another file") from None
         stream.send_recording_name(name)
         self._streams.append(stream)
-        view = View(stream, scene, robots)
+        view = View(stream, scene, robots, detailed)
         view.set_stage()
         return view
 
