@@ -51,13 +51,14 @@ class Recorder:
         elif self.url is not None:
             sinks.append(rr.GrpcSink(self.url))
         if self._record is not None:
-            self._files.append(self._file())
-            sinks.append(rr.FileSink(str(self._files[-1]), write_footer=True))
+            sinks.append(rr.FileSink(str(self._file()), write_footer=True))
         plan = blueprint(scene)
         try:
             stream.set_sinks(*sinks, default_blueprint=plan)
         except RuntimeError as fault:
             raise ConfigError(f"record: expected to write {self._record}, got {fault}; choose another file") from None
+        if self._record is not None:
+            self._files.append(self._file())
         stream.send_recording_name(name)
         self._streams.append(stream)
         view = View(stream, scene, robots, detailed)
