@@ -21,6 +21,7 @@ class Saved(msgspec.Struct, frozen=True, kw_only=True):
 
     version: Literal[1] = 1
     scenario: str
+    world: Id | None  # identity of the world whose run it is
     run: Number
     time: Known  # s, since the run began
     phase: Phase
@@ -39,10 +40,16 @@ def saved(status: Status, heard: Mapping[str, int], lost: Mapping[str, int]) -> 
     if len(robots) < len(status.robots):
         return None
     return Saved(
-        scenario=status.scenario, run=status.run, time=status.time, phase=status.phase, complete=status.complete,
-        reason=status.reason, contacts=status.contacts, clearance_min=status.clearance_min, robots=robots,
-        heard=dict(heard), lost={topic: count for topic, count in lost.items() if count},
+        scenario=status.scenario, world=status.world, run=status.run, time=status.time, phase=status.phase,
+        complete=status.complete, reason=status.reason, contacts=status.contacts, clearance_min=status.clearance_min,
+        robots=robots, heard=dict(heard), lost={topic: count for topic, count in lost.items() if count},
     )  # fmt: skip
+
+
+def is_earlier(account: Saved, later: Saved) -> bool:
+    """Return True if an account is of the same run as another one, and not later."""
+    same = (account.world, account.run) == (later.world, later.run) and account.world is not None
+    return same and account.time <= later.time
 
 
 def written(account: Saved) -> str:

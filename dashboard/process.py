@@ -4,7 +4,7 @@ import ctypes
 import signal
 import socket
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic
@@ -29,7 +29,7 @@ SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
-CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH, STATUS)
 
 
 def run(
@@ -42,11 +42,13 @@ def run(
     grpc_port: int = 0,
     web_port: int = 0,
     rules: str | None = None,
+    earlier: Sequence[Path] = (),
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet until its run is over or we are told to stop; a port of 0 becomes a free port.
 
-    ``rules`` is the robot whose fired rules are shown, by default the first.
+    ``rules`` is the robot whose fired rules are shown, by default the first. ``earlier`` are files of dashboards
+    of this fleet that were killed, the newest first: what they have of the run is shown too.
 
     Raises:
         ConfigError: a port is in use, the file cannot be written, there is no router or no viewer.
@@ -70,7 +72,7 @@ def run(
             closing.callback(opened.close)
         elif mode == "viewer":
             opened = ViewerWindow(log)
-        show = Show(recorder, fleet, log, opened, selected=rules)
+        show = Show(recorder, fleet, log, opened, selected=rules, earlier=earlier)
         follow(bus, show, stop.is_set)
         show.draw()
         if stop.is_set() and isinstance(opened, ViewerWindow):
@@ -96,7 +98,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
             show.draw()
             radio.turn_to(show.hears)
             drawn = now = monotonic()
-        if show.ready and show.records and now - kept >= KEEP_EVERY:
+        if show.ready and now - kept >= KEEP_EVERY:
             for status in bus.fetch(STATUS, timeout=1.0):
                 show.take(status)
             kept = now = monotonic()

@@ -1,7 +1,8 @@
 """The way from messages to recordings: the fold and the drawing together, without the bus."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Final
 
 from dashboard.account import saved, written
@@ -11,6 +12,7 @@ from dashboard.overlays import Overlays, detailed
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from dashboard.view import Recorder, View
+from dashboard.view.earlier import earlier
 from swarm.errors import SwarmError
 from swarm.messages import Broadcast, Event, Events, Map, Message, Status, Truth
 
@@ -31,6 +33,7 @@ class Show:
         log: Callable[[str], None] = print,
         opened: Callable[[str], None] = lambda url: None,
         selected: str | None = None,
+        earlier: Sequence[Path] = (),
     ) -> None:
         self.progress = Progress()
         self.scene: Scene | None = None
@@ -40,6 +43,7 @@ class Show:
         self._fleet = fleet
         self._log = log
         self._opened = opened
+        self._earlier = earlier  # files of dashboards that were killed, the newest first
         self._selected = selected  # the robot whose rules are shown
         self._overlays: Overlays | None = None
         self._truth: Truth | None = None  # the newest that no overlay shows
@@ -50,11 +54,6 @@ class Show:
         self._shown = -1
         self._view: View | None = None
         self._collector: Collector | None = None
-
-    @property
-    def records(self) -> bool:
-        """True if recordings are saved."""
-        return self._recorder.records
 
     @property
     def detailed(self) -> tuple[str, ...]:
@@ -103,11 +102,29 @@ class Show:
                 self._lay_over()
 
     def _keep(self, status: Status) -> None:
-        """Keep what a status says of the run that is shown."""
-        if self._view is not None and status.run == self._shown:
-            account = saved(status, self.heard, self.lost)
-            if account is not None:
+        """Keep what a status says of the run that is shown; show what was before this dashboard came."""
+        if self._view is None or self._collector is None or status.run != self._shown:
+            return
+        self._collector.contacts = sum(status.contacts.values())
+        account = saved(status, self.heard, self.lost)
+        if account is not None:
+            if self._recorder.records:
                 self._view.keep(status.time, written(account))
+            files, self._earlier = self._earlier, ()
+            path = earlier(files, account)
+            if path is not None and self._goes_on_from(path):
+                self._collector.knows_past()
+            self._collector.look_back(self.progress, account)
+
+    def _goes_on_from(self, path: Path) -> bool:
+        """Send what is in a file of a dashboard that was killed; return False, and say why, if that is not possible."""
+        assert self._view is not None
+        try:
+            self._view.go_on_from(path)
+        except (OSError, ValueError, RuntimeError) as fault:
+            self._log(f"dashboard: expected to go on from {path}, got {fault}; the run is shown from now on")
+            return False
+        return True
 
     def draw(self) -> None:
         """Draw what was collected."""

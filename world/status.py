@@ -43,7 +43,7 @@ def status(
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
         complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=_pool(world),
-        contacts=contacts(world), clearance_min=clearance_min(world),
+        contacts=contacts(world), clearance_min=clearance_min(world), world=world.identity,
         robots=[
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],

@@ -6,6 +6,7 @@ kind is sent once per batch as columns, which is cheap. Every call gives its tim
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,7 @@ from dashboard.overlays import Arrow, Box, Drawing, Overlay
 from dashboard.scene import Scene
 from dashboard.touches import Touch, touches
 from dashboard.view.layout import ACCOUNT, TIMELINE
+from dashboard.view.reader import moving
 from dashboard.view.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
@@ -41,7 +43,7 @@ class View:
         self._detailed = [n for n, name in enumerate(robots) if detailed is None or name in detailed]
         self._trails = shapes.Trails(len(robots))
         self._frames_seen = 0
-        self._words = dict.fromkeys(robots, naming.READY)
+        self._words = dict.fromkeys(robots, (0.0, naming.READY))  # since when [s], and the newest word
         self._plans_shown = False
         self._touched: list[Touch] = []
         self._learned: Learned | None = None
@@ -62,7 +64,9 @@ class View:
             self._draw_frames(batch.frames, batch.distances)
         for time, name, word in batch.lanes:
             self._at(time, f"progress/{name}", rr.StateChange(state=word))
-            self._words[name] = word
+            if time < self._words[name][0]:
+                continue  # of the time before this dashboard came
+            self._words[name] = (time, word)
             labels = [self._label(name) for name in self.robots]
             self._at(time, "world/heading", rr.LineStrips2D.from_fields(labels=labels))
         for time, paths in batch.paths[-PATHS:]:
@@ -133,7 +137,7 @@ class View:
             self._at(touch.time, "world/contacts", marks)
 
     def _label(self, name: str) -> str:
-        word = self._words[name]
+        _, word = self._words[name]
         return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
 
     # --- what lies over it ---
@@ -201,6 +205,14 @@ class View:
     def keep(self, time: float, account: str) -> None:
         """Keep an account of the run at a time [s]; no view shows it."""
         self._at(time, ACCOUNT, rr.TextDocument(account, media_type="application/json"))
+
+    def go_on_from(self, path: Path) -> None:
+        """Send what another dashboard has recorded of this run.
+
+        Raises:
+            OSError, ValueError, RuntimeError: the file cannot be read.
+        """
+        self._stream.send_chunks(moving(path))
 
     # --- inside ---
 

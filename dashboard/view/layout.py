@@ -8,6 +8,7 @@ import rerun.blueprint as rrb
 from dashboard import palette, shapes
 from dashboard.scene import Scene
 
+APPLICATION: Final = "swarm_dashboard"
 TIMELINE: Final = "sim_time"
 ACCOUNT: Final = "account"  # entity, in no view
 WINDOW: Final = 30.0  # s of wheel speeds that are shown

@@ -1,16 +1,17 @@
 """The reader of recordings: it returns the texts of an entity, of a file that may be anything."""
 
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import rerun
 import rerun.chunk
 
+from dashboard.account import Saved, read
 from dashboard.mode import is_whole
 from dashboard.view.frames import readable, written_by
-from dashboard.view.layout import TIMELINE
-from dashboard.view.recorder import APPLICATION
+from dashboard.view.layout import ACCOUNT, APPLICATION, TIMELINE
 from swarm.errors import ConfigError
 
 TEXT: Final = "TextDocument:text"
@@ -39,6 +40,35 @@ def read_texts(path: Path, entity: str) -> Recorded:
         raise ConfigError(f"{path}: expected a recording that can be read, got: {why}; {ASK}") from None
     except (ValueError, RuntimeError) as fault:
         raise ConfigError(f"{path}: expected a recording, got one that is spoilt: {_short(fault)}; {ASK}") from None
+
+
+def read_account(path: Path) -> tuple[Saved, bool]:
+    """Return the last account of a recording, and whether the recording is whole.
+
+    Raises:
+        ConfigError: the file is no recording that can be read, or has no account.
+    """
+    recorded = read_texts(path, f"/{ACCOUNT}")
+    if not recorded.texts:
+        why = "its dashboard ended before the world had told it any" if recorded.whole else "it is cut before the first"
+        raise ConfigError(f"{path}: expected an account of the run, found none: {why}, or it is of an older version")
+    try:
+        return read(recorded.texts[-1]), recorded.whole
+    except ConfigError as fault:
+        raise ConfigError(f"{path}: {fault}") from None
+
+
+def moving(path: Path) -> Iterator[rerun.chunk.Chunk]:
+    """Yield the chunks of a recording that are on the timeline.
+
+    Raises:
+        OSError, ValueError, RuntimeError: the file cannot be read.
+    """
+    with readable(path) as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore", rerun.error_utils.RerunWarning)  # that a file has no footer
+        for chunk in rerun.chunk.RrdReader(file).stream():
+            if not chunk.is_static and TIMELINE in chunk.timeline_names:
+                yield chunk
 
 
 def _check(path: Path) -> None:

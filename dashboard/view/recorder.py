@@ -11,10 +11,9 @@ from dashboard.mode import ANY, LOOPBACK
 from dashboard.scene import Scene
 from dashboard.view.compaction import compact
 from dashboard.view.drawing import View
-from dashboard.view.layout import blueprint
+from dashboard.view.layout import APPLICATION, blueprint
 from swarm.errors import ConfigError
 
-APPLICATION: Final = "swarm_dashboard"
 FLUSH: Final = 0.3  # s between two flushes
 SMALLER: Final = 10.0  # s to make files smaller; the launcher waits 15 s for the dashboard
 MEMORY: Final = "256MiB"  # of recordings that the server keeps for viewers that come late

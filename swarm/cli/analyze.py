@@ -22,13 +22,15 @@ def analyze(options: argparse.Namespace) -> int:
 
     if lacking := missing():
         raise ConfigError(f"analyze: {lacking}")
+    from dashboard.view.reader import read_account
+
     first, *others = options.files
     if others:
         raise ConfigError(
             f"analyze: expected one file, got {len(others) + 1}; of one run, the file that was recorded last has the "
             "numbers of the whole run; analyze other runs one after the other"
         )
-    account, whole = _account(first)
+    account, whole = read_account(first)
     found = analysis.analysed(account, whole, str(first), _later(first, account))
     if options.json:
         print(json.dumps(found, indent=1))
@@ -39,38 +41,20 @@ def analyze(options: argparse.Namespace) -> int:
     return 0
 
 
-def _account(path: Path) -> "tuple[Saved, bool]":
-    """Return the last account of a recording, and whether the recording is whole.
-
-    Raises:
-        ConfigError: the file is no recording, or has no account.
-    """
-    from dashboard.account import read
-    from dashboard.view.layout import ACCOUNT
-    from dashboard.view.reader import read_texts
-
-    recorded = read_texts(path, f"/{ACCOUNT}")
-    if not recorded.texts:
-        why = "its dashboard ended before the world had told it any" if recorded.whole else "it is cut before the first"
-        raise ConfigError(f"{path}: expected an account of the run, found none: {why}, or it is of an older version")
-    try:
-        return read(recorded.texts[-1]), recorded.whole
-    except ConfigError as fault:
-        raise ConfigError(f"{path}: {fault}") from None
-
-
 def _later(path: Path, account: "Saved") -> str | None:
     """Return the newest file in which a dashboard that was started again has gone on with a run, or None."""
+    from dashboard.account import is_earlier
+    from dashboard.view.reader import read_account
     from swarm.launch.table import numbered
 
     for number in range(STARTS, 1, -1):
         other = numbered(path, number)
-        if other.is_file() and other.stat().st_mtime_ns >= path.stat().st_mtime_ns:
+        if other.is_file():
             try:
-                later, _ = _account(other)
+                later, _ = read_account(other)
             except ConfigError:
                 continue
-            if (later.scenario, later.run) == (account.scenario, account.run) and later.time >= account.time:
+            if is_earlier(account, later):
                 return str(other)
     return None
 

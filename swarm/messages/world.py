@@ -163,6 +163,7 @@ class Status(Message, frozen=True, kw_only=True):
     pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
     contacts: Annotated[dict[Id, Count], says("with robots, walls and obstacles; two robots that touch: one")] = {}
     clearance_min: Annotated[Metres | None, says("m; smallest gap so far; null: there was nothing to touch")] = None
+    world: Annotated[Id | None, says("identity of the world; that of another one is another")] = None
 
 
 class Map(Message, frozen=True, kw_only=True):

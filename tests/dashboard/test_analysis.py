@@ -26,7 +26,7 @@ ROUND = replace(DONE, laps=2)
 
 def account(robots: Mapping[str, Account], phase: Phase = Phase.OVER, **fields: object) -> Saved:
     plain = Saved(
-        scenario="small", run=0, time=20.0, phase=phase, complete=False, reason="", robots=dict(robots),
+        scenario="small", world="here", run=0, time=20.0, phase=phase, complete=False, reason="", robots=dict(robots),
         contacts={"robot": 1, "wall": 0, "obstacle": 0}, clearance_min=0.25, heard={"world/truth": 7}, lost={},
     )  # fmt: skip
     return replace(plain, **fields)

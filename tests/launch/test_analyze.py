@@ -3,17 +3,20 @@
 import json
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from dashboard.account import read
+from dashboard.view.frames import readable
 from dashboard.view.layout import ACCOUNT
 from dashboard.view.reader import read_texts
 from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase
+from tests.dashboard.recording import Recording
 from tests.launch.actors import Fleet, await_clock, await_event, await_phase, await_presence
 from tests.shared import PAPER
 
@@ -101,6 +104,7 @@ def test_what_a_killed_dashboard_left_and_what_the_next_one_recorded(small: Path
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
     assert_agrees(analysed(second), report)
+    assert_shows_all(second, record, report["sim_time"])
     first = analysed(record)
     assert not first["over"]
     assert first["total"]["reached"] < report["robots"] * len(report["per_robot"]["r1"]["reached"])
@@ -117,3 +121,14 @@ def has_account(record: Path) -> bool:
     except ConfigError:
         return False
     return any(time is not None for row in (read(texts[-1]).robots.values() if texts else ()) for time in row.reached)
+
+
+def assert_shows_all(second: Path, first: Path, over: float) -> None:
+    """Check that the second file shows the run from what the first one has up to its end [s]."""
+    with readable(first) as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that it has no footer
+        before = Recording(file).rows("/world/robots", "Points2D:positions")
+    rows = Recording(second).rows("/world/robots", "Points2D:positions")
+    assert rows[: len(before)] == before
+    assert before[0][0] < 1.0
+    assert over - rows[-1][0] < 1.0
