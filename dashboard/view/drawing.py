@@ -24,7 +24,7 @@ from dashboard.view.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
-TRAIL_EVERY: Final = 5  # frames between two pictures of the trails
+TRAIL_EVERY: Final = 5  # frames between two pictures of the trails, for each 16 robots: trails of all cost most
 RING: Final = 2.0  # robot radii, of the ring around the leader of a joint plan
 PATHS: Final = 20  # pictures of all paths in one batch, at most
 MARKS: Final = 200  # contacts that are marked, the newest
@@ -104,7 +104,7 @@ class View:
         trails, shown = [], []
         for time, spots in zip(times, values[..., :2], strict=True):
             self._trails.add(spots)
-            if self._frames_seen % TRAIL_EVERY == 0:
+            if self._frames_seen % (TRAIL_EVERY * -(-robots // 16)) == 0:
                 trails += self._trails.strips()
                 shown.append(time)
             self._frames_seen += 1
