@@ -3,13 +3,16 @@
 If there are too many frames, some are dropped. Changes of activity, paths and events are never dropped.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
 from dashboard import naming
+from dashboard.account import Saved
 from dashboard.overlays import Overlay
 from dashboard.progress import Progress
-from swarm.messages import Activity, Clock, Event, Liveness, Message, Phase, Plan, Point, Truth
+from dashboard.touches import touches
+from swarm.messages import Account, Activity, Clock, Event, Liveness, Message, Phase, Plan, Point, Truth
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
 ROWS: Final = 40  # robots in the summary
@@ -49,6 +52,9 @@ class Collector:
         self._batch = Batch()
         self._lane: dict[str, str] = {}
         self._planned: frozenset[str] = frozenset()  # robots in joint plans
+        self._begun = progress.time  # s
+        self._knows_past = False
+        self.contacts: int | None = None  # of the run, as the world has counted them
         for name in progress.order:
             self._lanes(progress, name, progress.time)
         if any(robot.path for robot in progress.robots.values()):
@@ -76,6 +82,19 @@ class Collector:
         if name in self._lane:
             self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
 
+    def knows_past(self) -> None:
+        """Note that what happened before this collector began is drawn already."""
+        self._knows_past = True
+
+    def look_back(self, progress: Progress, account: Saved) -> None:
+        """Collect, once, what an account says of the time before this collector began: the stops of each robot."""
+        if self._knows_past:
+            return
+        self._knows_past = True
+        for name, row in account.robots.items():
+            if name in self._lane and not row.laps and not progress.robot(name).assignment:
+                self._batch.lanes += [(time, name, word) for time, word in past(row, self._home) if time < self._begun]
+
     def lay_over(self, overlay: Overlay) -> None:
         """Note an overlay of the floor."""
         self._batch.overlays.append(overlay)
@@ -90,7 +109,7 @@ class Collector:
         mark = (int(progress.time), progress.phase)
         if mark != self._mark:
             self._mark = mark
-            self._batch.summaries.append((progress.time, summary(progress, self._home)))
+            self._batch.summaries.append((progress.time, summary(progress, self._home, self.contacts)))
 
     def _lanes(self, progress: Progress, name: str, time: float) -> None:
         word = naming.lane(progress.robot(name), self._home)
@@ -104,10 +123,23 @@ class Collector:
         self._batch.paths.append((time, paths))
 
 
-def summary(progress: Progress, home: bool) -> str:
-    """Return the run as a markdown table with one row per robot."""
+def past(row: Account, home: bool) -> list[tuple[float, str]]:
+    """Return to which stop a robot drove from when on [s], from the times at which it reached its stops."""
+    stops = len(row.reached)
+    times = [0.0, *sorted(time for time in row.reached if time is not None)]
+    return [(time, naming.stop_lane(_first_left(row, time), stops, home)) for time in times]
+
+
+def _first_left(row: Account, now: float) -> int:
+    """Return the first stop that was not reached by a time, or the number of stops."""
+    left = [stop for stop, time in enumerate(row.reached) if time is None or time > now]
+    return left[0] if left else len(row.reached)
+
+
+def summary(progress: Progress, home: bool, contacts: int | None = None) -> str:
+    """Return the run as markdown: the totals, and a table with one row per robot."""
     rows = [
-        f"**{progress.share:.0%}** of all stops reached, {progress.phase.value}",
+        f"**{totals(progress, contacts)}**",
         "",
         "| robot | reached | to | left | doing | waited |",
         "|---|---|---|---|---|---|",
@@ -123,3 +155,21 @@ def summary(progress: Progress, home: bool) -> str:
     if len(progress.order) > ROWS:
         rows.append(f"\nand {len(progress.order) - ROWS} more")
     return "\n".join(rows)
+
+
+def totals(progress: Progress, contacts: int | None = None) -> str:
+    """Return a line about the whole fleet: the time, the stops, how many drive, wait or are away, the contacts.
+
+    ``contacts`` are those that the world has counted; None: those among the last events.
+    """
+    robots = [progress.robot(name) for name in progress.order]
+    reached, stops = (sum(getattr(robot, field) for robot in robots) for field in ("reached", "stops"))
+    here = [name for name in progress.order if progress.heard(name) is Liveness.ALIVE]
+    doing = Counter(progress.robot(name).activity for name in here)
+    parts = [f"{count} {naming.words(activity)}" for activity in Activity if (count := doing[activity])]
+    parts += [f"{len(robots) - len(here)} not heard"] * (len(here) < len(robots))
+    seen = len(touches(event for event in progress.events if event.run == progress.run))
+    return (
+        f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} stops reached ({progress.share:.0%}); "
+        f"{', '.join(parts) or 'nobody there'}; {seen if contacts is None else contacts} contacts"
+    )

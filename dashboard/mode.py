@@ -93,6 +93,6 @@ def is_whole(recording: Path) -> bool:
     try:
         with recording.open("rb") as file:
             file.seek(-min(FOOTER_ROOM, recording.stat().st_size), SEEK_END)
-            return FOOTER in file.read()
+            return FOOTER in file.read(FOOTER_ROOM)
     except OSError:
         return False

@@ -1,8 +1,10 @@
 """The overlays of the floor at a moment: fired rules of one robot, cells held, who waits for whom, joint plans."""
 
+from collections.abc import Sequence
 from math import degrees
 from typing import Final, NamedTuple
 
+from dashboard.learning import Learned, Learning
 from dashboard.plans import Followed, followed
 from dashboard.scene import Scene
 from swarm.errors import SwarmError
@@ -15,11 +17,25 @@ from swarm.traffic.cells_of import cells_of, traffic_settings
 
 SPREAD: Final = 0.7  # of a cell's side, over which the lines of one plan spread where they share cells
 ORDERS: Final = 3  # most orders of one plan that are shown
+DETAILED: Final = 8  # robots; of more, the details of one are shown: those of all cover the floor
 NAMED: Final = 8  # most robots named in an order
 
 Box = tuple[float, float, float, float]  # m: x and y of the lower corner, width, height
 Spot = tuple[float, float]  # m
 Arrow = tuple[Spot, Spot]
+
+
+def detailed(robots: Sequence[str], selected: str | None) -> tuple[str, ...]:
+    """Return the robots whose sensors, held cells and joint plans are drawn: all of a few, else the selected one.
+
+    >>> detailed(("r1", "r2"), "r2")
+    ('r1', 'r2')
+    >>> detailed([f"r{n}" for n in range(1, 10)], "r3")
+    ('r3',)
+    """
+    if len(robots) <= DETAILED:
+        return tuple(robots)
+    return (selected,) if selected in robots and selected is not None else tuple(robots[:1])
 
 
 class Drawing(NamedTuple):
@@ -39,6 +55,7 @@ class Overlay(NamedTuple):
     held: dict[str, list[Box]]  # the cells that each robot holds
     waits: list[Arrow]  # from each robot to each robot that it waits for
     plans: list[Drawing]  # the joint plans under way
+    learned: Learned | None = None  # the floor as robots have learned it; None: they were given it
 
 
 class Overlays:
@@ -50,16 +67,20 @@ class Overlays:
         self._controller = Controller(Profile.from_builtins(scene.profile)) if scene.profile is not None else None
         self._cells = cells_of(scene.map, scene.settings)
         self._absent = traffic_settings(scene.settings).absent
+        self._learning = None if scene.settings.map.known else Learning(scene)
         self._run = -1
         self._records: dict[str, Record] = {}  # the newest of each robot
         self._plans: dict[Epoch, JointPlan] = {}
 
     def hear(self, message: Broadcast) -> None:
-        """Take in the traffic record of a robot's broadcast."""
-        if message.traffic is None:
-            return
+        """Take in what a robot's broadcast says of the floor, and its traffic record."""
         if message.run != self._run:
             self._run, self._records, self._plans = message.run, {}, {}
+            self._learning = self._learning and Learning(self._scene)
+        if self._learning is not None:
+            self._learning.hear(message)
+        if message.traffic is None:
+            return
         own = message.traffic.own
         known = self._records.get(message.robot)
         if known is not None and known.stamp >= own.stamp:
@@ -78,7 +99,13 @@ class Overlays:
             rules = self.rules(self._controller, bodies.get(self._selected or "", truth.bodies[0]))
         held = {name: self.boxes(body) for name, body in bodies.items()}
         plans = self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else []
-        return Overlay(truth.time, rules, held, waits(bodies), plans)
+        return Overlay(truth.time, rules, held, waits(bodies), plans, self.learned(truth))
+
+    def learned(self, truth: Truth) -> Learned | None:
+        """Return the floor as robots have learned it by the moment of ``truth``; None: they were given it."""
+        if self._learning is None:
+            return None
+        return (self._learning if truth.run == self._run else Learning(self._scene)).at(truth.tick)
 
     def rules(self, controller: Controller, body: Body) -> str:
         """Return the explanation of a robot's fuzzy output as markdown."""

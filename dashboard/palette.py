@@ -26,6 +26,7 @@ HEADING: Final[Colour] = (255, 255, 255)
 SENSED: Final[Colour] = (255, 255, 255)
 WAITS: Final[Colour] = (230, 159, 0)
 BLOCKED: Final[Colour] = (213, 94, 0)
+CONTACT: Final[Colour] = (255, 60, 60)
 DONE: Final[Colour] = (240, 240, 240)
 
 

@@ -4,28 +4,32 @@ import ctypes
 import signal
 import socket
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
+from dashboard.hearing import Radio
 from dashboard.mode import LOOPBACK, Mode, page_address, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
 from dashboard.view import Recorder
+from dashboard.view.recorder import SMALLER
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, STATE, TRUTH, Phase, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, STATE, STATUS, TRUTH, Phase, Topic
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
+KEEP_EVERY: Final = 2.0  # s, wall time between two accounts in the file: a dashboard that is killed loses no more
 ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
 SERVED: Final = 20.0  # s, wall time for the program that serves the page to start
 SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
+HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
-LISTEN: Final[tuple[Topic[Any], ...]] = (RADIO, STATE, PLAN, TRUTH, CLOCK, EVENT, MAP)
-CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH)
+LISTEN: Final[tuple[Topic[Any], ...]] = (STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
+CATCH_UP: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, PLAN, MAP, EVENTS, TRUTH, STATUS)
 
 
 def run(
@@ -38,11 +42,13 @@ def run(
     grpc_port: int = 0,
     web_port: int = 0,
     rules: str | None = None,
+    earlier: Sequence[Path] = (),
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet until its run is over or we are told to stop; a port of 0 becomes a free port.
 
-    ``rules`` is the robot whose fired rules are shown, by default the first.
+    ``rules`` is the robot whose fired rules are shown, by default the first. ``earlier`` are files of dashboards
+    of this fleet that were killed, the newest first: what they have of the run is shown too.
 
     Raises:
         ConfigError: a port is in use, the file cannot be written, there is no router or no viewer.
@@ -58,7 +64,7 @@ def run(
     recorder = Recorder(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
-        closing.callback(recorder.close)
+        closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
 
         opened: Callable[[str], None] = log  # off-screen there is nothing to open
         if mode == "web":
@@ -66,7 +72,7 @@ def run(
             closing.callback(opened.close)
         elif mode == "viewer":
             opened = ViewerWindow(log)
-        show = Show(recorder, fleet, log, opened, selected=rules)
+        show = Show(recorder, fleet, log, opened, selected=rules, earlier=earlier)
         follow(bus, show, stop.is_set)
         show.draw()
         if stop.is_set() and isinstance(opened, ViewerWindow):
@@ -80,8 +86,9 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         bus.listen(topic)
     bus.watch_presence()
     _catch_up(bus, show)
-    asked = drawn = monotonic()
-    announced = False
+    show.lost = bus.lost
+    asked = drawn = kept = monotonic()
+    announced, radio = False, Radio(bus)
     while not stopped() and show.progress.phase is not Phase.OVER:
         if show.ready and not announced:
             bus.announce("dashboard", "dashboard")
@@ -89,7 +96,12 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
         now = monotonic()
         if now - drawn >= DRAW_EVERY:
             show.draw()
+            radio.turn_to(show.hears)
             drawn = now = monotonic()
+        if show.ready and now - kept >= KEEP_EVERY:
+            for status in bus.fetch(STATUS, timeout=1.0):
+                show.take(status)
+            kept = now = monotonic()
         if not show.ready and now - asked >= ASK_EVERY:
             _catch_up(bus, show)
             asked = now = monotonic()
@@ -102,7 +114,8 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
 
 def _take(bus: Bus, show: Show, arrived: Arrival | Presence | Link | Request | None) -> None:
     match arrived:
-        case Arrival(message=message):
+        case Arrival(topic=topic, message=message):
+            show.heard[topic.key] += 1
             before = show.progress.run
             show.take(message)
             if show.progress.run != before >= 0:

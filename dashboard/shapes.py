@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dashboard import palette
+from dashboard.learning import Learned
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.messages import Body, Mover, Truth
@@ -90,6 +91,20 @@ def floor_image(floor: OccupancyMap) -> Bytes:
     ):
         colours[kind] = colour
     return colours[floor.cells]
+
+
+def border(floor: OccupancyMap) -> Floats:
+    """Return the border of the map: a closed strip (5, 2)."""
+    corners = floor.corners((0, 0), floor.shape)
+    return np.array([*corners, corners[0]], dtype=np.float32)
+
+
+def learned_image(learned: Learned) -> Bytes:
+    """Return the learned floor as an image of kinds of cells, row 0 at the lowest y: (rows, columns)."""
+    kinds = np.full(learned.rows * learned.columns, FREE, dtype=np.uint8)
+    cells = np.array(learned.cells, dtype=np.int64)
+    kinds[cells[cells < kinds.size]] = WALL
+    return kinds.reshape(learned.rows, learned.columns)
 
 
 def bounds(floor: OccupancyMap, margin: float) -> tuple[float, float, float, float]:

@@ -7,8 +7,9 @@ from typing import Any, Final
 
 import msgspec
 
+from dashboard.learning import Learned
 from dashboard.page.asking import OF_A_ROBOT, REQUESTS
-from dashboard.page.telling import Joint, Learned, Overview, Why
+from dashboard.page.telling import Joint, Overview, Why
 from docs.markdown import rows
 from swarm import messages as wire
 from swarm.messages import REPLIES, TOPICS, enums

@@ -59,6 +59,7 @@ PARSED: Final = {  # command: why it is not run
                    "the same; tests/dashboard/test_process.py runs the dashboard",
     "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
+    "swarm analyze paper.rrd": "reads what another command has recorded; tests/launch/test_analyze.py runs it",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
     "swarm box":   "stays until it is stopped; tests/dashboard/test_box_page.py runs its fleet",

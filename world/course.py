@@ -13,8 +13,9 @@ from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Accepted, Clock, Event, Phase, Places, State, Status, Truth
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import planning_grid, prepare
+from swarm.scenario.prepare import prepare
 from swarm.settings import Pace
+from world.account import Shortest
 from world.answers import LastMessages
 from world.ending import is_lost, waits_for
 from world.lobby import BACK, HAS_LEFT, Lobby
@@ -66,10 +67,9 @@ class Course:
         self.roll = Roll(self.world.robots, self.awake.now())
         self._moving = Lock()  # held while bodies move: others read the poses of one tick
         self.repeatable = Repeatable(lockstep=self.lockstep, outside=self.outside)
-        self.phase = Phase.WAITING
-        self.held = wait  # waits until somebody presses go
+        self.phase, self.held = Phase.WAITING, wait  # held: it waits until somebody presses go
         self.last = LastMessages()
-        self._given_up, self._reason = given_up, ""
+        self._given_up, self._reason, self._shortest = given_up, "", Shortest()
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
         self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
@@ -135,8 +135,7 @@ class Course:
         self.repeatable.reasons = host.not_reproducible
         self.speaker.events = tuple(host.events)
         self.roll.restore(host.seen, host.left)
-        self.pressed = host.pressed
-        self.lobby.most_in_one = host.most_in_one
+        self.pressed, self.lobby.most_in_one = host.pressed, host.most_in_one
         self.lobby.expect(host.present, self.awake.now() + BACK)
 
     # --- saving ---
@@ -187,7 +186,8 @@ class Course:
         with self._moving:
             world, over = self.world, self.phase is Phase.OVER
             reason = self._reason or missing(world) if over and not world.complete else ""
-            return status(world, self.phase, reason, self.roll.seen, self.last.states, self.speaker.events)
+            shortest = self._shortest.at(world, self.scenario if over else None)
+            return status(world, self.phase, reason, self.roll.seen, self.last.states, self.speaker.events, shortest)
 
     def tell_clock(self) -> None:
         """Send the time and phase of the run."""
@@ -268,8 +268,8 @@ class Course:
         self.phase = phase
         self.timetable.start()
         self.say_saved([self.world.event("phase", f"the run is {phase.value}")])
-        self.tell_clock()
         self.speaker.tell_status(self.truth(), self.status())
+        self.tell_clock()  # the last message of a run: who hears it has heard all
 
     def end(self, reason: str) -> None:
         """End the run; the reason counts if it is not complete."""
@@ -278,12 +278,12 @@ class Course:
 
     def restart(self) -> None:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
+        self.speaker.tell_status(self.truth(), self.status())  # how the old one ended
         old = self.world
         with self.changing():
             self.world = self._begun(old.run + 1, old.edits, old.identity, old.places)
             self.last = LastMessages()
-        self.stopwatch = Stopwatch()
-        self.timetable.times = Times()
+        self.stopwatch, self.timetable.times, self._shortest = Stopwatch(), Times(), Shortest()
         self.repeatable.begin()
         self.roll.begin()
         self.in_tick = False
@@ -291,8 +291,8 @@ class Course:
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
         return report(
-            self.world, planning_grid(self.scenario), scenario=self.scenario.settings.name, seed=self.seed,
-            robots_per_process=self.lobby.most_in_one,
+            self.world, self._shortest.at(self.world, self.scenario), scenario=self.scenario.settings.name,
+            seed=self.seed, robots_per_process=self.lobby.most_in_one,
             pace="max" if self.pace == "max" else "realtime" if self.pace == 1.0 else f"{self.pace:g}",
             wall_time=self.stopwatch.seconds, late_commands=self.last.late,
             tick_wall=self.timetable.times.report(), reason=self._reason or missing(self.world),

@@ -36,13 +36,12 @@ class Physics:
         self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # a body moves at most radius / 4 per check
         self._contacts: list[Contact] = []
         self.touching: list[Contact] = []  # contacts that have begun and not ended
+        self.touched_at: dict[Contact, Point] = {}  # m, of the contacts that began in the last step
         self._still: list[pymunk.Shape] = []
         self.set_floor(floor)
         self._bodies = [self._add(number, pose) for number, pose in enumerate(poses)]
         self._movers: list[pymunk.Body] = []
-        self._outlines: list[
-            tuple[float | None, tuple[float, float]]
-        ] = []  # of each mover: radius, or length and width
+        self._outlines: list[tuple[float | None, tuple[float, float]]] = []  # of each mover: radius, or both sides
         self._renewed = False  # new bodies were made since the first of the present contacts began
         self._known: Sequence[Contact] = ()  # contacts from before that, until pymunk has found them again
         self._sort()
@@ -116,6 +115,7 @@ class Physics:
 
     def _on_contact(self, arbiter: pymunk.Arbiter, space: pymunk.Space, kind: int) -> None:
         begun = _both_ways(arbiter, kind)
+        self.touched_at.update(dict.fromkeys(begun, _middle(arbiter)))
         self._contacts += [contact for contact in begun if contact not in self._known]
         self.touching += begun
 
@@ -144,7 +144,7 @@ class Physics:
         ``placed`` are robots that move to a given pose instead; those of them that ``jumped`` are just set down there.
         Return the contacts that began, in order.
         """
-        self._contacts = []
+        self._contacts, self.touched_at = [], {}
         self._stale = True
         dt = self._dt / self._substeps
         for body, pose in zip(self._movers, movers, strict=True):
@@ -290,3 +290,10 @@ def _both_ways(arbiter: pymunk.Arbiter, kind: int) -> list[Contact]:
     if kind == ROBOT:
         return [Contact(a, "robot", b), Contact(b, "robot", a)]
     return [Contact(max(a, b), KINDS[kind], None)]
+
+
+def _middle(arbiter: pymunk.Arbiter) -> Point:
+    """Return the point [m] in the middle of where two shapes overlap."""
+    overlap = arbiter.contact_point_set.points[0]  # one of the shapes is a disc: there is one
+    x, y = (overlap.point_a + overlap.point_b) / 2
+    return x, y

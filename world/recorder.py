@@ -13,7 +13,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
-from world.blame import Blame, stands
+from world.blame import MOVES, Blame, stands
 from world.bodies import Contact
 from world.clearance import ClearanceJudge
 
@@ -40,6 +40,8 @@ class Recorder:
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
         self.laps = [0] * robots  # of a patrol, complete
         self.waiting = [0.0] * robots  # s
+        self.standing = [0.0] * robots  # s, with a stop left
+        self.waits_for: list[dict[str, float]] = [{} for _ in range(robots)]  # s, for each robot waited for
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
 
@@ -54,6 +56,8 @@ class Recorder:
         self.reached_at.append([])
         self.laps.append(0)
         self.waiting.append(0.0)
+        self.standing.append(0.0)
+        self.waits_for.append({})
         self.replans.append(0)
         self.unreachable.append([])
 
@@ -155,3 +159,12 @@ class Recorder:
             self.unreachable[number] = command.unreachable
             if command.activity in WAITING:
                 self.waiting[number] += self._dt
+                row = self.waits_for[number]
+                for other in set(command.waits):
+                    row[other] = row.get(other, 0.0) + self._dt
+
+    def stood(self, stops: Sequence[int | None], wheels: Sequence[tuple[float, float]]) -> None:
+        """Record who stood in a tick with a stop left, by the rim speeds [m/s]; it does not depend on what they say."""
+        for number, (stop, (left, right)) in enumerate(zip(stops, wheels, strict=True)):
+            if stop is not None and abs(left) <= MOVES and abs(right) <= MOVES:
+                self.standing[number] += self._dt

@@ -2,15 +2,12 @@
 
 import json
 from collections.abc import Sequence
-from itertools import pairwise
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
 from swarm.errors import ConfigError
-from swarm.maps.occupancy import Point
-from swarm.planning.grid import Grid
-from swarm.planning.path import plan
+from world.account import accounts, contacts
 from world.orders import FATES
 from world.world import World
 
@@ -20,7 +17,7 @@ ROOM: Final = 440  # characters for each of at most four parts: a status message
 
 def report(
     world: World,
-    grid: Grid,
+    shortest: Sequence[float | None],
     *,
     scenario: str,
     seed: int,
@@ -35,15 +32,13 @@ def report(
 ) -> dict[str, Any]:
     """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete.
 
+    ``shortest`` are the lengths [m] of ``shortest_lengths`` on the floor as it is at the end.
     ``avoidable_contacts`` are those that a robot could have avoided by stopping. A run has ``passed``, and its exit
     status is 0, if it is complete and has none of these. ``not_reproducible`` says why the run cannot be repeated bit
     for bit; ``lost`` are robots that stayed away. ``tick_wall`` [s] is the time of a tick on the wall clock, None where
     ticks do not follow the wall clock.
     """
     record = world.recorder
-    robots = range(len(world.robots))
-    total = {kind: sum(counts[kind] for counts in record.contact_counts) for kind in ("robot", "wall", "obstacle")}
-    total["robot"] //= 2  # a contact of two robots is counted for both
     return {
         "scenario": scenario,
         "seed": seed,
@@ -62,28 +57,18 @@ def report(
         "ticks": world.tick,
         "late_commands": late_commands,
         "tick_wall": tick_wall,
-        "contacts": total,
+        "contacts": contacts(world),
         "avoidable_contacts": record.avoidable,
         "clearance_min": record.clearance_min,
         "steering": world.steering.report(),
         "traffic": _traffic(world),
         **_pool(world),
         "per_robot": {
-            world.robots[number]: {
-                "targets": len(world.missions.stops(number)),
-                "reached": record.reached_at[number],
-                "laps": record.laps[number],
-                "path_length": record.path_length[number],
-                "shortest_length": shortest_length(grid, world.starts[number][:2], world.missions.stops(number)),
-                "waiting": record.waiting[number],
-                "replans": record.replans[number],
-                "contacts": record.contact_counts[number].total(),
-                "struck": record.struck[number],
-                "stalled": world.progress.times[number],
-                "unreachable": record.unreachable[number],
+            name: {
+                **{field: getattr(account, field) for field in account.__struct_fields__},
                 **_orders(world, number),
             }
-            for number in robots
+            for number, (name, account) in enumerate(accounts(world, shortest).items())
         },
         "digest": record.digest,
     }
@@ -183,17 +168,6 @@ def listed(parts: Sequence[str], separator: str, room: int) -> str:
         fitting += 1
     more = f" and {len(parts) - fitting} more" if fitting < len(parts) else ""
     return separator.join(parts[:fitting]) + more
-
-
-def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:
-    """Return the length [m] of the A* paths from stop to stop for a robot alone, or None if one has no path."""
-    total = 0.0
-    for a, b in pairwise((start, *stops)):
-        path = plan(grid, a, b)
-        if path is None:
-            return None
-        total += path.length
-    return total
 
 
 def write(summary: dict[str, Any], path: Path) -> None:

@@ -13,6 +13,7 @@ from swarm.messages import Broadcast, Command, Event, Places, Sense, State
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
+from world.account import shortest_lengths
 from world.faults import SILENT, Drill, Faults, Health
 from world.report import missing, report
 from world.world import World
@@ -130,7 +131,7 @@ class Simulation:
         world = self.world
         edited = replace(self.scenario, map=world.floor)
         return report(
-            world, planning_grid(edited), scenario=edited.settings.name, seed=self.seed,
+            world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,
             reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

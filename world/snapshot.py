@@ -94,6 +94,8 @@ class RecorderTable(Table):
     reached_at: list[list[float | None]]
     laps: list[int]
     waiting: list[float]
+    standing: list[float]
+    waits_for: list[dict[str, float]]
     replans: list[int]
     unreachable: list[list[int]]
 

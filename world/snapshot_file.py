@@ -18,7 +18,7 @@ from world.rival import new_identity
 from world.snapshot import Noise, Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
-HEAD: Final = FORMAT + b"3\n"  # the version of the tables
+HEAD: Final = FORMAT + b"4\n"  # the version of the tables
 CHECK: Final = 16  # bytes of the checksum
 
 

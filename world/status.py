@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from msgspec.structs import replace
 
 from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
+from world.account import accounts, clearance_min, contacts
 from world.welcome import progress
 from world.world import World
 
@@ -33,18 +34,20 @@ def status(
     seen: Mapping[str, Seen],
     said: Mapping[str, State],
     events: Sequence[Event],
+    shortest: Sequence[float | None],
 ) -> Status:
-    """Return the status; ``events`` are the last ones, the newest last."""
+    """Return the status; ``events`` are the last ones, the newest last, ``shortest`` lengths [m] as in ``accounts``."""
     last = {event.robot: event for event in events}
-    now = states(world, said)
+    now, measured = states(world, said), accounts(world, shortest)
     rows = zip(world.robots, world.poses(), world.commands, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
         complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=world.dispatch.pool.counts,
+        contacts=contacts(world), clearance_min=clearance_min(world), world=world.identity,
         robots=[
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
-                waits=command.waits, event=last.get(name),
+                waits=command.waits, event=last.get(name), account=measured[name],
             )
             for name, pose, command in rows
         ],

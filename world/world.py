@@ -10,6 +10,7 @@ import numpy as np
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
 from swarm.messages import (
     COMMAND,
     Accepted,
@@ -180,7 +181,8 @@ class World:
         self.tick += 1
         for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels, poses):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
-            events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
+            text, at = f"touches {contact.kind}{other}", self.physics.touched_at[contact]
+            events.append(self.event("contact", text, self.robots[contact.robot], at))
         self.steering.look(in_force, poses)
         self.recorder.poses(poses)
         self.recorder.doing(self.commands)
@@ -293,6 +295,6 @@ class World:
         """Return a robot's number."""
         return self._number[name]
 
-    def event(self, kind: str, text: str, robot: str | None = None) -> Event:
-        """Return an event of this tick."""
-        return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text)
+    def event(self, kind: str, text: str, robot: str | None = None, at: Point | None = None) -> Event:
+        """Return an event of this tick; ``at`` is where it happened [m]."""
+        return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text, at=at)

@@ -8,11 +8,12 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any, Final
 
+from dashboard.hearing import wanted
 from dashboard.mode import LOOPBACK
 from dashboard.page import telling
 from dashboard.page.address import address
 from dashboard.page.asking import Asking
-from dashboard.page.hearing import Hearing, wanted
+from dashboard.page.hearing import Hearing
 from dashboard.page.server import Server
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of

@@ -9,6 +9,7 @@ from dashboard import naming, palette
 from dashboard.overlays import explained
 from dashboard.progress import Progress
 from dashboard.scene import Scene
+from dashboard.touches import CONTACT
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
 from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
@@ -19,7 +20,6 @@ RULES: Final = "box/rules"
 HELLO: Final = "box/hello"
 JOINT: Final = "box/joint"
 LEARNED: Final = "box/learned"
-CONTACT: Final = "contact"  # the kind of event
 COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
 
 
@@ -80,15 +80,6 @@ class Joint(Struct, frozen=True, kw_only=True):
     leader: Annotated[str, says("the robot that made it")]
     ways: Annotated[dict[str, list[tuple[float, float]]], says("m; of each member, from where it is")]
     turns: Annotated[list[Turn], says("the longest orders")]
-
-
-class Learned(Struct, frozen=True, kw_only=True):
-    """The floor as the robots have learned and told it, where they were not given it."""
-
-    rows: Annotated[int, says("of the learned grid, which has the floor's extent and origin")]
-    columns: Annotated[int, says("of the learned grid")]
-    resolution: Annotated[float, says("m; side of a cell")]
-    cells: Annotated[list[int], says("solid ones: row * columns + column")]
 
 
 def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:

@@ -5,7 +5,8 @@ viewer without a screen crashes at a glyph that its font lacks. All robots share
 kind is sent once per batch as columns, which is cheap. Every call gives its time explicitly.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -13,103 +14,47 @@ import rerun as rr
 
 from dashboard import naming, palette, shapes
 from dashboard.collect import Batch
+from dashboard.learning import Learned
 from dashboard.overlays import Arrow, Box, Drawing, Overlay
 from dashboard.scene import Scene
-from dashboard.view.layout import TIMELINE
-from swarm.geometry import Pose
+from dashboard.touches import Touch, touches
+from dashboard.view.layout import ACCOUNT, TIMELINE
+from dashboard.view.reader import moving
+from dashboard.view.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
-TRAIL_EVERY: Final = 5  # frames between two pictures of the trails
+TRAIL_EVERY: Final = 5  # frames between two pictures of the trails, for each 16 robots: trails of all cost most
 RING: Final = 2.0  # robot radii, of the ring around the leader of a joint plan
 PATHS: Final = 20  # pictures of all paths in one batch, at most
+MARKS: Final = 200  # contacts that are marked, the newest
 
 
 class View:
     """The picture of one run, drawn into its recording."""
 
-    def __init__(self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...]) -> None:
+    def __init__(
+        self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None
+    ) -> None:
         self.robots = robots
         self._stream = stream
-        self._scene = scene
-        self._colours = [palette.robot(number) for number in range(len(robots))]
+        self._stage = Stage(self._log, scene, robots)
+        self._colours = self._stage.colours
+        self._detailed = [n for n, name in enumerate(robots) if detailed is None or name in detailed]
         self._trails = shapes.Trails(len(robots))
         self._frames_seen = 0
-        self._words = dict.fromkeys(robots, naming.READY)
-        self._homes_known = False
+        self._words = dict.fromkeys(robots, (0.0, naming.READY))  # since when [s], and the newest word
         self._plans_shown = False
-
-    # --- what stands still ---
+        self._touched: list[Touch] = []
+        self._learned: Learned | None = None
 
     def set_stage(self) -> None:
         """Draw the map, the targets and every name and colour."""
-        radius, colours = self._scene.settings.robot.radius, self._colours
-        self._log("world", rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]))
-        self.draw_map()
-        self._draw_targets()
-        faded = [palette.faded(colour) for colour in colours]
-        self._log(
-            "world/robots", rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, show_labels=True)
-        )
-        self._log(
-            "world/heading", rr.LineStrips2D.from_fields(colors=palette.HEADING, radii=radius * 0.12, draw_order=31.0)
-        )
-        self._log("world/trails", rr.LineStrips2D.from_fields(colors=faded, radii=radius * 0.2, draw_order=5.0))
-        self._log("world/paths", rr.LineStrips2D.from_fields(colors=colours, radii=_pixels(1.0), draw_order=6.0))
-        self._log("world/sensors", rr.LineStrips2D.from_fields(radii=_pixels(0.7), draw_order=4.0))
-        moved = rr.LineStrips2D.from_fields(colors=palette.MOVER, radii=_pixels(1.5), draw_order=7.0)
-        self._log("world/movers", moved)
-        self._log("distance", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
-        for side in ("left", "right"):
-            self._log(f"wheels/{side}", rr.SeriesLines(names=list(self.robots), colors=colours, widths=1.5))
-        self._colour_lanes()
-        if self._scene.starts:
-            self._draw_homes({name: (pose[0], pose[1]) for name, pose in self._scene.starts.items()})
+        self._stage.set()
 
-    def draw_map(self, scene: Scene | None = None) -> None:
-        """Draw walls and obstacles; call it again when they have changed."""
-        self._scene = scene or self._scene
-        floor = self._scene.map
-        turned = shapes.frame_matrix(Pose(0.0, 0.0, floor.origin.yaw), floor.resolution)
-        place = rr.Transform3D(translation=[floor.origin.x, floor.origin.y, 0.0], mat3x3=turned)
-        self._log("world/map", place)
-        self._log("world/map", rr.Image(shapes.floor_image(floor), color_model="RGB", draw_order=-20.0))
-
-    def _draw_targets(self) -> None:
-        settings = self._scene.settings
-        own = bool(settings.own_targets)
-        spots: list[Point] = []
-        names: list[str] = []
-        colours: list[palette.Colour] = []
-        for number in range(len(self.robots) if own else 1):
-            for index, spot in enumerate(self._scene.targets(number), start=1):
-                spots.append(spot)
-                names.append(f"{self.robots[number]}: {index}" if own else f"target {index}")
-                colours.append(self._colours[number] if own else palette.TARGET)
-        if spots:
-            rings = shapes.rings(spots, max(settings.reach, settings.robot.radius))
-            self._log("world/targets", rr.LineStrips2D(rings, colors=colours, radii=_pixels(1.2), draw_order=2.0))
-            points = rr.Points2D(
-                spots, colors=colours, radii=_pixels(3.0), labels=names, show_labels=True, draw_order=2.0
-            )
-            self._log("world/targets/names", points)
-
-    def _draw_homes(self, spots: Mapping[str, Point]) -> None:
-        self._homes_known = True
-        places = [number for number, name in enumerate(self.robots) if name in spots]
-        squares = shapes.squares([spots[self.robots[n]] for n in places], self._scene.settings.robot.radius * 1.2)
-        colours = [self._colours[n] for n in places]
-        self._log("world/homes", rr.LineStrips2D(squares, colors=colours, radii=_pixels(1.2), draw_order=3.0))
-
-    def _colour_lanes(self) -> None:
-        home = self._scene.settings.return_home
-        for number, name in enumerate(self.robots):
-            stops = len(self._scene.targets(number)) + home
-            words = [naming.stop_lane(stop, stops, home) for stop in range(stops)]
-            colours = [palette.stop(stop, stops) for stop in range(stops)]
-            words += [naming.DONE, naming.WAITS, naming.BLOCKED, naming.READY]
-            colours += [palette.DONE, palette.WAITS, palette.BLOCKED, palette.UNKNOWN]
-            self._log(f"progress/{name}", rr.StateConfiguration(values=words, labels=words, colors=colours))
+    def draw_map(self, scene: Scene) -> None:
+        """Draw walls and obstacles, which have changed."""
+        self._stage.draw_map(scene)
 
     # --- what moves ---
 
@@ -119,13 +64,17 @@ class View:
             self._draw_frames(batch.frames, batch.distances)
         for time, name, word in batch.lanes:
             self._at(time, f"progress/{name}", rr.StateChange(state=word))
-            self._words[name] = word
-            self._at(time, "world/robots", rr.Points2D.from_fields(labels=[self._label(name) for name in self.robots]))
+            if time < self._words[name][0]:
+                continue  # of the time before this dashboard came
+            self._words[name] = (time, word)
+            labels = [self._label(name) for name in self.robots]
+            self._at(time, "world/heading", rr.LineStrips2D.from_fields(labels=labels))
         for time, paths in batch.paths[-PATHS:]:
             strips = [np.array(paths[name], dtype=np.float32).reshape(-1, 2) for name in self.robots]
             self._at(time, "world/paths", rr.LineStrips2D.from_fields(strips=strips))
         for event in batch.events:
             self._draw_event(event)
+        self._draw_contacts(batch.events)
         for time, text in batch.summaries:
             self._at(time, "fleet", rr.TextDocument(naming.plain(text), media_type="text/markdown"))
         for overlay in batch.overlays:
@@ -134,18 +83,19 @@ class View:
     def _draw_frames(self, frames: list[Truth], distances: list[list[float]]) -> None:
         values = shapes.table(frames, self.robots)
         times = [frame.time for frame in frames]
-        scene, (rows, robots, _) = self._scene.settings, values.shape
+        scene, (rows, robots, _) = self._stage.scene.settings, values.shape
         radius = scene.robot.radius
-        if not self._homes_known and frames[0].tick <= scene.rate:
-            self._draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
-        each, three = [robots] * rows, [3 * robots] * rows
+        if not self._stage.homes_known and frames[0].tick <= scene.rate:
+            self._stage.draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
+        each, near = [robots] * rows, values[:, self._detailed]
         positions = values[..., :2].reshape(-1, 2)
         self._columns("world/robots", times, rr.Points2D.columns(positions=positions).partition(each))
         noses = shapes.noses(values, radius)
         self._columns("world/heading", times, rr.LineStrips2D.columns(strips=noses).partition(each))
-        rings = shapes.sectors(values, radius, scene.sensors)
-        shades = shapes.sector_colours(values, scene.sensors)
-        self._columns("world/sensors", times, rr.LineStrips2D.columns(strips=rings, colors=shades).partition(three))
+        fans = rr.LineStrips2D.columns(
+            strips=shapes.sectors(near, radius, scene.sensors), colors=shapes.sector_colours(near, scene.sensors)
+        )
+        self._columns("world/sensors", times, fans.partition([3 * len(self._detailed)] * rows))
         self._columns("distance", times, rr.Scalars.columns(scalars=np.ravel(distances)).partition(each))
         for side, column in (("left", 6), ("right", 7)):
             speeds = rr.Scalars.columns(scalars=values[..., column].ravel())
@@ -154,7 +104,7 @@ class View:
         trails, shown = [], []
         for time, spots in zip(times, values[..., :2], strict=True):
             self._trails.add(spots)
-            if self._frames_seen % TRAIL_EVERY == 0:
+            if self._frames_seen % (TRAIL_EVERY * -(-robots // 16)) == 0:
                 trails += self._trails.strips()
                 shown.append(time)
             self._frames_seen += 1
@@ -176,8 +126,18 @@ class View:
             event.time, "events", rr.TextLog(text, level=rr.TextLogLevel.INFO, color=self._colour(event.robot or ""))
         )
 
+    def _draw_contacts(self, events: Sequence[Event]) -> None:
+        """Mark where robots have touched something; marks stay, and both robots of a contact share one."""
+        for touch in touches(events):
+            if touch.at in {other.at for other in self._touched}:
+                continue
+            self._touched = [*self._touched, touch][-MARKS:]
+            labels = [naming.plain(one.text) for one in self._touched]
+            marks = rr.Points2D.from_fields(positions=_array([one.at for one in self._touched]), labels=labels)
+            self._at(touch.time, "world/contacts", marks)
+
     def _label(self, name: str) -> str:
-        word = self._words[name]
+        _, word = self._words[name]
         return f"{name} {word}" if word in {naming.WAITS, naming.BLOCKED} else name
 
     # --- what lies over it ---
@@ -190,18 +150,26 @@ class View:
         self._draw_held(overlay.time, overlay.held)
         self._draw_waits(overlay.time, overlay.waits)
         self._draw_plans(overlay.time, overlay.plans)
+        if overlay.learned is not None and overlay.learned != self._learned:
+            self._learned = overlay.learned
+            self._draw_learned(overlay.time, overlay.learned)
+
+    def _draw_learned(self, time: float, learned: Learned) -> None:
+        cells = rr.SegmentationImage(shapes.learned_image(learned), draw_order=-20.0)
+        self._at(time, "learned/cells", place(self._stage.scene, learned.resolution))
+        self._at(time, "learned/cells", cells)
 
     def _draw_held(self, time: float, held: Mapping[str, Sequence[Box]]) -> None:
-        cells = [(cell, n) for n, name in enumerate(self.robots) for cell in held.get(name, ())]
+        cells = [(cell, n) for n in self._detailed for cell in held.get(self.robots[n], ())]
         boxes = np.array([cell for cell, _ in cells], dtype=np.float32).reshape(-1, 4)
         colours = [self._colours[n] for _, n in cells]
-        shown = rr.Boxes2D(mins=boxes[:, :2], sizes=boxes[:, 2:], colors=colours, radii=_pixels(0.7), draw_order=1.0)
+        shown = rr.Boxes2D(mins=boxes[:, :2], sizes=boxes[:, 2:], colors=colours, radii=pixels(0.7), draw_order=1.0)
         self._at(time, "world/held", shown)
 
     def _draw_waits(self, time: float, arrows: Sequence[Arrow]) -> None:
         origins = _array([start for start, _ in arrows])
         vectors = _array([end for _, end in arrows]) - origins
-        shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=_pixels(1.0), draw_order=32.0)
+        shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=pixels(1.0), draw_order=32.0)
         self._at(time, "world/waits", shown)
 
     def _draw_plans(self, time: float, plans: Sequence[Drawing]) -> None:
@@ -214,7 +182,7 @@ class View:
         spots, texts, spot_colours = [], [], []
         for plan in plans:
             colour = palette.lightened(self._colour(plan.leader))
-            rings = shapes.rings(plan.leads, self._scene.settings.robot.radius * RING)
+            rings = shapes.rings(plan.leads, self._stage.scene.settings.robot.radius * RING)
             lines += [*(np.array(line, dtype=np.float32) for line in plan.lines.values()), *rings]
             line_colours += [colour] * (len(plan.lines) + len(rings))
             ends += [line[-1] for line in plan.lines.values()]
@@ -222,17 +190,29 @@ class View:
             spots += [spot for spot, _ in plan.orders]
             texts += [naming.plain(text) for _, text in plan.orders]
             spot_colours += [colour] * len(plan.orders)
-        strips = rr.LineStrips2D(lines, colors=line_colours, radii=_pixels(0.8), draw_order=6.5)
+        strips = rr.LineStrips2D(lines, colors=line_colours, radii=pixels(0.8), draw_order=6.5)
         self._at(time, "world/plans", strips)
-        dots = rr.Points2D(_array(ends), colors=end_colours, radii=_pixels(3.5), draw_order=6.6)
+        dots = rr.Points2D(_array(ends), colors=end_colours, radii=pixels(3.5), draw_order=6.6)
         self._at(time, "world/plans/ends", dots)
         marks = rr.Points2D(
-            _array(spots), colors=spot_colours, radii=_pixels(4.5), labels=texts, show_labels=True, draw_order=33.0
+            _array(spots), colors=spot_colours, radii=pixels(4.5), labels=texts, show_labels=True, draw_order=33.0
         )
         self._at(time, "world/plans/order", marks)
 
     def _colour(self, name: str) -> palette.Colour:
         return self._colours[self.robots.index(name)] if name in self.robots else palette.TARGET
+
+    def keep(self, time: float, account: str) -> None:
+        """Keep an account of the run at a time [s]; no view shows it."""
+        self._at(time, ACCOUNT, rr.TextDocument(account, media_type="application/json"))
+
+    def go_on_from(self, path: Path) -> None:
+        """Send what another dashboard has recorded of this run.
+
+        Raises:
+            OSError, ValueError, RuntimeError: the file cannot be read.
+        """
+        self._stream.send_chunks(moving(path))
 
     # --- inside ---
 
@@ -249,7 +229,3 @@ class View:
 
 def _array(spots: Sequence[Point]) -> shapes.Floats:
     return np.array(spots, dtype=np.float32).reshape(-1, 2)
-
-
-def _pixels(radius: float) -> float:
-    return -radius  # Rerun's own sign for a radius in screen points

@@ -8,13 +8,15 @@ import rerun.blueprint as rrb
 from dashboard import palette, shapes
 from dashboard.scene import Scene
 
+APPLICATION: Final = "swarm_dashboard"
 TIMELINE: Final = "sim_time"
+ACCOUNT: Final = "account"  # entity, in no view
 WINDOW: Final = 30.0  # s of wheel speeds that are shown
 MARGIN: Final = 0.3  # m around the map
 
 
 def blueprint(scene: Scene) -> rrb.Blueprint:
-    """Return the layout: the floor and the lanes at the left, numbers and words at the right."""
+    """Return the layout: floor and lanes at the left; at the right the totals and the fleet, then plots and words."""
     whole = rr.TimeRange(rrb.TimeRangeBoundary.infinite(), rrb.TimeRangeBoundary.infinite())
     distance = rrb.TimeSeriesView(
         name="Distance to target [m]",
@@ -25,13 +27,12 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
     lanes = rrb.StateTimelineView(name="Progress", origin="/progress", time_view=rrb.TimeAxis(view_range=whole))
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(_floor(scene), lanes, row_shares=[3, 1]),
+            rrb.Vertical(_floors(scene), lanes, row_shares=[3, 1]),
             rrb.Vertical(
                 rrb.TextDocumentView(name="Fleet", origin="/fleet"),
-                distance,
-                rrb.Horizontal(_wheel("left"), _wheel("right")),
+                rrb.Tabs(distance, _wheel("left"), _wheel("right"), active_tab=0),
                 _words(),
-                row_shares=[1.1, 1, 0.8, 0.9],
+                row_shares=[1.4, 1, 0.9],
             ),
             column_shares=[3, 2],
         ),
@@ -43,12 +44,21 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
     )
 
 
-def _floor(scene: Scene) -> rrb.Spatial2DView:
+def _floors(scene: Scene) -> rrb.Spatial2DView | rrb.Horizontal:
+    """Return the floor; where robots are not given it, what they have learned of it is beside it."""
+    floor = _floor(scene, "Floor [m]", ["+ /world/**"])
+    if scene.settings.map.known:
+        return floor
+    robots = ["+ /world/robots", "+ /world/heading", "+ /world/paths"]
+    return rrb.Horizontal(floor, _floor(scene, "Floor as learned [m]", ["+ /learned/**", *robots]))
+
+
+def _floor(scene: Scene, name: str, contents: list[str]) -> rrb.Spatial2DView:
     left, right, bottom, top = shapes.bounds(scene.map, MARGIN)
     return rrb.Spatial2DView(
-        name="Floor [m]",
+        name=name,
         origin="/",
-        contents=["+ /world/**"],
+        contents=contents,
         background=palette.FLOOR,
         visual_bounds=rrb.VisualBounds2D(x_range=[left, right], y_range=[-top, -bottom]),
     )

@@ -1,18 +1,21 @@
 """The destinations of recordings: a server that viewers connect to, and files."""
 
+from collections.abc import Collection
 from pathlib import Path
+from time import monotonic
 from typing import Final
 
 import rerun as rr
 
 from dashboard.mode import ANY, LOOPBACK
 from dashboard.scene import Scene
+from dashboard.view.compaction import compact
 from dashboard.view.drawing import View
-from dashboard.view.layout import blueprint
+from dashboard.view.layout import APPLICATION, blueprint
 from swarm.errors import ConfigError
 
-APPLICATION: Final = "swarm_dashboard"
 FLUSH: Final = 0.3  # s between two flushes
+SMALLER: Final = 10.0  # s to make files smaller; the launcher waits 15 s for the dashboard
 MEMORY: Final = "256MiB"  # of recordings that the server keeps for viewers that come late
 
 
@@ -26,10 +29,11 @@ class Recorder:
         self._serve = serve
         self._record = record
         self._streams: list[rr.RecordingStream] = []
+        self._files: list[Path] = []
         self.url: str | None = None  # for viewers
 
-    def begin(self, name: str, scene: Scene, robots: tuple[str, ...]) -> View:
-        """Begin a run's recording.
+    def begin(self, name: str, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None) -> View:
+        """Begin a run's recording; sensors and held cells are drawn of the robots ``detailed``, None for all.
 
         Raises:
             ConfigError: the file cannot be written.
@@ -52,9 +56,11 @@ class Recorder:
             stream.set_sinks(*sinks, default_blueprint=plan)
         except RuntimeError as fault:
             raise ConfigError(f"record: expected to write {self._record}, got {fault}; choose another file") from None
+        if self._record is not None:
+            self._files.append(self._file())
         stream.send_recording_name(name)
         self._streams.append(stream)
-        view = View(stream, scene, robots)
+        view = View(stream, scene, robots, detailed)
         view.set_stage()
         return view
 
@@ -63,8 +69,21 @@ class Recorder:
         number = len(self._streams) + 1
         return self._record if number == 1 else self._record.with_stem(f"{self._record.stem}-run{number}")
 
-    def close(self) -> None:
-        """Finish all recordings: what is under way is sent, the files get their footers."""
+    @property
+    def records(self) -> bool:
+        """True if files are written."""
+        return self._record is not None
+
+    def close(self, within: float = SMALLER) -> None:
+        """Finish all recordings: what is under way is sent, the files get their footers.
+
+        Then the files are made smaller, the newest first, as far as ``within`` [s] suffices.
+        """
         for stream in reversed(self._streams):
             stream.disconnect()
         self._streams.clear()
+        until = monotonic() + within
+        for file in reversed(self._files):
+            if (left := until - monotonic()) > 0.0:
+                compact(file, left)
+        self._files.clear()

@@ -24,7 +24,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     # imported here, so that a Ctrl-C meanwhile is one sentence too
-    from swarm.cli import control, drill, echo, fleet, hz, keys, ls, orders, pool, schema, storm, tools, topics, watch
+    from swarm.cli import (
+        analyze,
+        control,
+        drill,
+        echo,
+        fleet,
+        hz,
+        keys,
+        ls,
+        orders,
+        pool,
+        schema,
+        storm,
+        tools,
+        topics,
+        watch,
+    )
     from swarm.cli.parsing import Parser, Version, joined
     from swarm.errors import SwarmError
     from swarm.process_name import name_process
@@ -34,7 +50,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
     )
     commands = top.add_subparsers(required=True, dest="called", metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, keys, control, orders, pool, ls, topics, echo, hz, watch, drill, storm, schema, tools):
+    for room in (fleet, keys, control, orders, pool, ls, topics, echo, hz, watch, analyze, drill, storm, schema, tools):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))

@@ -15,6 +15,7 @@ from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
     Accepted,
+    Account,
     Action,
     Body,
     Clock,
@@ -64,6 +65,7 @@ __all__ = [
     "TRUTH",
     "VERSION",
     "Accepted",
+    "Account",
     "Action",
     "Activity",
     "Assigned",

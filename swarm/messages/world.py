@@ -19,6 +19,7 @@ from swarm.messages.fields import (
     Sender,
     Speed,
     Text,
+    Travel,
     says,
 )
 from swarm.messages.floor import PackedMap, ScenarioOnWire
@@ -104,12 +105,37 @@ class Event(Message, frozen=True, kw_only=True):
     robot: Annotated[Id | None, says("the robot that it is about; null: the whole run")]
     kind: Annotated[Id, says("one word")]
     text: Annotated[Text, says("what happened, for people")]
+    at: Annotated[tuple[Metres, Metres] | None, says("m; where in the map; null: not told")] = None
 
 
 class Events(Message, frozen=True, kw_only=True):
     """The last 100 events, also of the runs before."""
 
     events: Annotated[list[Event], says("in their order, the newest last")]
+
+
+class Account(Message, frozen=True, kw_only=True):
+    """What the world has measured of one robot so far: in the report it has the same names."""
+
+    targets: Annotated[Count, says("stops that it has")]
+    reached: Annotated[list[Seconds | None], says("s; when it reached each stop; null: not yet")]
+    laps: Annotated[Count, says("of a patrol, complete")]
+    path_length: Annotated[Travel, says("m; driven, from the poses of all ticks")]
+    shortest_length: Annotated[
+        Travel | None, says("m; through all stops, for a robot alone; null: it has no path, or the run is not over")
+    ]
+    waiting: Annotated[Seconds, says("s; during which it gave way or had no path")]
+    waits_for: Annotated[
+        dict[Id, Seconds], says("s; of these, for each robot: the 20 longest; with two at a time, for both")
+    ]
+    replans: Annotated[Count, says("paths planned after the first")]
+    contacts: Annotated[Count, says("with robots, walls and obstacles")]
+    struck: Annotated[Count, says("those that began while it stood still")]
+    stalled: Annotated[Count, says("times that it made no progress for long")]
+    unreachable: Annotated[list[Count], says("stops that it has given up")]
+    standing: Annotated[
+        Seconds, says("s; during which its wheels stood, with a stop left and not told to stop, whatever it said")
+    ] = 0.0
 
 
 class RobotStatus(Message, frozen=True, kw_only=True):
@@ -122,6 +148,7 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     state: Annotated[State, says("its progress; before it has spoken, as the world has recorded it")]
     waits: Annotated[list[Id], says("robots that it waits for")]
     event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
+    account: Annotated[Account | None, says("what the world has measured")] = None
 
 
 class Status(Message, frozen=True, kw_only=True):
@@ -138,6 +165,9 @@ class Status(Message, frozen=True, kw_only=True):
     robots: Annotated[list[RobotStatus], says("all robots, in the order of their numbers")]
     events: Annotated[list[Event], says("the last 100 events, the newest last")]
     pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
+    contacts: Annotated[dict[Id, Count], says("with robots, walls and obstacles; two robots that touch: one")] = {}
+    clearance_min: Annotated[Metres | None, says("m; smallest gap so far; null: there was nothing to touch")] = None
+    world: Annotated[Id | None, says("identity of the world; that of another one is another")] = None
 
 
 class Map(Message, frozen=True, kw_only=True):

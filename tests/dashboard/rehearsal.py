@@ -40,6 +40,7 @@ from swarm.scenario.prepare import settled
 from swarm.traffic.cells_of import cells_of
 
 RATE: Final = 20  # Hz
+GROUP: Final = 8  # robots of one joint plan
 SPEED: Final = 0.8  # m/s
 DRAWN: Final = """\
 ############################
@@ -109,7 +110,12 @@ class Rehearsal:
         self.run = run
         self._legs = [self._way(number) for number in range(robots)]
         self._cells = cells_of(self.scenario.map, self.scenario.settings)
-        self._plans = {stop: self._joint(stop, leader) for stop, leader in ((0, self.names[0]), (2, self.names[-1]))}
+        self._groups = [self.names[first : first + GROUP] for first in range(0, robots, GROUP)]
+        self._plans = {
+            (number, stop): self._joint(stop, group[place], group)
+            for number, group in enumerate(self._groups)
+            for stop, place in ((0, 0), (2, -1))
+        }
         self.ticks = max(self._over(number) for number in range(robots)) + RATE
 
     def _way(self, number: int) -> list[list[Point]]:
@@ -124,11 +130,11 @@ class Rehearsal:
             here = leg[-1]
         return legs
 
-    def _joint(self, stop: int, leader: str) -> JointPlan:
-        """Plan the way of all to a stop: into each cell one after the other, in the order of their numbers."""
+    def _joint(self, stop: int, leader: str, group: tuple[str, ...]) -> JointPlan:
+        """Plan the way of a group to a stop: into each cell one after the other, in the order of their numbers."""
         ways, after, last = {}, {}, dict[int, tuple[str, int]]()
-        for name, legs in zip(self.names, self._legs, strict=True):
-            leg = legs[stop]
+        for name in group:
+            leg = self._legs[self.names.index(name)][stop]
             spots = (along(leg, 0.1 * step) for step in range(int(length(leg) / 0.1) + 1))
             ways[name] = tuple(cell for cell, _ in itertools.groupby(self._cells.cell_of(*spot) for spot in spots))
             before = {step: last[cell] for step, cell in enumerate(ways[name]) if step and cell in last}
@@ -138,7 +144,7 @@ class Rehearsal:
 
     def _record(self, number: int, tick: int, now: At) -> Record:
         held = self._held(number, now)
-        plan = self._plans.get(now.target)
+        plan = self._plans.get((number // GROUP, now.target))
         way = plan.ways[self.names[number]] if plan is not None else ()
         left = way.index(held[0]) if held[0] in way else 0
         return Record(
@@ -161,7 +167,7 @@ class Rehearsal:
         return tuple(dict.fromkeys(self._cells.cell_of(*spot) for spot in spots))
 
     def _starts(self, number: int) -> int:
-        return 10 + number * 4 * RATE
+        return 10 + number % GROUP * 4 * RATE
 
     def _over(self, number: int) -> int:
         return self._starts(number) + int(sum(map(length, self._legs[number])) / SPEED * RATE) + 3 * RATE + 2
@@ -284,7 +290,7 @@ class Rehearsal:
                     activity=now.activity,
                     held=list(self._held(number, now)),
                     waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
-                    members=list(self.names) if now.target in self._plans else [],
+                    members=list(self._groups[number // GROUP]) if now.target in {0, 2} else [],
                 )
             )
         return Truth(run=self.run, tick=tick, time=tick / RATE, bodies=bodies)

@@ -3,7 +3,8 @@
 import msgspec
 import pytest
 
-from dashboard.page.hearing import ALL, Hearing, wanted
+from dashboard.hearing import ALL, wanted
+from dashboard.page.hearing import Hearing
 from dashboard.scene import Scene, scene_of
 from swarm.bus import Arrival, Bus
 from swarm.messages import RADIO, Broadcast, Map, Truth

@@ -58,9 +58,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Rehearsal, Recordin
 def test_everything_is_there_and_on_one_timeline(whole: tuple[Rehearsal, Recording]) -> None:
     recording = whole[1]
     assert recording.entities == (
-        {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes"}
+        {"/world", "/world/map", "/world/targets", "/world/targets/names", "/world/homes", "/world/border"}
         | {f"/world/{name}" for name in MOVING}
-        | {"/world/held", "/world/waits", "/world/plans", "/world/plans/ends", "/world/plans/order"}
+        | {"/world/contacts", "/world/held", "/world/waits", "/world/plans", "/world/plans/ends", "/world/plans/order"}
         | {"/rules", "/distance", "/wheels/left", "/wheels/right", "/fleet", "/events"}
         | {f"/progress/r{number}" for number in (1, 2, 3)}
     )

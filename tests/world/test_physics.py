@@ -87,6 +87,23 @@ def test_contacts_of_one_tick_come_in_the_order_of_the_robots(
     assert physics.roll([twist for _, twist in placed]) == [Contact(robot, "robot", other) for robot, other in order]
 
 
+@pytest.mark.parametrize(
+    ("start", "twist", "at"),
+    [
+        (Pose(2.0, 3.5, pi), AHEAD, (1.0, 3.5)),  # the wall's face, beside the robot's centre
+        (Pose(3.0, 2.0, -pi / 4), AHEAD, (3.8, 1.0)),
+    ],
+)
+def test_a_contact_is_where_the_shapes_meet(start: Pose, twist: Twist, at: tuple[float, float]) -> None:
+    physics = Physics(SMALL, RADIUS, [start], TOP, DT)
+    for _ in range(60):
+        if physics.roll([twist]):
+            break
+    (where,) = physics.touched_at.values()
+    assert where == pytest.approx(at, abs=0.03)
+    assert distance(physics.pose(0), Pose(*where, 0.0)) == pytest.approx(RADIUS, abs=0.01)
+
+
 def test_who_is_told_to_stop_stops_in_that_tick() -> None:
     physics = Physics(SMALL, RADIUS, [Pose(3.0, 3.5, 0.0), Pose(3.0, 2.0, 0.0)], TOP, DT)
     drive(physics, 4, AHEAD, Twist(0.0, 1.0))

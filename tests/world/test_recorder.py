@@ -160,6 +160,13 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     assert record.waiting == [ticks * DT, 0.0]
 
 
+def test_who_stands_is_told_by_the_wheels_and_only_with_a_stop_left() -> None:
+    record = recorder(A, B)
+    record.stood([0, None], [(0.0, 0.0), (0.0, 0.0)])
+    record.stood([0, 1], [(0.2, -0.2), (0.0, 0.005)])  # one that turns in place does not stand
+    assert record.standing == [DT, DT]
+
+
 # --- stops ---
 
 

@@ -23,7 +23,8 @@ from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
-from world.report import listed, missing, report, shortest_length, write
+from world.account import shortest_length, shortest_lengths
+from world.report import listed, missing, report, write
 from world.world import REST, World
 
 COLUMNS = 10
@@ -90,7 +91,7 @@ def run(ticks: int = TICKS) -> World:
 def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
     grid = planning_grid(scenario())
     return report(
-        world, grid, scenario="by hand", seed=17, robots_per_process=2, pace="2.0", wall_time=7.0,
+        world, shortest_lengths(world, grid), scenario="by hand", seed=17, robots_per_process=2, pace="2.0", wall_time=7.0,
         late_commands=3, tick_wall=TICK_WALL, reason=reason, not_reproducible=["why"], lost=["r2"],
     )  # fmt: skip
 
@@ -134,16 +135,16 @@ ALWAYS: dict[str, Any] = {
 }
 ROBOTS: dict[str, dict[str, Any]] = {
     "r1": {"targets": 1, "reached": [pytest.approx(ARRIVES * DT)], "path_length": pytest.approx(LENGTH),
-           "shortest_length": pytest.approx(0.24), "waiting": 0.0, "replans": 2, "contacts": 0, "struck": 0,
+           "shortest_length": pytest.approx(0.24), "waiting": 0.0, "standing": 0.0, "replans": 2, "contacts": 0, "struck": 0,
            "stalled": 0, "laps": 0, "unreachable": []},
     "r2": {"targets": 2, "reached": [None, None], "path_length": pytest.approx(CREPT, abs=SINKS),
-           "shortest_length": pytest.approx(0.29 + 1.0), "waiting": pytest.approx(8 * DT), "replans": 0, "contacts": 1,
+           "shortest_length": pytest.approx(0.29 + 1.0), "waiting": pytest.approx(8 * DT), "standing": pytest.approx((TICKS - PRESSES) * DT), "replans": 0, "contacts": 1,
            "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
     "r3": {"targets": 1, "reached": [None], "path_length": pytest.approx(SHARED, abs=1e-6), "shortest_length": None,
-           "waiting": pytest.approx(WAITED * DT), "replans": 7, "contacts": 1, "struck": 1, "stalled": 0,
+           "waiting": pytest.approx(WAITED * DT), "waits_for.r4": pytest.approx(WAITED * DT), "standing": 0.0, "replans": 7, "contacts": 1, "struck": 1, "stalled": 0,
            "laps": 0, "unreachable": [0]},
     "r4": {"targets": 1, "reached": [None], "path_length": pytest.approx(0.01 + SHARED, abs=1e-6),
-           "shortest_length": pytest.approx(1.01), "waiting": 0.0, "replans": 0, "contacts": 1, "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
+           "shortest_length": pytest.approx(1.01), "waiting": 0.0, "standing": pytest.approx((TICKS - PRESSES) * DT), "replans": 0, "contacts": 1, "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
 }
 TRAFFIC: dict[str, Any] = {  # what the watch saw
     "conflicts": 2, "joint_plans": 1,
@@ -178,8 +179,8 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
     for _ in range(2):
         world.step({"r1": msgspec.structs.replace(REST, reached=[True], activity=Activity.DONE)})
     summary = report(
-        world, planning_grid(floor), scenario="s", seed=1, robots_per_process=1, pace="max", wall_time=0.0,
-        late_commands=0, tick_wall=None, reason="late",
+        world, shortest_lengths(world, planning_grid(floor)), scenario="s", seed=1, robots_per_process=1, pace="max",
+        wall_time=0.0, late_commands=0, tick_wall=None, reason="late",
     )  # fmt: skip
     assert (summary["complete"], summary["reason"], summary["real_time_factor"]) == (True, "", 0.0)
     assert missing(world) == ""

@@ -158,6 +158,7 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
     for _ in range(60):
         events += world.step({name: drive(world, 0.6, 0.6) for name in world.robots})
     assert [(event.robot, event.text) for event in events] == [("r1", "touches robot r2"), ("r2", "touches robot r1")]
+    assert [event.at for event in events] == [pytest.approx((4.0, 3.5), abs=0.02)] * 2
     assert [dict(counts) for counts in world.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
     assert world.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
 

@@ -1,0 +1,88 @@
+"""What the world has measured of each robot: the rows of the report, and of the status while the run goes on."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import isfinite
+from typing import Final
+
+from swarm.maps.occupancy import Point
+from swarm.messages import Account
+from swarm.planning.grid import Grid
+from swarm.planning.path import plan
+from swarm.scenario.load import Scenario
+from swarm.scenario.prepare import planning_grid
+from world.world import World
+
+WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand rows
+
+
+def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
+    """Return the account of every robot; ``shortest`` are the lengths [m] of ``shortest_lengths``."""
+    record = world.recorder
+    return {
+        name: Account(
+            targets=len(world.missions.stops(number)),
+            reached=list(record.reached_at[number]),
+            laps=record.laps[number],
+            path_length=record.path_length[number],
+            shortest_length=shortest[number],
+            waiting=record.waiting[number],
+            waits_for=_longest(record.waits_for[number]),
+            replans=record.replans[number],
+            contacts=record.contact_counts[number].total(),
+            struck=record.struck[number],
+            stalled=world.progress.times[number],
+            unreachable=record.unreachable[number],
+            standing=record.standing[number],
+        )
+        for number, name in enumerate(world.robots)
+    }
+
+
+def contacts(world: World) -> dict[str, int]:
+    """Return the contacts of the run by what was touched; a contact of two robots, counted for both, is one."""
+    counts = world.recorder.contact_counts
+    total = {kind: sum(row[kind] for row in counts) for kind in ("robot", "wall", "obstacle")}
+    return total | {"robot": total["robot"] // 2}
+
+
+def clearance_min(world: World) -> float | None:
+    """Return the smallest gap [m], or None if there was nothing to touch."""
+    gap = world.recorder.clearance_min
+    return gap if isfinite(gap) else None
+
+
+def shortest_lengths(world: World, grid: Grid) -> list[float | None]:
+    """Return each robot's ``shortest_length`` [m] from its start through the stops that it has."""
+    return [shortest_length(grid, start[:2], world.missions.stops(number)) for number, start in enumerate(world.starts)]
+
+
+class Shortest:
+    """The shortest lengths of a run that is over. They take long in a large fleet, so they are computed once."""
+
+    def __init__(self) -> None:
+        self._lengths: list[float | None] | None = None
+
+    def at(self, world: World, scenario: Scenario | None) -> list[float | None]:
+        """Return each robot's length [m] on the floor of a scenario as it is at the end; None: it is not over yet."""
+        if scenario is None:
+            return [None] * len(world.robots)
+        if self._lengths is None:
+            self._lengths = shortest_lengths(world, planning_grid(scenario))
+        return self._lengths
+
+
+def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:
+    """Return the length [m] of the A* paths from stop to stop for a robot alone, or None if one has no path."""
+    total = 0.0
+    for a, b in pairwise((start, *stops)):
+        path = plan(grid, a, b)
+        if path is None:
+            return None
+        total += path.length
+    return total
+
+
+def _longest(waits: dict[str, float]) -> dict[str, float]:
+    """Return the longest waits, the longest first."""
+    return dict(sorted(waits.items(), key=lambda row: (-row[1], row[0]))[:WAITED_FOR])
