@@ -196,7 +196,8 @@ class Terminal:
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
         ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
-        return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{factor}"
+        pool = f", {progress.pool.done} of {progress.pool.given} errands done" if progress.pool else ""
+        return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{pool}{factor}"
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:
         """Return what a robot does, the style of it, and the word under which it is counted."""

@@ -2,13 +2,14 @@ import re
 from io import StringIO
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console
 from rich.text import Text
 
 from dashboard.progress import Robot
 from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
-from swarm.messages import RADIO, Activity, Event, Message, Phase
+from swarm.messages import RADIO, Activity, Event, Message, Phase, PoolCounts
 from tests.dashboard.rehearsal import RATE, Rehearsal
 from tests.dashboard.test_progress import broadcast, clock, state
 
@@ -99,6 +100,12 @@ def test_a_large_fleet_is_summed_up() -> None:
     assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in capture.get()
     assert [word for word in capture.get().split() if word[:1] == "r" and word[1:].isdigit()] == ["r3"]
     assert terminal.line().endswith("needs attention: r3 gives way 98 s")
+
+
+def test_the_headline_says_how_far_the_pool_is() -> None:
+    terminal = Terminal(Console(file=StringIO()), clock=Wall())
+    terminal.fold(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
+    assert "running,   0% of the way, 3 of 7 errands done" in terminal.line()
 
 
 def test_before_the_world_speaks_it_says_so() -> None:
