@@ -3,13 +3,13 @@
 The fuzzy tables know only the aim, not the way. Here, cells that the robot does not hold count as walls.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from math import cos, hypot, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import Point
 from swarm.motion.sweep import line_is_clear
 from swarm.planning.grid import Grid
@@ -56,12 +56,33 @@ class Aiming:
         here_x, here_y, _ = pose
         far = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest]
         least = self._radius + AIM.tight_gap
-        for spare in (AIM.gap, AIM.tight_gap):
-            for point in far or [waypoints[0]]:
+
+        def reached(points: Iterable[Point], spare: float) -> Point | None:
+            for point in points:
                 clear = line_is_clear(shut, x, y, *self._flat(point), least, self._radius + spare)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
+            return None
+
+        for spare in (AIM.gap, AIM.tight_gap):
+            if (aim := reached(far or [waypoints[0]], spare)) is not None:
+                return aim
+        if reached([waypoints[0]], AIM.tight_gap) is None:
+            return reached(self._entries(pose, waypoints[1:]), AIM.tight_gap) or waypoints[0]
         return waypoints[0]
+
+    def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
+        """Yield points of the waypoints' cells [m], the last cell first: the nearest to the pose, then towards the middle.
+
+        From beside its way, in a cell that is half wall, a robot may see no waypoint, and not the middle of that cell.
+        """
+        x, y, _ = self.local(pose)
+        cells, room = self._cells, self._cells.side / 2 - self._radius - AIM.gap
+        for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
+            u, v = self._flat(cells.centre(cell))
+            along, up = min(max(x - u, -room), room), min(max(y - v, -room), room)
+            for share in (1.0, *AIM.shares):
+                yield from_frame(cells.occupancy.origin, u + share * along, v + share * up)
 
     def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
         """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""
