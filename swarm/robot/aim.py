@@ -37,8 +37,9 @@ class Aiming:
         """Return the farthest point [m] that the footprint reaches in a straight line through held cells.
 
         The aim is a waypoint, the centre of the last cell, or a point between the first two waypoints. The first
-        waypoint is the centre of the robot's cell. ``grid`` is the floor as the robot knows it now; with None the whole
-        area of every cell is free.
+        waypoint is the centre of the robot's cell. If nothing of that is reached, the aim is another
+        point in the cell of a later waypoint, or that centre. ``grid`` is the floor as the robot knows it now; with
+        None the whole area of every cell is free.
         """
         asked = (pose, grid, tuple(held), tuple(waypoints))
         if asked != self._aimed_for:
@@ -72,9 +73,10 @@ class Aiming:
         return waypoints[0]
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
-        """Yield points of the waypoints' cells [m], the last cell first: the nearest to the pose, then towards the middle.
+        """Yield points of the waypoints' cells [m], last cell first: its nearest point, then some nearer its middle.
 
-        From beside its way, in a cell that is half wall, a robot may see no waypoint, and not the middle of that cell.
+        A robot that used a cell beside its way as room may see no waypoint from there. If that cell is half wall, its
+        middle is no place to drive to.
         """
         x, y, _ = self.local(pose)
         cells, room = self._cells, self._cells.side / 2 - self._radius - AIM.gap

@@ -190,7 +190,9 @@ MIDDLE = 4
 
 
 @given(x=st.floats(1.93, 2.17), back=st.floats(0.0, 0.97), up=st.booleans())
-def test_from_room_beside_its_way_in_a_cell_that_is_half_wall_the_aims_lead_back(x: float, back: float, up: bool) -> None:
+def test_from_room_beside_its_way_in_a_cell_that_is_half_wall_the_aims_lead_back(
+    x: float, back: float, up: bool
+) -> None:
     """Not to the middle of that cell, which is no place to drive to: a robot drove to and fro before it for ever."""
     assert not HALF.stands[MIDDLE]
     way = (MIDDLE, MIDDLE + HALF.columns, MIDDLE + HALF.columns - 1) if up else (MIDDLE, 1, 0)

@@ -186,7 +186,7 @@ def test_the_errand_of_a_dead_robot_is_done_by_another() -> None:
 def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none_is_left() -> None:
     """A dead robot stands where the nearest errand is: r1 waits there for long, but not for ever."""
     starts = {"poses": [[2.5, 2.5, 0.0], [5.5, 2.5, 0.0]]}
-    simulation = Simulation.of(pool_of([], start=starts, serve=True), 2, 1, Faults(killed={"r2": 0.5}))
+    simulation = Simulation.of(pool_of([], start=starts, serve=True, reach=0.3), 2, 1, Faults(killed={"r2": 0.0}))
     world = simulation.world
     for _ in range(60):
         simulation.step()
@@ -197,7 +197,12 @@ def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none
         events += simulation.step().events
     back = [event for event in events if event.kind == "errand_back" and event.robot == "r1"]
     assert ["got no nearer for long" in event.text for event in back] == [True]
-    assert [event.text.split()[2] for event in events if event.kind == "errand"] == ["shut/1", "far/1", "far/2", "shut/1"]
+    assert [event.text.split()[2] for event in events if event.kind == "errand"] == [
+        "shut/1",
+        "far/1",
+        "far/2",
+        "shut/1",
+    ]
     assert world.dispatch.pool.done == 2
     assert clean(world)
 
