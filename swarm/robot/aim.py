@@ -55,8 +55,10 @@ class Aiming:
         middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
-        far = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest]
         least = self._radius + AIM.tight_gap
+
+        def is_far(point: Point) -> bool:
+            return hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest
 
         def reached(points: Iterable[Point], spare: float) -> Point | None:
             for point in points:
@@ -65,11 +67,12 @@ class Aiming:
                     return point
             return None
 
+        far = list(filter(is_far, ways))
         for spare in (AIM.gap, AIM.tight_gap):
             if (aim := reached(far or [waypoints[0]], spare)) is not None:
                 return aim
         if reached([waypoints[0]], AIM.tight_gap) is None:
-            return reached(self._entries(pose, waypoints[1:]), AIM.tight_gap) or waypoints[0]
+            return reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap) or waypoints[0]
         return waypoints[0]
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
@@ -79,8 +82,10 @@ class Aiming:
         middle is no place to drive to.
         """
         x, y, _ = self.local(pose)
-        cells, room = self._cells, self._cells.side / 2 - self._radius - AIM.gap
+        cells, room = self._cells, max(0.0, self._cells.side / 2 - self._radius - AIM.gap)
         for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
+            if cell == OUTSIDE:
+                continue
             u, v = self._flat(cells.centre(cell))
             along, up = min(max(x - u, -room), room), min(max(y - v, -room), room)
             for share in (1.0, *AIM.shares):
