@@ -74,7 +74,7 @@ def _at_the_end(history: History, at: Mapping[str, Point], done: set[str], busy:
         for number in serving
         if not left
         or history.robots[number] in busy
-        or all(ways.can_visit(number, stop) is not False for stop in _own_left(history, number))
+        or all(ways.leads_to(number, stop) for stop in _own_left(history, number))
     ]
     for errand in sorted(left):
         able = {history.robots[number]: ways.can_visit(number, at[errand]) for number in willing}
