@@ -98,6 +98,13 @@ class RecorderTable(Table):
     unreachable: list[list[int]]
 
 
+class BlameTable(Table):
+    """Attributes of `Blame`."""
+
+    before: list[list[Pose]]
+    pushed: set[int]
+
+
 class JudgeTable(Table):
     """Attributes of `ClearanceJudge`."""
 
@@ -189,6 +196,7 @@ class WorldState(Table):
     orders: OrdersTable
     pool: PoolTable
     recorder: RecorderTable
+    blame: BlameTable
     judge: JudgeTable
     verdict: VerdictTable
     traffic: TrafficTable
@@ -211,6 +219,7 @@ def _parts(world: World) -> dict[str, Any]:
         "orders": world.missions.orders,
         "pool": world.dispatch.pool,
         "recorder": world.recorder,
+        "blame": world.recorder.blame,
         "judge": world.recorder.judge,
         "verdict": world.verdict,
         "traffic": world.traffic,

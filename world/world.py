@@ -178,7 +178,7 @@ class World:
         heard = self.radio.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
-        for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels):
+        for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels, poses):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
             events.append(self.event("contact", f"touches {contact.kind}{other}", self.robots[contact.robot]))
         self.steering.look(in_force, poses)

@@ -73,6 +73,15 @@ class Seen(NamedTuple):
     since: Annotated[Seconds, says("s; time of the run at which that began; 0: before the run")]
 
 
+class PoolCounts(Message, frozen=True, kw_only=True):
+    """How far the pool is."""
+
+    given: Annotated[Count, says("targets that were ever put in")]
+    done: Annotated[Count, says("those that a robot has been at")]
+    taken: Annotated[Count, says("those that a robot drives to")]
+    waiting: Annotated[Count, says("those that no robot has")]
+
+
 class Clock(Message, frozen=True, kw_only=True):
     """The state of the run: sent on change and once a second."""
 
@@ -83,6 +92,7 @@ class Clock(Message, frozen=True, kw_only=True):
     robots: Annotated[list[Id], says("all robots of the run")]
     present: Annotated[list[Id], says("robots whose process is connected now")]
     presence: Annotated[dict[Id, Seen], says("whether each robot is there, and since when")] = {}
+    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
 
 
 class Event(Message, frozen=True, kw_only=True):
@@ -112,15 +122,6 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     state: Annotated[State, says("its progress; before it has spoken, as the world has recorded it")]
     waits: Annotated[list[Id], says("robots that it waits for")]
     event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
-
-
-class PoolCounts(Message, frozen=True, kw_only=True):
-    """How far the pool is."""
-
-    given: Annotated[Count, says("targets that were ever put in")]
-    done: Annotated[Count, says("those that a robot has been at")]
-    taken: Annotated[Count, says("those that a robot drives to")]
-    waiting: Annotated[Count, says("those that no robot has")]
 
 
 class Status(Message, frozen=True, kw_only=True):
