@@ -5,6 +5,7 @@ Each free robot bids the length of its way. The pairs with the least sum win; an
 
 from collections.abc import Sequence
 from itertools import islice
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -27,6 +28,8 @@ WINDOW: Final = 64  # errands that are matched at once, the oldest of those that
 FRESH: Final = 1.0  # s; a robot whose newest command is older does not bid
 GONE: Final = 10.0  # s; the errand of a robot whose newest command is older goes back; less than a run waits for it
 PATIENCE: Final = 0.1  # m/s: an errand that has waited for 10 s is as urgent as one that is 1 m nearer
+STUCK: Final = 120.0  # s without progress after which an errand goes back if another one waits; twice that of a stall
+LAST: Final = 1e6  # m, added to the bid for an errand that the robot was stuck with: it takes any other one first
 NO_BID: Final = 1e9  # m
 
 Said = tuple[str, str, str]  # kind and text of an event, and its robot
@@ -76,23 +79,32 @@ class Dispatch:
         robots = [robot for robot in range(len(self._robots)) if self._serves(robot, commands[robot], tick, GONE)]
         return any(self._bid(robot, poses[robot], errand, cells) < NO_BID for errand in waiting for robot in robots)
 
-    def step(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
-        """Settle the errands that robots have, and hand out those that wait; return what has changed."""
+    def step(
+        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
+    ) -> list[Said]:
+        """Settle the errands that robots have, and hand out those that wait; return what has changed.
+
+        ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left.
+        """
         if not self.pool.open:
             return []
-        said = self._settle(commands, tick)
+        said = self._settle(poses, cells, commands, standing, tick)
         if tick % self._every == 0:
             said += self._hand_out(poses, cells, commands, tick)
         return said
 
     # --- errands that robots have ---
 
-    def _settle(self, commands: Sequence[Command], tick: int) -> list[Said]:
+    def _settle(
+        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
+    ) -> list[Said]:
         said: list[Said] = []
         for errand in self.pool.taken:
             robot = errand.robot
             assert robot is not None
             why = self._over(errand, robot, commands[robot], tick)
+            if why is None and STUCK < standing[robot] < inf and self._could_take_another(robot, poses[robot], cells):
+                why = Occasion.STUCK
             if why is Occasion.REACHED:
                 self.pool.close(errand, tick / self._settings.rate)
             elif why is not None:
@@ -114,6 +126,11 @@ class Dispatch:
             return Occasion.GIVEN_UP
         return Occasion.LOST if self._silent(command, tick) > GONE else None
 
+    def _could_take_another(self, robot: int, pose: Pose, cells: CellMap) -> bool:
+        """Return True if an errand waits that the robot can reach and has not been stuck with."""
+        others = (errand for errand in self.pool.waiting if robot not in errand.last)
+        return any(self._bid(robot, pose, errand, cells) < NO_BID for errand in others)
+
     # --- errands that wait ---
 
     def _hand_out(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
@@ -130,8 +147,9 @@ class Dispatch:
         waiting, bids = [errand for errand, _ in offers], np.array([row for _, row in offers]).T
         now = tick / self._settings.rate
         urgent = np.array([PATIENCE * (now - errand.given) for errand in waiting])
+        later = np.array([[LAST * (robot in errand.last) for errand in waiting] for robot in free])
         said: list[Said] = []
-        for row, column in zip(*linear_sum_assignment(bids - urgent), strict=True):
+        for row, column in zip(*linear_sum_assignment(bids + later - urgent), strict=True):
             robot, errand, bid = free[row], waiting[column], float(bids[row, column])
             if bid < NO_BID and (cell := cells.nearest_standable(*errand.at)) not in driven_to:
                 driven_to.add(cell)

@@ -50,7 +50,8 @@ def traffic(world: "World", commands: Mapping[str, Command]) -> list[Event]:
 
 def errands(world: "World") -> list[Event]:
     """Hand out errands of the pool, and take back those of robots that do not drive to them; return what changed."""
-    said = world.dispatch.step(world.poses(), world.traffic.watch.cells, world.commands, world.tick)
+    cells, standing = world.traffic.watch.cells, world.progress.standing(world.time)
+    said = world.dispatch.step(world.poses(), cells, world.commands, standing, world.tick)
     if said:
         world.commands = [*map(world.missions.of_these_stops, range(len(world.robots)), world.commands)]
         world.verdict.clear()

@@ -35,13 +35,14 @@ class Occasion(StrEnum):
     GIVEN_UP = "it finds no path"
     REPLACED = "it has other stops now"
     LOST = "it has not answered for long"
+    STUCK = "it got no nearer for long, and another one waits"
 
 
 # fmt: off
 TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
     Stage.WAITING: {Occasion.TAKEN: Stage.TAKEN},
     Stage.TAKEN:   {Occasion.REACHED: Stage.DONE, Occasion.GIVEN_UP: Stage.WAITING, Occasion.REPLACED: Stage.WAITING,
-                    Occasion.LOST: Stage.WAITING},
+                    Occasion.LOST: Stage.WAITING, Occasion.STUCK: Stage.WAITING},
     Stage.DONE:    {},
 }
 # fmt: on
@@ -59,6 +60,7 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
     assignment: int = 0  # number of the robot's stops while it has this errand
     ended: float | None = None  # s, when it was done
     refused: list[int] = []  # robots that found no path to it on the floor as it is
+    last: list[int] = []  # robots that got stuck on the way to it: they take any other one first
 
     @property
     def name(self) -> str:
@@ -127,7 +129,7 @@ class Pool:
 
     def _enter(self, name: str, targets: Sequence[Point], time: float) -> None:
         for number, at in enumerate(targets, start=1):
-            errand = Errand(request=name, number=number, at=at, given=time, refused=[])
+            errand = Errand(request=name, number=number, at=at, given=time, refused=[], last=[])
             self.open[errand.name] = errand
         self.given += len(targets)
         self.requests[name] = list(targets)
@@ -159,6 +161,8 @@ class Pool:
         self.take(errand, why)
         if why is Occasion.GIVEN_UP and robot is not None:
             errand.refused.append(robot)
+        if why is Occasion.STUCK and robot is not None:
+            errand.last.append(robot)
         errand.robot, errand.assignment = None, 0
 
     def close(self, errand: Errand, time: float) -> None:
@@ -175,6 +179,7 @@ class Pool:
         """Offer all errands to all robots again: the floor has changed."""
         for errand in self.open.values():
             errand.refused.clear()
+            errand.last.clear()
 
     def left(self) -> Iterator[str]:
         """Yield a few words on each errand that is not done."""

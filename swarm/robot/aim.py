@@ -3,13 +3,13 @@
 The fuzzy tables know only the aim, not the way. Here, cells that the robot does not hold count as walls.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from math import cos, hypot, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import Point
 from swarm.motion.sweep import line_is_clear
 from swarm.planning.grid import Grid
@@ -37,8 +37,9 @@ class Aiming:
         """Return the farthest point [m] that the footprint reaches in a straight line through held cells.
 
         The aim is a waypoint, the centre of the last cell, or a point between the first two waypoints. The first
-        waypoint is the centre of the robot's cell. ``grid`` is the floor as the robot knows it now; with None the whole
-        area of every cell is free.
+        waypoint is the centre of the robot's cell. If nothing of that is reached, the aim is another
+        point in the cell of a later waypoint, or that centre. ``grid`` is the floor as the robot knows it now; with
+        None the whole area of every cell is free.
         """
         asked = (pose, grid, tuple(held), tuple(waypoints))
         if asked != self._aimed_for:
@@ -54,14 +55,41 @@ class Aiming:
         middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
-        far = [point for point in ways if hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest]
         least = self._radius + AIM.tight_gap
-        for spare in (AIM.gap, AIM.tight_gap):
-            for point in far or [waypoints[0]]:
+
+        def is_far(point: Point) -> bool:
+            return hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest
+
+        def reached(points: Iterable[Point], spare: float) -> Point | None:
+            for point in points:
                 clear = line_is_clear(shut, x, y, *self._flat(point), least, self._radius + spare)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
+            return None
+
+        far = list(filter(is_far, ways))
+        for spare in (AIM.gap, AIM.tight_gap):
+            if (aim := reached(far or [waypoints[0]], spare)) is not None:
+                return aim
+        if reached([waypoints[0]], AIM.tight_gap) is None:
+            return reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap) or waypoints[0]
         return waypoints[0]
+
+    def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
+        """Yield points of the waypoints' cells [m], last cell first: its nearest point, then some nearer its middle.
+
+        A robot that used a cell beside its way as room may see no waypoint from there. If that cell is half wall, its
+        middle is no place to drive to.
+        """
+        x, y, _ = self.local(pose)
+        cells, room = self._cells, max(0.0, self._cells.side / 2 - self._radius - AIM.gap)
+        for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
+            if cell == OUTSIDE:
+                continue
+            u, v = self._flat(cells.centre(cell))
+            along, up = min(max(x - u, -room), room), min(max(y - v, -room), room)
+            for share in (1.0, *AIM.shares):
+                yield from_frame(cells.occupancy.origin, u + share * along, v + share * up)
 
     def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
         """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""

@@ -3,15 +3,17 @@
 from dataclasses import replace
 from math import cos, hypot, pi, sin
 
+import numpy as np
 import pytest
 import shapely
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose, distance, from_frame
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import WALL, OccupancyMap, Point
 from swarm.motion.sweep import gap
 from swarm.planning.grid import Grid
+from swarm.planning.path import line_is_free
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.tuning import AIM
 from swarm.traffic.cells import CellMap
@@ -173,6 +175,37 @@ def test_from_beside_a_wall_the_next_cell_is_aimed_at(beside: float) -> None:
     assert room(solid(corridor.occupancy), pose) == pytest.approx(beside)
     chosen = aiming(corridor).choose(grid, pose, held, middles(held, corridor))
     assert chosen[0] > x
+
+
+def half_wall() -> CellMap:
+    """Return 3 x 3 cells. The cell in the middle is half wall: no robot can stand in it, but one may pass through."""
+    solid = np.zeros((36, 36), dtype=np.uint8)
+    solid[12:24, 12:17] = WALL
+    return CellMap(OccupancyMap(solid, SIDE / 12, Pose(0.0, 0.0, 0.0)), side=SIDE, radius=0.23)
+
+
+HALF = half_wall()
+HALF_GRID = Grid.grown(HALF.occupancy, RADIUS, resolution=0.1)
+MIDDLE = 4
+
+
+@given(x=st.floats(1.93, 2.17), back=st.floats(0.0, 0.97), up=st.booleans())
+def test_from_room_beside_its_way_in_a_cell_that_is_half_wall_the_aims_lead_back(
+    x: float, back: float, up: bool
+) -> None:
+    """Not to the middle of that cell, which is no place to drive to: a robot drove to and fro before it for ever."""
+    assert not HALF.stands[MIDDLE]
+    way = (MIDDLE, MIDDLE + HALF.columns, MIDDLE + HALF.columns - 1) if up else (MIDDLE, 1, 0)
+    pose = Pose(x, 2 * SIDE - back if up else SIDE + back, 0.0)
+    there, points = Aiming(HALF, RADIUS), [HALF.centre(cell) for cell in way]
+    for _ in range(40):
+        aim = there.choose(HALF_GRID, pose, way, points)
+        assert line_is_free(HALF_GRID, (pose.x, pose.y), aim, AIM.tight_gap)
+        share = min(1.0, 0.05 / distance(pose, aim))
+        pose = Pose(pose.x + share * (aim[0] - pose.x), pose.y + share * (aim[1] - pose.y), 0.0)
+        if HALF.cell_of(pose.x, pose.y) == way[1]:
+            return
+    pytest.fail(f"it is still at {pose}")
 
 
 def test_the_floor_as_it_is_known_shuts_an_aim_off() -> None:

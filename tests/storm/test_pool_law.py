@@ -77,6 +77,17 @@ def test_it_speaks_of_a_planted_violation(says: str, plant: Callable[[], History
     assert any(says in violation.text for violation in found), found
 
 
+def test_a_robot_that_cannot_get_to_its_own_stop_past_a_dead_one_could_not_have_served_the_pool() -> None:
+    there = [9.0, 1.8]
+    poses, dead = [[1.8, 1.8, 0.0], [*there, 3.0]], {"robot": "r2", "kind": "dead", "tick": 20}
+    plan = plan_of(pool=POOL, start={"poses": poses}, own_targets=[[there], [there]], reach=0.3, faults=[dead])
+    busy = record(plan)
+    assert busy.report["pool"]["done"] == 0
+    assert judge(busy) == []
+    free = with_report(busy, "r1", unreachable=[0])
+    assert any("although r1 could have visited it" in violation.text for violation in judge(free))
+
+
 def test_the_profile_draws_pools_and_others_draw_none() -> None:
     assert all(draw("pool", seed).scenario.pool for seed in range(3))
     assert not any(draw("orders", seed).scenario.pool for seed in range(3))

@@ -15,7 +15,7 @@ from world.orders import REMEMBERED
 from world.pool import MOST_OPEN, MOST_TARGETS, SCENARIO, TRANSITIONS, Errand, Occasion, Pool, Stage
 
 WALL = (9.0, 9.0)
-BACK = (Occasion.GIVEN_UP, Occasion.REPLACED, Occasion.LOST)
+BACK = (Occasion.GIVEN_UP, Occasion.REPLACED, Occasion.LOST, Occasion.STUCK)
 
 
 def check(targets: Sequence[Point]) -> None:
@@ -69,8 +69,9 @@ def test_an_errand_goes_back_as_it_was_but_is_not_offered_to_who_gave_it_up(why:
     assert pool.waiting[0] is errand, "the oldest is the first again"
     assert (errand.robot, errand.assignment) == (None, 0)
     assert errand.refused == ([1] if why is Occasion.GIVEN_UP else [])
+    assert errand.last == ([1] if why is Occasion.STUCK else [])
     pool.forgive()
-    assert errand.refused == []
+    assert errand.refused == errand.last == []
 
 
 # --- requests ---

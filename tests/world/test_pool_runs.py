@@ -11,7 +11,7 @@ from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from tests.world.shared import reborn
-from world.dispatch import WINDOW
+from world.dispatch import STUCK, WINDOW
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
 from world.world import World
@@ -180,6 +180,30 @@ def test_the_errand_of_a_dead_robot_is_done_by_another() -> None:
         events += simulation.step().events
     assert kinds(events, "errand_back") == [("r1", "errand_back")]
     assert world.dispatch.pool.done == len(CORNERS)
+    assert clean(world)
+
+
+def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none_is_left() -> None:
+    """A dead robot stands where the nearest errand is: r1 waits there for long, but not for ever."""
+    starts = {"poses": [[2.5, 2.5, 0.0], [5.5, 2.5, 0.0]]}
+    simulation = Simulation.of(pool_of([], start=starts, serve=True, reach=0.3), 2, 1, Faults(killed={"r2": 0.0}))
+    world = simulation.world
+    for _ in range(60):
+        simulation.step()
+    world.put_in(PoolTargets(id="shut", targets=[(5.5, 2.5)]))
+    events = [event for _ in range(10) for event in simulation.step().events]
+    world.put_in(PoolTargets(id="far", targets=[(1.5, 5.5), (14.5, 5.5)]))
+    while (world.time < STUCK or world.dispatch.pool.waiting) and world.time < 300:
+        events += simulation.step().events
+    back = [event for event in events if event.kind == "errand_back" and event.robot == "r1"]
+    assert ["got no nearer for long" in event.text for event in back] == [True]
+    assert [event.text.split()[2] for event in events if event.kind == "errand"] == [
+        "shut/1",
+        "far/1",
+        "far/2",
+        "shut/1",
+    ]
+    assert world.dispatch.pool.done == 2
     assert clean(world)
 
 

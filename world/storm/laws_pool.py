@@ -52,23 +52,50 @@ def pool_is_kept(history: History) -> Found:
         for errand, robot in has.items():
             if moment.tick - heard.get(robot, 0) > gone:
                 yield moment.tick, (robot,), f"{robot} is gone and still has errand {errand}"
-    yield from _at_the_end(history, at, done)
+    yield from _at_the_end(history, at, done, busy=set(has.values()))
 
 
-def _at_the_end(history: History, at: Mapping[str, Point], done: set[str]) -> Found:
-    """Check that each errand is done or left, and that none is left that a living robot could have visited."""
+def _at_the_end(history: History, at: Mapping[str, Point], done: set[str], busy: set[str]) -> Found:
+    """Check that each errand is done or left, and that none is left that a living robot could have visited.
+
+    A robot with stops of its own serves the pool only after them: one that cannot get there could visit no errand.
+    Robots in ``busy`` have errands.
+    """
     given = set(at)
     tick = history.moments[-1].tick if history.moments else 0
     pool = history.report.get("pool", {"done": 0, "left": []})
     left = {one["errand"] for one in pool["left"]}
     if history.report and (left & done or left | done != given or pool["done"] != len(done)):
         yield tick, (), f"of {sorted(given)} the report says {pool['done']} are done and {sorted(left)} are left"
-    dead = dead_of(history)
-    willing = [number for number, name in enumerate(history.robots) if name not in dead and _serves(history, name)]
+    dead, ways = dead_of(history), Ways(history)
+    serving = [number for number, name in enumerate(history.robots) if name not in dead and _serves(history, name)]
+    willing = [
+        number
+        for number in serving
+        if not left
+        or history.robots[number] in busy
+        or all(ways.leads_to(number, stop) for stop in _own_left(history, number))
+    ]
     for errand in sorted(left):
-        able = {history.robots[number]: Ways(history).can_visit(number, at[errand]) for number in willing}
+        able = {history.robots[number]: ways.can_visit(number, at[errand]) for number in willing}
         if could := [name for name, can in able.items() if can or (can is None and not dead)]:
             yield tick, (), f"errand {errand} is left in the pool, although {', '.join(could)} could have visited it"
+
+
+def _own_left(history: History, number: int) -> list[Point]:
+    """List the stops [m] that a robot has at the end and has neither reached nor given up."""
+    name = history.robots[number]
+    row, stops = history.report["per_robot"][name], history.stops[number]
+    for moment in reversed(history.moments):
+        sense = moment.senses.get(name)
+        if sense is not None and sense.assigned is not None:
+            stops = tuple(sense.assigned.stops)
+            break
+    return [
+        at
+        for stop, (at, time) in enumerate(zip(stops, row["reached"], strict=False))
+        if time is None and stop not in row["unreachable"]
+    ]
 
 
 def _serves(history: History, robot: str) -> bool:

@@ -22,9 +22,13 @@ class Ways:
         self._jams: dict[int, bool | None] = {}
 
     def leads(self, number: int, stop: int) -> bool:
-        """Return True if cells without a dead robot lead from a robot's last pose to a stop."""
+        """Return True if cells without a dead robot lead from a robot's last pose to a stop of the scenario."""
+        return self.leads_to(number, self._history.stops[number][stop])
+
+    def leads_to(self, number: int, place: Point) -> bool:
+        """Return True if cells without a dead robot lead from a robot's last pose to a place [m]."""
         cells = cells_at(self._history, self._last.tick)
-        goals = self._goals(cells, number, stop)
+        goals = self._standing(cells, place)
         return bool(goals & self._reach(cells, self._last.poses[number], self._bodies(cells, number)))
 
     def always_there(self, number: int, stop: int) -> bool:
