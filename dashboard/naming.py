@@ -1,9 +1,13 @@
 """Words for stops and activities, the same in the terminal and in Rerun."""
 
+from collections.abc import Mapping
+from typing import Final
+
 from dashboard.progress import Robot
-from swarm.messages import Activity
+from swarm.messages import Activity, Event
 
 WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
+DOING: Final[Mapping[str, str]] = {WAITS: "giving way", "drives": "driving", "starts": "starting"}  # by word: of many
 
 
 def stop_name(number: int, stops: int, home: bool) -> str:
@@ -54,6 +58,49 @@ def lane(robot: Robot, home: bool) -> str:
 def words(activity: Activity) -> str:
     """Return the word for an activity."""
     return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
+
+
+def counted(count: int, word: str) -> str:
+    """Return how many robots do what the ``word`` for one robot says.
+
+    >>> counted(17, "gives way"), counted(1, "gives way"), counted(2, "done")
+    ('17 giving way', '1 giving way', '2 done')
+    """
+    return f"{count} {DOING.get(word, word)}"
+
+
+TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text
+    "contact": "{}",
+    "gone": "is gone: its process has ended; it stands until it is started again",
+    "left": "has left: its process ended by itself; its body stays where it stands",
+    "lost": "is lost: it has been away for long, and the run may end without it",
+    "stale": "is silent: its process is there, but says nothing",
+    "back": "{}",
+    "unreachable": "{}",
+    "taken_up": "{}",
+    "stalled": "{}",
+    "unsolvable": "says that {}",
+    "false_claim": "{}",
+    "duplicate": "{}",
+    "edit_refused": "a change of the floor was refused: {}",
+    "request_refused": "a request was refused: {}",
+}
+
+
+def trouble(event: Event) -> str:
+    """Return an event that needs attention in words for people; "" for one that does not.
+
+    >>> trouble(Event(run=0, tick=9, time=0.45, robot="r1", kind="contact", text="touches wall"))
+    'r1 touches wall'
+    """
+    words = TROUBLE.get(event.kind, "").format(event.text)
+    return f"{event.robot} {words}" if words and event.robot is not None else words
+
+
+def same_touch(one: Event, other: Event) -> bool:
+    """Return True if two events tell the contact of the same two robots, each as one of them sees it."""
+    there_and_back = f"touches robot {other.robot}", f"touches robot {one.robot}"
+    return one.kind == other.kind == "contact" and one.tick == other.tick and (one.text, other.text) == there_and_back
 
 
 def plain(text: str) -> str:

@@ -22,6 +22,7 @@ from swarm.messages import (
     Phase,
     Plan,
     Point,
+    PoolCounts,
     State,
     Truth,
 )
@@ -83,6 +84,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
     lost: frozenset[str] = frozenset()  # robots that have been absent for long, as the world says
     tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
     robots: Mapping[str, Robot] = MappingProxyType({})
+    pool: PoolCounts | None = None  # how far the targets for any robot are; None: there were none
     events: tuple[Event, ...] = ()  # the last ones, in the order they came
     rate: float = RATE  # Hz
 
@@ -93,6 +95,11 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         most = max(known, default=0)
         total = sum(known) + most * (len(self.order) - len(known))
         return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
+
+    @property
+    def way(self) -> float:
+        """Share of the ways of all robots, 0 to 1, by distance; who has not spoken has not moved."""
+        return sum(self.robot(name).share for name in self.order) / len(self.order) if self.order else 0.0
 
     def robot(self, name: str) -> Robot:
         """Return what is known about a robot; a robot that was never heard has done nothing yet."""
@@ -171,6 +178,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
         phase=message.phase,
         order=tuple(message.robots),
         present=frozenset(message.present),
+        pool=message.pool,
         lost=frozenset(name for name, seen in message.presence.items() if seen.liveness is Liveness.LOST),
     )
 

@@ -1,6 +1,10 @@
 """Live progress in the terminal, or a plain line now and then if there is no terminal. It needs no Rerun."""
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
+from itertools import product
+from operator import itemgetter
+from textwrap import TextWrapper
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final
@@ -14,22 +18,28 @@ from rich.text import Text
 from dashboard import naming, palette
 from dashboard.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
-from swarm.messages import CLOCK, EVENT, STATE, Activity, Liveness, Message, Phase, Topic
+from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Message, Phase, Topic
 
 FOLLOWED: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, EVENT)  # all that a terminal shows, beside presence
+LEAVING: Final = frozenset({"gone", "left", "lost", "stale"})  # kinds of events
 LINE_EVERY: Final = 5.0  # s, wall time between plain lines
 DRAW_EVERY: Final = 0.25  # s, wall time between two pictures of the table
 FACTOR_OVER: Final = 2.0  # s, wall time over which the real-time factor is taken
-ROWS: Final = 40  # robots shown; a line counts the others
+ROWS: Final = 12  # robots of a fleet whose rows are all shown; of a larger one, those that need attention
+WRAPPED: Final[dict[str, Any]] = {"subsequent_indent": "    ", "break_long_words": False, "break_on_hyphens": False}
+LONG: Final = 10.0  # s; a robot that waits longer needs attention
 
 
 class Terminal:
     """The progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
 
-    def __init__(self, console: Console, *, home: bool = True, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(
+        self, console: Console, *, home: bool = True, quiet: bool = False, clock: Callable[[], float] = monotonic
+    ) -> None:
         self.progress = Progress()
         self._console = console
         self._home = home
+        self._quiet = quiet  # no progress, only trouble
         self._clock = clock
         self._live: Live | None = None
         self._drawn_at = float("-inf")
@@ -37,10 +47,14 @@ class Terminal:
         self._mark: tuple[int, float, float] | None = None  # run, wall and simulated time at which the factor began
         # by robot: its run and assignment, and how many reached stops of that are printed already
         self._told: dict[str, tuple[tuple[int, int], int]] = {}
+        self._trouble: list[tuple[float, str]] = []  # lines not printed yet, with their time [s]
+        self._explained: set[tuple[str | None, str]] = (
+            set()
+        )  # robot, kind of an event that somebody tells in other words
         self._phase_told: tuple[int, Phase] | None = None
 
     def __enter__(self) -> "Terminal":
-        if self._console.is_terminal:
+        if self._console.is_terminal and not self._quiet:
             self._live = Live(self.renderable(), console=self._console, auto_refresh=False, transient=False)
             self._live.start()
         return self
@@ -56,6 +70,10 @@ class Terminal:
         """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
         self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
 
+    def explain(self, robots: Iterable[str], kinds: Iterable[str]) -> None:
+        """Leave out the next event of each of these kinds about each of these robots: somebody else tells it."""
+        self._explained |= set(product(robots, kinds))
+
     def fold(self, arrived: object) -> None:
         """Take in what ``Bus.receive`` returned."""
         match arrived:
@@ -66,22 +84,41 @@ class Terminal:
 
     def take(self, message: Message) -> None:
         """Take in a message."""
-        self.progress = fold(self.progress, message)
+        before, self.progress = self.progress, fold(self.progress, message)
+        if isinstance(message, Event) and self.progress is not before and (words := self._words(message)):
+            self._trouble.append((message.time, words))
 
     def refresh(self, *, final: bool = False) -> None:
         """Show the progress if it is time to, or if it is the ``final`` call."""
         now = self._clock()
         self._measure(now)
+        news = [] if self._quiet or self._console.is_terminal else self._news()
+        for time, words in sorted(news + self._trouble, key=itemgetter(0)):
+            tell(self._console, f"{time:6.1f} s  {words}")
+        self._trouble.clear()
+        if self._quiet:
+            return
         if self._live is not None:
             if final or now - self._drawn_at >= DRAW_EVERY:
                 self._drawn_at = now
                 self._live.update(self.renderable(), refresh=True)
-        elif not self._console.is_terminal:
-            for line in self._news():
-                self._console.print(line, markup=False, highlight=False, soft_wrap=True)
-            if final or now - self._drawn_at >= LINE_EVERY:
-                self._drawn_at = now
-                self._console.print(self.line(), markup=False, highlight=False, soft_wrap=True)
+        elif not self._console.is_terminal and (final or now - self._drawn_at >= LINE_EVERY):
+            self._drawn_at = now
+            tell(self._console, self.line())
+
+    def _words(self, event: Event) -> str:
+        """Return the words for an event; "" for one that is no trouble, as the end of the process of who is done."""
+        if (event.robot, event.kind) in self._explained:
+            self._explained.remove((event.robot, event.kind))
+            return ""
+        if any(naming.same_touch(event, other) for other in self.progress.events):
+            return ""
+        over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
+        return "" if over and event.kind in LEAVING else naming.trouble(event)
+
+    def _is_done(self, name: str) -> bool:
+        robot = self.progress.robot(name)
+        return robot.activity is Activity.DONE and robot.reached == robot.stops > 0
 
     def renderable(self) -> RenderableType:
         """Return a headline about the run and a table with one row per robot."""
@@ -89,33 +126,68 @@ class Terminal:
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for name in ("robot", "stops", "target"):
             table.add_column(name, no_wrap=True)
+        table.add_column("way", justify="right", no_wrap=True)
         table.add_column("left", justify="right", no_wrap=True)
         table.add_column("doing", no_wrap=True)
         table.add_column("waited", justify="right", no_wrap=True)
-        for number, name in enumerate(progress.order[:ROWS]):
+        shown = self._shown()
+        for number, name in enumerate(progress.order):
+            if name not in shown:
+                continue
             robot = progress.robot(name)
             colour = palette.hexadecimal(palette.robot(number))
-            doing, style = self._doing(name, robot)
+            doing, style, _ = self._doing(name, robot)
             waited = progress.seconds(robot.waited)
             table.add_row(
                 Text(name, style=f"bold {colour}"),
                 Text(bar(robot), style=colour),
                 naming.stop_of(robot, robot.target, self._home) if robot.stops else "",
+                f"{robot.share:.0%}" if robot.stops else "",
                 f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
                 Text(doing, style=style),
                 f"{waited:.1f} s" if waited else "",
             )
+        parts: list[RenderableType] = [Text(self._headline(), style="bold")]
         if len(progress.order) > ROWS:
-            table.caption = f"and {len(progress.order) - ROWS} more"
-        return Group(Text(self._headline(), style="bold"), table)
+            parts.append(Text(self._totals()))
+        return Group(*parts, table) if shown else Group(*parts)
+
+    def _shown(self) -> list[str]:
+        """Return the robots that get a row: all of a small fleet, of a large one the first that need attention."""
+        order = self.progress.order
+        return [*(order if len(order) <= ROWS else filter(self._needs_attention, order))][:ROWS]
+
+    def _needs_attention(self, name: str) -> bool:
+        robot = self.progress.robot(name)
+        if self.progress.phase is Phase.WAITING:
+            return False
+        away = self._away(name) is not None
+        return away or robot.activity is Activity.BLOCKED or bool(robot.unreachable) or self.progress.waits(name) > LONG
+
+    def _away(self, name: str) -> Liveness | None:
+        """Return how a robot is missed, None for one that is there or need not be: it is done, or the run is over."""
+        heard = self.progress.heard(name)
+        if heard is Liveness.ALIVE or self._is_done(name):
+            return None
+        return heard if self.progress.phase is not Phase.OVER or heard is Liveness.LOST else None
+
+    def _totals(self) -> str:
+        """Return how many robots do what."""
+        doing = Counter(self._doing(name, self.progress.robot(name))[2] for name in self.progress.order)
+        needy = sum(map(self._needs_attention, self.progress.order))
+        told = ", ".join(naming.counted(count, word) for word, count in doing.most_common())
+        more = f" ({ROWS} shown)" if needy > ROWS else ""
+        attention = f"; {needy} need{'s' if needy == 1 else ''} attention{more}" if needy else ""
+        return f"{len(self.progress.order)} robots: {told}{attention}"
 
     def line(self) -> str:
         """Return the progress as one plain line."""
         progress = self.progress
-        some = progress.order[:8]
-        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in some)
-        more = f", and {len(progress.order) - len(some)} more" if len(progress.order) > len(some) else ""
-        return f"{self._headline()}{': ' if each else ''}{each}{more}"
+        if len(progress.order) > ROWS:
+            needy = [f"{name} {self._doing(name, progress.robot(name))[0]}" for name in self._shown()]
+            return f"{self._headline()}: {self._totals()}{': ' if needy else ''}{', '.join(needy)}"
+        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in progress.order)
+        return f"{self._headline()}{': ' if each else ''}{each}"
 
     def _headline(self) -> str:
         progress = self.progress
@@ -124,25 +196,30 @@ class Terminal:
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
         ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
-        return f"{now:6.1f} s  {progress.phase.value}, {progress.share:4.0%} of all stops{factor}"
+        pool = f", {progress.pool.done} of {progress.pool.given} errands done" if progress.pool else ""
+        return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{pool}{factor}"
 
-    def _doing(self, name: str, robot: Robot) -> tuple[str, str]:
-        heard = self.progress.heard(name)
-        if heard is not Liveness.ALIVE:
-            return heard.value, "bold red"
+    def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:
+        """Return what a robot does, the style of it, and the word under which it is counted."""
+        if (away := self._away(name)) is not None:
+            if self.progress.phase is Phase.WAITING:
+                return "starts", "dim", "starts"
+            word = "silent" if away is Liveness.STALE else away.value
+            return word, "bold red", word
+        word = naming.words(robot.activity)
         waits = self.progress.waits(name)
         if waits:
-            return f"{naming.lane(robot, self._home)} {waits:.0f} s", "yellow"
-        return naming.words(robot.activity), "dim" if robot.activity is Activity.DONE else ""
+            return f"{word} {waits:.0f} s", "yellow", word
+        return word, "dim" if robot.activity is Activity.DONE else "", word
 
-    def _news(self) -> list[str]:
-        """Return a line for each reached stop and each change of phase that is not printed yet."""
+    def _news(self) -> list[tuple[float, str]]:
+        """Return the time [s] and words of what is not printed yet: changes of phase, and stops of a small fleet."""
         progress = self.progress
-        said = []
+        said: list[tuple[float, str]] = []
         if progress.run >= 0 and self._phase_told != (progress.run, progress.phase):
             self._phase_told = (progress.run, progress.phase)
-            said.append(f"{progress.time:6.1f} s  {progress.phase.value}")
-        for name, robot in progress.robots.items():
+            said.append((progress.time, progress.phase.value))
+        for name, robot in progress.robots.items() if len(progress.order) <= ROWS else ():
             mission = (progress.run, robot.assignment)
             of, before = self._told.get(name, (mission, 0))
             if of != mission:
@@ -151,8 +228,10 @@ class Terminal:
                 self._told[name] = (mission, robot.reached)
                 ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
                 said += [
-                    f"{progress.seconds(tick):6.1f} s  {name} reached "
-                    f"{naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})"
+                    (
+                        progress.seconds(tick),
+                        f"{name} reached {naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})",
+                    )
                     for rank, (tick, stop) in enumerate(ticks, start=1)
                     if rank > before
                 ]
@@ -166,6 +245,13 @@ class Terminal:
         elif now - self._mark[1] >= FACTOR_OVER:
             self._factor = (progress.time - self._mark[2]) / (now - self._mark[1])
             self._mark = (progress.run, now, progress.time)
+
+
+def tell(console: Console, text: str) -> None:
+    """Print lines of words. A terminal gets them wrapped between words, so that an address stays in one piece."""
+    if console.is_terminal:
+        text = "\n".join(map(TextWrapper(console.width, **WRAPPED).fill, text.splitlines()))
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def bar(robot: Robot) -> str:

@@ -11,6 +11,7 @@ from dashboard.learning import Learned
 from dashboard.page.asking import OF_A_ROBOT, REQUESTS
 from dashboard.page.telling import Joint, Overview, Why
 from docs.markdown import rows
+from swarm import messages as wire
 from swarm.messages import REPLIES, TOPICS, enums
 from swarm.messages.schema import described, types
 from swarm.settings import Section, Settings
@@ -68,7 +69,7 @@ def scenario() -> str:
 def frames() -> str:
     """Return the sections on the box's own frames, field by field."""
     _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned])
-    own = {name: shape for name, shape in shapes.items() if "properties" in shape}
+    own = {name: shape for name, shape in shapes.items() if "properties" in shape and not hasattr(wire, name)}
     return (
         "\n\n".join(
             f"### {name}\n\n{shape['description']}\n\n{rows(HEAD, *_body(shape))}" for name, shape in own.items()

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
@@ -16,7 +16,9 @@ from swarm.scenario.prepare import planning_grid, settled
 from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
-settings.register_profile("project", deadline=None, print_blob=True, derandomize=True)
+settings.register_profile(
+    "project", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True, derandomize=True
+)
 settings.load_profile("project")
 
 MakeBus = Callable[..., Bus]

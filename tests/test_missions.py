@@ -146,11 +146,11 @@ def test_careful_finishes_the_paper_without_a_contact_and_slower(paper: Scenario
 Number = (int, float)
 # fmt: off
 REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
-    "scenario": str, "seed": int, "robots": int, "robots_per_process": int, "pace": str, "complete": bool, "reason": str,
+    "scenario": str, "seed": int, "robots": int, "robots_per_process": int, "pace": str, "complete": bool, "passed": bool, "reason": str,
     "lost": list, "reproducible": bool, "not_reproducible": list,
     "sim_time": float, "wall_time": float, "real_time_factor": float, "ticks": int, "late_commands": int,
     "tick_wall": type(None),
-    "contacts": {"robot": int, "wall": int, "obstacle": int},
+    "contacts": {"robot": int, "wall": int, "obstacle": int}, "avoidable_contacts": int,
     "clearance_min": float,
     "steering": {
         **{by: {"braked": float, "tables": float, "tightened": float, "turned": float, "blended": float}

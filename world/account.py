@@ -33,6 +33,7 @@ def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Accoun
             struck=record.struck[number],
             stalled=world.progress.times[number],
             unreachable=record.unreachable[number],
+            standing=record.standing[number],
         )
         for number, name in enumerate(world.robots)
     }

@@ -23,9 +23,10 @@ def arrivals(world: "World") -> list[Event]:
 
 
 def stalls(world: "World", poses: Sequence[Pose]) -> list[Event]:
-    """Return events about robots that have stops left and make no progress for long, whatever the cause."""
-    events = []
-    for number in world.progress.look(world.time, poses, world.missions.under_way):
+    """Record who stands; return events about robots that have stops left and make no progress for long."""
+    events, stops = [], world.missions.under_way
+    world.recorder.stood(stops, world.wheels)
+    for number in world.progress.look(world.time, poses, stops):
         stop, others = world.missions.label(number, world.missions.left[number] or 0), world.commands[number].waits
         waits = f", waits for {' and '.join(others)}" if others else ""
         text = f"made no progress towards {stop} for {STALLED:g} s{waits}"

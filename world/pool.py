@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
-from swarm.messages import PoolTargets
+from swarm.messages import PoolCounts, PoolTargets
 from world.orders import REMEMBERED, Outcome
 
 MOST_TARGETS: Final = 100  # of a request; each is checked between two ticks
@@ -87,6 +87,13 @@ class Pool:
     def taken(self) -> list[Errand]:
         """Errands that robots have, oldest first."""
         return [errand for errand in self.open.values() if errand.stage is Stage.TAKEN]
+
+    @property
+    def counts(self) -> PoolCounts | None:
+        """How far the pool is; None if nothing was ever put in."""
+        if not self.given:
+            return None
+        return PoolCounts(given=self.given, done=self.done, taken=len(self.taken), waiting=len(self.waiting))
 
     def add(self, request: PoolTargets, time: float, check: Callable[[Sequence[Point]], None]) -> Outcome:
         """Put targets into the pool at a time [s]; ``check`` raises for targets that no robot can reach.

@@ -59,7 +59,7 @@ def run(
     first_run: int = 0,
     given_up: Path | None = None,
 ) -> int:
-    """Run the world of a fleet until its run is over; return the exit status, 0 complete or 1 not complete.
+    """Run the world of a fleet until its run is over; return the exit status, 0 if it has passed, else 1.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
     was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. ``first_run`` is the
@@ -87,7 +87,7 @@ def run(
                     raise
                 make_room(snapshot)  # the disk may be full
                 write(summary, report_to)
-        return 0 if summary["complete"] else 1
+        return 0 if summary["passed"] else 1
 
 
 class Host:

@@ -13,10 +13,10 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
+from world.blame import MOVES, Blame, stands
 from world.bodies import Contact
 from world.clearance import ClearanceJudge
 
-MOVES: Final = 0.01  # m/s, forward or backward; a robot that is not faster counts as standing
 PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: bodies under pressure tremble
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 
@@ -29,16 +29,18 @@ class Recorder:
         self._dt = dt
         self._digest = bytes(16)
         self.judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius)
+        self.blame = Blame(scenario.settings.movers, scenario.settings.robot.radius, starts, dt)
         self._last: Sequence[Pose] = starts
         self._ticks = 0
         self._touched: dict[Contact, int] = {}  # the tick at which each contact was seen last
         self.path_length = [0.0] * robots  # m
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts while the robot stood still: no braking could have prevented them
-        self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, and whether the robot was struck
+        self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, could the robot have avoided it
         self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
         self.laps = [0] * robots  # of a patrol, complete
         self.waiting = [0.0] * robots  # s
+        self.standing = [0.0] * robots  # s, with a stop left
         self.waits_for: list[dict[str, float]] = [{} for _ in range(robots)]  # s, for each robot waited for
         self.replans = [0] * robots
         self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
@@ -50,9 +52,11 @@ class Recorder:
         self.path_length.append(0.0)
         self.contact_counts.append(Counter())
         self.struck.append(0)
+        self.blame.add_robot(start)
         self.reached_at.append([])
         self.laps.append(0)
         self.waiting.append(0.0)
+        self.standing.append(0.0)
         self.waits_for.append({})
         self.replans.append(0)
         self.unreachable.append([])
@@ -66,6 +70,11 @@ class Recorder:
     def clearance_min(self) -> float:
         """The smallest gap seen [m], recomputed from the poses."""
         return self.judge.smallest
+
+    @property
+    def avoidable(self) -> int:
+        """Number of contacts that a robot could have avoided by stopping; one of two robots counts once."""
+        return len({(tick, c.kind, frozenset((c.robot, c.other))) for tick, c, avoidable in self.begun if avoidable})
 
     @property
     def complete(self) -> bool:
@@ -89,21 +98,25 @@ class Recorder:
         self.judge.set_floor(floor)
 
     def contacts(
-        self, contacts: Sequence[Contact], touching: Sequence[Contact], wheels: Sequence[tuple[float, float]]
+        self,
+        contacts: Sequence[Contact],
+        touching: Sequence[Contact],
+        wheels: Sequence[tuple[float, float]],
+        poses: Sequence[Pose],
     ) -> list[Contact]:
         """Record the contacts that began in a tick, with the rim speeds [m/s] in it; return those that count.
 
         A contact that begins again within ``PARTED`` of its end does not count: it is still the same. ``touching`` are
-        the contacts that have not ended.
+        the contacts that have not ended, and ``poses`` those at the tick's end.
         """
         kept, seen = PARTED / self._dt, self._touched
         fresh = [c for c in contacts if c not in seen or self._ticks - seen[c] >= kept]
         self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
-        for contact in fresh:
+        verdicts = self.blame.look(self._ticks, fresh, touching, wheels, poses)
+        for contact, avoidable in zip(fresh, verdicts, strict=True):
             self.contact_counts[contact.robot][contact.kind] += 1
-            struck = abs(sum(wheels[contact.robot])) / 2 <= MOVES  # the robot drove neither forward nor backward
-            self.struck[contact.robot] += struck
-            self.begun.append((self._ticks, contact, struck))
+            self.struck[contact.robot] += stands(wheels[contact.robot])
+            self.begun.append((self._ticks, contact, avoidable))
         return fresh
 
     def is_reached(self, robot: int, stop: int) -> bool:
@@ -149,3 +162,9 @@ class Recorder:
                 row = self.waits_for[number]
                 for other in set(command.waits):
                     row[other] = row.get(other, 0.0) + self._dt
+
+    def stood(self, stops: Sequence[int | None], wheels: Sequence[tuple[float, float]]) -> None:
+        """Record who stood in a tick with a stop left, by the rim speeds [m/s]; it does not depend on what they say."""
+        for number, (stop, (left, right)) in enumerate(zip(stops, wheels, strict=True)):
+            if stop is not None and abs(left) <= MOVES and abs(right) <= MOVES:
+                self.standing[number] += self._dt

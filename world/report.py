@@ -33,8 +33,10 @@ def report(
     """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete.
 
     ``shortest`` are the lengths [m] of ``shortest_lengths`` on the floor as it is at the end.
-    ``not_reproducible`` says why the run cannot be repeated bit for bit; ``lost`` are robots that stayed away.
-    ``tick_wall`` [s] is the time of a tick on the wall clock, None where ticks do not follow the wall clock.
+    ``avoidable_contacts`` are those that a robot could have avoided by stopping. A run has ``passed``, and its exit
+    status is 0, if it is complete and has none of these. ``not_reproducible`` says why the run cannot be repeated bit
+    for bit; ``lost`` are robots that stayed away. ``tick_wall`` [s] is the time of a tick on the wall clock, None where
+    ticks do not follow the wall clock.
     """
     record = world.recorder
     return {
@@ -44,6 +46,7 @@ def report(
         "robots_per_process": robots_per_process,
         "pace": pace,
         "complete": world.complete,
+        "passed": world.complete and not record.avoidable,
         "reason": "" if world.complete else reason,
         "lost": list(lost),
         "reproducible": not not_reproducible,
@@ -55,6 +58,7 @@ def report(
         "late_commands": late_commands,
         "tick_wall": tick_wall,
         "contacts": contacts(world),
+        "avoidable_contacts": record.avoidable,
         "clearance_min": record.clearance_min,
         "steering": world.steering.report(),
         "traffic": _traffic(world),

@@ -94,9 +94,17 @@ class RecorderTable(Table):
     reached_at: list[list[float | None]]
     laps: list[int]
     waiting: list[float]
+    standing: list[float]
     waits_for: list[dict[str, float]]
     replans: list[int]
     unreachable: list[list[int]]
+
+
+class BlameTable(Table):
+    """Attributes of `Blame`."""
+
+    before: list[list[Pose]]
+    pushed: set[int]
 
 
 class JudgeTable(Table):
@@ -190,6 +198,7 @@ class WorldState(Table):
     orders: OrdersTable
     pool: PoolTable
     recorder: RecorderTable
+    blame: BlameTable
     judge: JudgeTable
     verdict: VerdictTable
     traffic: TrafficTable
@@ -212,6 +221,7 @@ def _parts(world: World) -> dict[str, Any]:
         "orders": world.missions.orders,
         "pool": world.dispatch.pool,
         "recorder": world.recorder,
+        "blame": world.recorder.blame,
         "judge": world.recorder.judge,
         "verdict": world.verdict,
         "traffic": world.traffic,

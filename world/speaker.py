@@ -43,7 +43,7 @@ class Speaker:
         """Return the message with the time and phase of the run."""
         return Clock(
             run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present,
-            presence=dict(seen),
+            presence=dict(seen), pool=world.dispatch.pool.counts,
         )  # fmt: skip
 
     def tell_clock(self, clock: Clock) -> None:

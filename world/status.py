@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from swarm.messages import Event, Phase, PoolCounts, RobotStatus, Seen, State, Status
+from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
 from world.account import accounts, clearance_min, contacts
 from world.welcome import progress
 from world.world import World
@@ -42,7 +42,7 @@ def status(
     rows = zip(world.robots, world.poses(), world.commands, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
-        complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=_pool(world),
+        complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=world.dispatch.pool.counts,
         contacts=contacts(world), clearance_min=clearance_min(world), world=world.identity,
         robots=[
             RobotStatus(
@@ -52,11 +52,3 @@ def status(
             for name, pose, command in rows
         ],
     )  # fmt: skip
-
-
-def _pool(world: World) -> PoolCounts | None:
-    """Return how far the pool is; None if nothing was ever put in."""
-    pool = world.dispatch.pool
-    if not pool.given:
-        return None
-    return PoolCounts(given=pool.given, done=pool.done, taken=len(pool.taken), waiting=len(pool.waiting))

@@ -179,7 +179,7 @@ class World:
         heard = self.radio.hears(poses, senders)
         self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
         self.tick += 1
-        for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels):
+        for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels, poses):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""
             text, at = f"touches {contact.kind}{other}", self.physics.touched_at[contact]
             events.append(self.event("contact", text, self.robots[contact.robot], at))

@@ -12,7 +12,7 @@ from dashboard.scene import Scene
 from dashboard.touches import CONTACT
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
-from swarm.messages import Activity, Body, Liveness, Phase, Truth
+from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
 from swarm.messages.fields import says
 
 OVERVIEW: Final = "box/overview"
@@ -51,6 +51,7 @@ class Overview(Struct, frozen=True, kw_only=True):
     share: Annotated[float, says("of all robots' ways, 0 to 1")]
     contacts: Annotated[int, says("touches of robots with anything, among the last 100 events")]
     robots: Annotated[tuple[Row, ...], says("all robots of the run")]
+    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
 
 
 class Why(Struct, frozen=True, kw_only=True):
@@ -97,15 +98,15 @@ def framed(key: str, content: object) -> str:
 def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
     """Return the progress in numbers and words; ``home`` says whether the scenario's mission returns."""
     rows = tuple(_row(progress, name, home) for name in progress.order)
-    told = [row for row in rows if row.stops]
     return Overview(
         run=max(0, progress.run),
         time=progress.time,
         phase=progress.phase,
         link=link,
-        share=sum(row.share for row in told) / len(rows) if rows else 0.0,
+        share=progress.way,
         contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
         robots=rows,
+        pool=progress.pool,
     )
 
 

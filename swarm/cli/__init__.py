@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return 0 for success, 1 if a mission is not complete, 2 if the command or a file is wrong."""
+    """Run a command and return 0 for success, 1 if a run has not passed, 2 if the command or a file is wrong."""
     try:
         status = _run(arguments)
     except KeyboardInterrupt:  # `swarm run` gets here only before it has started the fleet

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from pathlib import Path
 
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
@@ -18,7 +19,7 @@ def drill(options: argparse.Namespace) -> int:
     if not 1 <= options.repeat <= 1000:
         raise ConfigError(f"--repeat: expected 1 to 1000, got {options.repeat}")
     outcomes = []
-    for outcome in drilled(rows, options.repeat):
+    for outcome in drilled(rows, options.repeat, options.keep):
         outcomes.append(outcome)
         if not options.json:
             print(outcome.line(), flush=True)
@@ -37,5 +38,6 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--list", action="store_true", help="print the faults and end")
     one.add_argument("--row", action="append", default=[], metavar="NAME", help="only this fault; may be repeated")
     one.add_argument("--repeat", type=int, default=1, metavar="N", help="run each fault N times, 1 by default")
+    one.add_argument("--keep", type=Path, metavar="DIR", help="keep scenario, output and report of what fails in DIR")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=drill)

@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
             fleet=options.fleet,
             secure=options.secure,
             outside=options.body,
+            quiet=options.quiet,
         )
     )
 
@@ -187,6 +188,7 @@ def _of_a_launch(parser: Parser) -> None:
     _of_a_run(parser)
     text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
     parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
+    parser.add_argument("--quiet", action="store_true", help="print only addresses, trouble and the summary")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     parser.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")

@@ -19,7 +19,7 @@ from typing import Any, Final
 
 from swarm.errors import ConfigError
 from swarm.launch import child
-from swarm.launch.table import CRASHED, RESTARTS, STOP_ORDER, WITHIN, EarlyEnd, Role
+from swarm.launch.table import CRASHED, RESTARTS, ROBOT, STOP_ORDER, WITHIN, EarlyEnd, Role
 from swarm.scenario.source import Source
 
 LOOK: Final = 0.1  # s between two looks at the processes
@@ -79,6 +79,7 @@ class Ended:
     status: int  # exit status; negative: the signal that ended it
     last_lines: str
     then: EarlyEnd
+    robots: tuple[str, ...]  # that it drove
 
 
 class Running:
@@ -134,7 +135,7 @@ class Fleet:
         self._arguments: dict[str, dict[str, Any]] = {}  # of each process, as it was asked for
         self._ends: defaultdict[str, deque[float]] = defaultdict(deque)  # [s] of a process, within WITHIN
         self.starts: defaultdict[str, int] = defaultdict(int)  # how often each process was started
-        self.lost: list[str] = []  # processes of robots that were not started again
+        self.lost: list[str] = []  # robots whose processes were not started again
 
     def __enter__(self) -> "Fleet":
         return self
@@ -196,9 +197,10 @@ class Fleet:
             then = role.on_kill if killed else role.on_failure if status else role.on_success
             if then is EarlyEnd.RESTART and self._too_often(name):
                 then = role.too_often
+            robots = tuple(self._arguments[name]["robots"]) if role is ROBOT else ()
             if then is EarlyEnd.LOSE:
-                self.lost.append(name)
-            ended.append(Ended(name, status, self.last_lines(name), then))
+                self.lost += robots
+            ended.append(Ended(name, status, self.last_lines(name), then, robots))
             if then is EarlyEnd.RESTART:
                 self._launch(role, name)
         return ended
@@ -229,7 +231,7 @@ class Fleet:
     def tell_lost(self, file: Path) -> None:
         """Write the names of the robots whose processes are not started again."""
         with suppress(OSError):  # then the world waits for them a while
-            file.write_text(" ".join(name for one in self.lost for name in self._arguments[one]["robots"]))
+            file.write_text(" ".join(self.lost))
 
     def stop(self, roles: Sequence[Role] = STOP_ORDER) -> None:
         """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""

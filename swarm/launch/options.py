@@ -31,6 +31,7 @@ class Options:
     fleet: str | None
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
+    quiet: bool = False  # only trouble and the summary
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
 
     @property

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
 from dashboard.page.address import address, token
-from dashboard.terminal import FOLLOWED, Terminal
+from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.launch.fleet import Ended, Fleet
@@ -33,7 +33,7 @@ ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
 
 def run(options: Options) -> int:
-    """Launch a fleet, show it until its run is over, and return the exit status: 0 complete, 1 not complete.
+    """Launch a fleet, show it until its run is over, and return the exit status: 0 if it has passed, else 1.
 
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
@@ -60,7 +60,7 @@ def run(options: Options) -> int:
         since = (home / CARD).stat().st_mtime_ns
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = partial(console.print, soft_wrap=True) if console.is_terminal else partial(print, file=output, flush=True)
+        say = partial(tell, console)
         say(f"fleet {name}: {options.robots} robots, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
@@ -94,7 +94,7 @@ def run(options: Options) -> int:
             say(line)
         if options.report is not None:
             write_report(options.report, summary)
-    return 0 if summary["complete"] else 1
+    return 0 if summary["passed"] else 1
 
 
 def _router_of(options: Options) -> Identity | None:
@@ -119,7 +119,8 @@ def _free_port() -> int:
 def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     endpoint = processes.endpoint
-    terminal = Terminal(console, home=processes.options.scenario.settings.return_home)
+    terminal = Terminal(console, home=processes.options.scenario.settings.return_home, quiet=processes.options.quiet)
+    say = partial(tell, console)
     bus: Bus | None = None
     trouble = ""
     with ExitStack() as opened, terminal:
@@ -128,17 +129,19 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
             for request in _show(bus, terminal):
-                _set_up(request, processes, terminal, bus, stop, console)
+                _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
-                processes.add(clock.robots, console.print)  # what was heard may be anybody's, so the world is asked
+                processes.add(clock.robots, say)  # what was heard may be anybody's, so the world is asked
             if said := entry.keep():
-                console.print(said, soft_wrap=True)
+                say(said)
             for ended in fleet.watch():
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
-                    trouble = _tell(ended, console.print, reported=processes.summary_file.exists())
+                    trouble = _tell(ended, say, reported=processes.summary_file.exists())
                 elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
-                    console.print(f"{ended.name} has left; the run goes on")
-                if ended.then is EarlyEnd.LOSE:
+                    say(f"{ended.name} has left; the run goes on")
+                lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
+                terminal.explain(ended.robots, ["gone", "left", *lost])
+                if lost:
                     fleet.tell_lost(processes.given_up)
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
@@ -157,7 +160,7 @@ def _follow(bus: Bus, processes: Processes) -> None:
 
 
 def _set_up(
-    request: Request, processes: Processes, terminal: Terminal, bus: Bus | None, stop: Flag, console: Console
+    request: Request, processes: Processes, terminal: Terminal, bus: Bus | None, stop: Flag, say: Callable[[str], None]
 ) -> None:
     """Answer a request for another set-up; if it is accepted, start the fleet again."""
     if processes.first_run > 0 and not terminal.progress.order:  # the world of the last set-up has not spoken yet
@@ -167,7 +170,7 @@ def _set_up(
     if another is None:
         return
     scenario = another.options.scenario.settings
-    console.print(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
+    say(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
     processes.start_again(another.options, another.run, stop)
     if not stop.is_set():
         terminal.start_again(another.run, home=scenario.return_home)

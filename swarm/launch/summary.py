@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dashboard.frames import is_whole
+from dashboard.terminal import ROWS
 from swarm.errors import ConfigError
 from swarm.launch.table import numbered
 
@@ -20,7 +21,7 @@ def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str])
     try:
         summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        summary = known | {"complete": False, "reason": trouble or "the world ended without a report"}
+        summary = known | {"complete": False, "passed": False, "reason": trouble or "the world ended without a report"}
     if trouble and summary["reason"] == "interrupted":  # the launcher interrupted the run because of this trouble
         summary["reason"] = trouble
     return summary | {"lost": sorted({*summary.get("lost", []), *lost})}
@@ -28,15 +29,15 @@ def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str])
 
 def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
     """Return the summary of a run as lines for people; ``recordings`` are the last of them."""
-    lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}"]
+    lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}", f"  {_verdict(summary)}"]
     if "contacts" in summary:
         contacts = ", ".join(f"{count} {kind}" for kind, count in summary["contacts"].items())
         gap = summary["clearance_min"]
         lines += [
             f"  simulated {summary['sim_time']:.1f} s in {summary['wall_time']:.1f} s "
             f"({summary['real_time_factor']:.1f} x real time), {summary['late_commands']} late commands",
-            f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}; "
-            f"the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
+            f"  contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}",
+            f"  the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
         ]
     if summary.get("robots_per_process", 1) > 1:
         lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
@@ -45,15 +46,56 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
             f"  pool: {pool['done']} of {pool['given']} errands done, {pool['per_minute']:.1f} a minute; "
             f"{len(pool['left'])} left"
         )
-    for robot, row in summary.get("per_robot", {}).items():
-        reached = ", ".join("-" if time is None else f"{time:.0f} s" for time in row["reached"])
-        laps = f"{row['laps']} laps; " if row["laps"] else ""
-        lines.append(
-            f"  {robot}: {laps}stops at {reached}; drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s"
-        )
+    lines += [f"  {line}" for line in _told_of_robots(summary.get("per_robot", {}))]
     if summary.get("lost"):
         lines.append(f"  lost: {', '.join(summary['lost'])} stayed away, or crashed too often to be started again")
     return lines + [f"  {recording}" for recording in recordings]
+
+
+def _verdict(summary: dict[str, Any]) -> str:
+    """Return the exit status with the rule that applies."""
+    if "avoidable_contacts" not in summary:
+        return "exit status 1: the world wrote no report, so nobody knows whether anything was touched"
+    count = summary["avoidable_contacts"]
+    avoidable = f"stopping would have avoided {count} contact{'' if count == 1 else 's'}"
+    if summary["passed"]:
+        touched = any(summary["contacts"].values())
+        none = "stopping would not have avoided any contact" if touched else "nobody touched anything"
+        return f"exit status 0: complete, and {none}"
+    if not summary["complete"]:
+        return f"exit status 1: not complete{f', and {avoidable}' if count else ''}"
+    return f"exit status 1: complete, but {avoidable}"
+
+
+def _told_of_robots(rows: dict[str, dict[str, Any]]) -> list[str]:
+    """Return a line about each robot; of a large fleet totals, and those that lack stops or have contacts."""
+    if len(rows) <= ROWS:
+        return [_told_of_robot(name, row) for name, row in rows.items()]
+    everybody = rows.values()
+    ways, waited = [row["path_length"] for row in everybody], max(row["waiting"] for row in everybody)
+    reached = sum(row["targets"] - _lacking(row) for row in everybody)
+    needy = [name for name, row in rows.items() if _lacking(row) or row["contacts"]]
+    more = f"and {len(needy) - ROWS} more that lack stops or touched something; --report FILE has all"
+    return [
+        f"{len(rows)} robots reached {reached} of {sum(row['targets'] for row in everybody)} stops",
+        f"each drove {min(ways):.1f} m to {max(ways):.1f} m and waited at most {waited:.1f} s",
+        *(_told_of_robot(name, rows[name]) for name in needy[:ROWS]),
+        *([more] if len(needy) > ROWS else []),
+    ]
+
+
+def _lacking(row: dict[str, Any]) -> int:
+    """Return how many of its stops a robot has not reached."""
+    return 0 if row["laps"] else row["reached"].count(None)
+
+
+def _told_of_robot(name: str, row: dict[str, Any]) -> str:
+    lacks = ["no way" if stop in row["unreachable"] else "not reached" for stop in range(len(row["reached"]))]
+    times = (lack if time is None else f"{time:.0f} s" for lack, time in zip(lacks, row["reached"], strict=True))
+    laps = f"{row['laps']} laps; " if row["laps"] else ""
+    touched = f", {row['contacts']} contact{'' if row['contacts'] == 1 else 's'}" if row["contacts"] else ""
+    stops = f"stops: {', '.join(times)}; " if row["reached"] else ""
+    return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 
 def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list[str]:

@@ -7,9 +7,9 @@ class Activity(StrEnum):
     """What a robot is doing, in one word."""
 
     READY = "ready"  # waits for its first task
-    DRIVE = "drive"  # drives to its target
-    GIVE_WAY = "give_way"  # waits for another robot
-    BLOCKED = "blocked"  # has no path now; it tries again and again
+    DRIVE = "drive"  # drives to its target, or has stops left and none of the following is true
+    GIVE_WAY = "give_way"  # waits for another robot: for a cell, or in the call for a joint plan
+    BLOCKED = "blocked"  # has no way to its stop now, because of walls, obstacles or silent robots; it tries again
     STOPPED = "stopped"  # was told to stop; it waits for the action `go_on`
     DONE = "done"  # all stops are finished, home included if the mission returns
 

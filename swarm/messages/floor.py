@@ -82,5 +82,6 @@ class ScenarioOnWire(Struct, frozen=True, kw_only=True):
     ]
     profile: Annotated[ProfileOnWire, says("the fuzzy controller")]
     starts: Annotated[
-        dict[Id, tuple[Metres, Metres, Angle]] | UnsetType, says("m, m, rad; start of each robot; only in a Map")
+        dict[Id, tuple[Metres, Metres, Angle]] | UnsetType,
+        says("m, m, rad; start of each robot, by name; only in a Map: a Welcome has the start of the robot itself"),
     ] = UNSET

@@ -47,8 +47,14 @@ class Sense(Message, frozen=True, kw_only=True):
         list[Angle | None],
         says("rad; of each *stop*, home too, relative to the heading, left positive; null: out of sight"),
     ]
-    hears: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that reach this robot")]
-    rays: Annotated[list[Length], says("m; every ray of the left, front and right sector, each from right to left")]
+    hears: Annotated[
+        list[tuple[Id, Count]],
+        says("broadcasts (robot, tick) that reach this robot: those of the tick before; it heeds no others"),
+    ]
+    rays: Annotated[
+        list[Length],
+        says("m; free distance along each ray, from the edge: left sector, front, right, each from right to left"),
+    ]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
     assigned: Annotated[

@@ -102,9 +102,18 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
 
     x: Annotated[Metres, says("m; its centre in the map")]
     y: Annotated[Metres, says("m")]
-    goal: Annotated[Cell, says("cell it drives to; -1: none")]
-    idle: Annotated[bool, says("it has no goal: it makes room, and is the last to choose a place")] = False
-    done: Annotated[bool, says("it has no stop left and only returns to the place where it must stand")] = False
+    goal: Annotated[
+        Cell,
+        says(
+            "cell it drives to: that of its stop; done: of the place where it must stand; idle: where it is; -1: none"
+        ),
+    ]
+    idle: Annotated[
+        bool, says("it has no stop left and may stand anywhere: a joint plan may send it wherever there is room")
+    ] = False
+    done: Annotated[
+        bool, says("it has no stop left; unless it is idle, it returns to the place where it must stand")
+    ] = False
     wants: Annotated[Tick, says("tick since which it has had this goal")] = 0
     ahead: Annotated[tuple[Cell, ...], says("cells of its way beyond the head")] = ()
     waits: Annotated[tuple[Id, ...], says("robots that it waits for")] = ()

@@ -74,6 +74,15 @@ class Seen(NamedTuple):
     since: Annotated[Seconds, says("s; time of the run at which that began; 0: before the run")]
 
 
+class PoolCounts(Message, frozen=True, kw_only=True):
+    """How far the pool is."""
+
+    given: Annotated[Count, says("targets that were ever put in")]
+    done: Annotated[Count, says("those that a robot has been at")]
+    taken: Annotated[Count, says("those that a robot drives to")]
+    waiting: Annotated[Count, says("those that no robot has")]
+
+
 class Clock(Message, frozen=True, kw_only=True):
     """The state of the run: sent on change and once a second."""
 
@@ -84,6 +93,7 @@ class Clock(Message, frozen=True, kw_only=True):
     robots: Annotated[list[Id], says("all robots of the run")]
     present: Annotated[list[Id], says("robots whose process is connected now")]
     presence: Annotated[dict[Id, Seen], says("whether each robot is there, and since when")] = {}
+    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
 
 
 class Event(Message, frozen=True, kw_only=True):
@@ -123,6 +133,9 @@ class Account(Message, frozen=True, kw_only=True):
     struck: Annotated[Count, says("those that began while it stood still")]
     stalled: Annotated[Count, says("times that it made no progress for long")]
     unreachable: Annotated[list[Count], says("stops that it has given up")]
+    standing: Annotated[
+        Seconds, says("s; during which its wheels stood, with a stop left and not told to stop, whatever it said")
+    ] = 0.0
 
 
 class RobotStatus(Message, frozen=True, kw_only=True):
@@ -136,15 +149,6 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     waits: Annotated[list[Id], says("robots that it waits for")]
     event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
     account: Annotated[Account | None, says("what the world has measured")] = None
-
-
-class PoolCounts(Message, frozen=True, kw_only=True):
-    """How far the pool is."""
-
-    given: Annotated[Count, says("targets that were ever put in")]
-    done: Annotated[Count, says("those that a robot has been at")]
-    taken: Annotated[Count, says("those that a robot drives to")]
-    waiting: Annotated[Count, says("those that no robot has")]
 
 
 class Status(Message, frozen=True, kw_only=True):

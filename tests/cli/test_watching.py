@@ -213,7 +213,7 @@ def test_a_watcher_asks_the_world_whether_the_last_stop_is_home(
     bus.keep(MAP, lambda: {MAP.key: Map(scenario=scenario, packed=packed)})
     bus.keep(STATE, lambda: {"robot/r1/state": state})
     with Command("watch", "--connect", str(endpoint), runtime=tmp_runtime) as watch:
-        assert watch.await_line("of all stops").endswith(f": {lane}")
+        assert watch.await_line("of the way").endswith(f": {lane}")
         while watch.process.poll() is None:
             bus.send(CLOCK, structs.replace(clock, tick=2, phase=Phase.OVER))
             assert bus.receive(0.05) is None

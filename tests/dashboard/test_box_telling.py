@@ -7,7 +7,7 @@ from dashboard.page import telling
 from dashboard.progress import Progress
 from dashboard.scene import scene_of
 from swarm.fuzzy import Controller, Profile
-from swarm.messages import Activity, Liveness, Map, Phase
+from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario
 from tests.dashboard.test_progress import clock, event, folded, state, truth
 
@@ -18,15 +18,16 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
         state(20, target=1, distance=4.0, reached=[True, False, False]),
         state(40, target=1, distance=3.0, reached=[True, False, False], activity=Activity.GIVE_WAY),
         msgspec.structs.replace(event(50), kind="contact", robot="a"),
-        clock(80),
+        msgspec.structs.replace(clock(80), pool=PoolCounts(given=5, done=2, taken=1, waiting=2)),
     )
     told = telling.overview(progress, home=True, link=True)
     assert (told.run, told.phase, told.time, told.contacts) == (1, Phase.RUNNING, 4.0, 1)
+    assert told.pool == PoolCounts(given=5, done=2, taken=1, waiting=2)
     first, second = told.robots
     assert (first.doing, first.target, first.left, first.waits) == ("gives way", 1, 3.0, 2.0)
     assert first.share == pytest.approx((1 + 0.25) / 3, abs=1e-4)
     assert (second.robot, second.stops, second.heard) == ("b", 0, Liveness.STALE)
-    assert told.share == pytest.approx(first.share / 2), "who has not spoken has not moved"
+    assert told.share == pytest.approx(first.share / 2, abs=1e-4), "who has not spoken has not moved"
 
 
 def test_before_the_world_speaks_there_is_an_overview_too() -> None:

@@ -1,12 +1,15 @@
+import re
 from io import StringIO
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console
+from rich.text import Text
 
 from dashboard.progress import Robot
-from dashboard.terminal import ROWS, Terminal, bar
+from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
-from swarm.messages import RADIO, Activity, Message, Phase
+from swarm.messages import RADIO, Activity, Event, Message, Phase, PoolCounts
 from tests.dashboard.rehearsal import RATE, Rehearsal
 from tests.dashboard.test_progress import broadcast, clock, state
 
@@ -40,10 +43,10 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
     lines = out.getvalue().splitlines()
     assert sum("reached" in line for line in lines) == 2 * 4
     assert "r1 reached home (4 of 4)" in out.getvalue()
-    regular = [line for line in lines if "of all stops" in line]
+    regular = [line for line in lines if "of the way" in line]
     seconds = rehearsal.ticks / RATE / 2.0
     assert len(regular) == pytest.approx(seconds / 5.0, abs=2)
-    assert regular[-1].endswith("100% of all stops, 2.0 x real time: r1 done, r2 done")
+    assert regular[-1].endswith("100% of the way, 2.0 x real time: r1 done, r2 done")
     assert out.getvalue().isascii()
 
 
@@ -60,7 +63,7 @@ def test_in_a_terminal_there_is_one_row_a_robot() -> None:
         terminal.fold(Presence("robot", "b", "session", True))
         terminal.fold(Presence("robot", "b", "session", False))
         console.print(terminal.renderable())
-    assert "stale" in capture.get()
+    assert "silent" in capture.get()
     assert "gone" in capture.get()
 
 
@@ -85,8 +88,24 @@ def test_a_large_fleet_is_summed_up() -> None:
     terminal.fold(arrival(clock(0, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
     with console.capture() as capture:
         console.print(terminal.renderable())
-    assert "and 7 more" in capture.get()
-    assert "and 39 more" in terminal.line()
+    assert f"{ROWS + 7} robots: {ROWS + 7} ready" in capture.get()
+    assert "r3" not in capture.get()
+    for tick in (40, 2000):
+        terminal.fold(arrival(clock(tick, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
+        for number in range(ROWS + 7):
+            waits = Activity.GIVE_WAY if number == 3 else Activity.DRIVE
+            terminal.fold(arrival(broadcast(tick, f"r{number}", activity=waits, distance=5.0 if tick == 40 else 2.0)))
+    with console.capture() as capture:
+        console.print(terminal.renderable())
+    assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in capture.get()
+    assert [word for word in capture.get().split() if word[:1] == "r" and word[1:].isdigit()] == ["r3"]
+    assert terminal.line().endswith("needs attention: r3 gives way 98 s")
+
+
+def test_the_headline_says_how_far_the_pool_is() -> None:
+    terminal = Terminal(Console(file=StringIO()), clock=Wall())
+    terminal.fold(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
+    assert "running,   0% of the way, 3 of 7 errands done" in terminal.line()
 
 
 def test_before_the_world_speaks_it_says_so() -> None:
@@ -147,6 +166,83 @@ def test_only_the_last_stop_of_a_scenario_that_returns_is_home(name: str) -> Non
     terminal.fold(arrival(state(40, assignment=assignment, reached=[True, True], target=2)))
     terminal.refresh()
     assert lines_of(out)[1].endswith(f"a reached {expected} (2 of 2)")
+
+
+def event(kind: str, text: str = "", robot: str | None = "a", tick: int = 50) -> Event:
+    return Event(run=1, tick=tick, time=tick / 20, robot=robot, kind=kind, text=text)
+
+
+DONE = state(40, activity=Activity.DONE, reached=[True] * 3, target=3)
+# fmt: off
+SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lines of trouble
+    "a contact":               ([event("contact", "touches wall")],                       ["2.5 s  a touches wall"]),
+    "a contact told twice":    ([event("contact", "touches wall")] * 2,                   ["2.5 s  a touches wall"]),
+    "two contacts":            ([event("contact", "touches wall", tick=tick) for tick in (20, 30)],
+                                ["1.0 s  a touches wall", "1.5 s  a touches wall"]),
+    "two robots that touch":   ([event("contact", "touches robot b"), event("contact", "touches robot a", "b")],
+                                ["2.5 s  a touches robot b"]),
+    "three robots that touch": ([event("contact", f"touches robot {b}", a) for a, b in ("ab", "ba", "bc", "cb")],
+                                ["2.5 s  a touches robot b", "2.5 s  b touches robot c"]),
+    "they touch once more":    ([event("contact", "touches robot b", tick=20), event("contact", "touches robot a", "b", tick=50)],
+                                ["1.0 s  a touches robot b", "2.5 s  b touches robot a"]),
+    "who is gone":             ([event("gone", "x")],
+                                ["2.5 s  a is gone: its process has ended; it stands until it is started again"]),
+    "who is gone when done":   ([DONE, event("gone", "x"), event("left", "x"), event("lost", "x")], []),
+    "who touches when done":   ([DONE, event("contact", "touches robot b")],              ["2.5 s  a touches robot b"]),
+    "who is gone at the end":  ([clock(45, phase=Phase.OVER), event("gone", "x")],        []),
+    "who is lost":             ([event("lost", "x")],
+                                ["2.5 s  a is lost: it has been away for long, and the run may end without it"]),
+    "no way to a stop":        ([event("unreachable", "gives up target 2: no path leads there")],
+                                ["2.5 s  a gives up target 2: no path leads there"]),
+    "no way for any":          ([event("unsolvable", "no way exists for a, b to reach their targets together")],
+                                ["2.5 s  a says that no way exists for a, b to reach their targets together"]),
+    "a refused change":        ([event("edit_refused", "outside", None)],
+                                ["2.5 s  a change of the floor was refused: outside"]),
+    "what needs no attention": ([event("joint_plan", "made a joint plan"), event("reached", "is at target 1")], []),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+@pytest.mark.parametrize("on_terminal", [False, True])
+@pytest.mark.parametrize("name", SAID)
+def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_terminal: bool, quiet: bool) -> None:
+    heard, expected = SAID[name]
+    out = StringIO()
+    console = Console(file=out, force_terminal=on_terminal, width=80, no_color=True)
+    with Terminal(console, quiet=quiet, clock=Wall()) as terminal:
+        for message in (clock(0), *heard):
+            terminal.fold(arrival(message))
+            terminal.refresh()
+    lines = [line.strip() for line in Text.from_ansi(out.getvalue()).plain.splitlines()]
+    assert [line for line in lines if re.match(r"[\d.]+ s  [abc] ", line) and "reached" not in line] == expected
+    assert not quiet or lines == expected, "quiet prints nothing else"
+
+
+def test_what_the_launcher_has_told_is_not_told_again() -> None:
+    out = StringIO()
+    with Terminal(Console(file=out, width=80), quiet=True, clock=Wall()) as terminal:
+        terminal.fold(arrival(clock(0)))
+        terminal.explain(["a"], ["gone", "lost"])
+        for tick, kind in ((20, "gone"), (30, "back"), (40, "gone"), (60, "lost")):
+            terminal.fold(arrival(event(kind, "is back", tick=tick)))
+        terminal.fold(arrival(event("gone", robot="b", tick=80)))
+    assert [line.split(";")[0].strip() for line in out.getvalue().splitlines()] == [
+        "1.5 s  a is back",
+        "2.0 s  a is gone: its process has ended",
+        "4.0 s  b is gone: its process has ended",
+    ]
+
+
+def test_a_terminal_breaks_lines_between_words_only_and_a_file_never() -> None:
+    address = "http://127.0.0.1:36657/?token=" + 60 * "x"
+    for on_terminal, lines in (
+        (True, ["watch it:", f"    {address}", "    or not"]),
+        (False, [f"watch it: {address} or not"]),
+    ):
+        out = StringIO()
+        tell(Console(file=out, force_terminal=on_terminal, width=80), f"watch it: {address} or not")
+        assert out.getvalue().splitlines() == lines
 
 
 def test_the_end_is_told_once() -> None:

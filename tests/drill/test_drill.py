@@ -54,11 +54,12 @@ def test_what_a_machine_lacks_is_said(monkeypatch: pytest.MonkeyPatch, capsys: p
 @pytest.mark.parametrize(
     ("row", "pace"), [pytest.param(row, pace, id=f"{row.name}-{pace}") for row in TABLE for pace in row.paces]
 )
-def test_every_row_passes(row: Row, pace: str) -> None:
-    outcome = run.one(row, pace)
+def test_every_row_passes(row: Row, pace: str, tmp_path: Path) -> None:
+    outcome = run.one(row, pace, tmp_path)
     if outcome.outcome == "skip":
         pytest.skip(outcome.seen)
-    assert outcome.outcome == "pass", outcome.seen
+    printed = "\n".join(kept.read_text(encoding="utf-8") for kept in tmp_path.glob("*/out.txt"))
+    assert outcome.outcome == "pass", f"{outcome.seen}\n{printed}"
 
 
 @pytest.mark.processes
@@ -70,7 +71,7 @@ def test_a_row_is_told_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.processes
-def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     left: list[subprocess.Popen[bytes]] = []
 
     def leave(live: Live) -> None:
@@ -78,11 +79,14 @@ def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPat
         left.append(subprocess.Popen([sys.executable, "-c", sleeps], env=os.environ | {MARK: live._mark}))
 
     monkeypatch.setattr("swarm.launch.drill.live.LEAVING", 0.1)
-    outcome = run.one(Row("leaves", "leaves a process", leave, laws=(), tick=1), LOCKSTEP)
+    outcome = run.one(Row("leaves", "leaves a process", leave, laws=(), tick=1), LOCKSTEP, tmp_path)
     assert left[0].wait(10.0) == -9, "the drill ends what is left"
     assert outcome.outcome == "fail"
     assert "nothing left: " in outcome.seen
     assert f"left: process {left[0].pid} (" in outcome.seen
+    (kept,) = tmp_path.iterdir()
+    assert kept.name.startswith("leaves-max-")
+    assert {"drill.yaml", "out.txt", "report.json"} <= {path.name for path in kept.iterdir()}
 
 
 @pytest.mark.processes

@@ -11,6 +11,7 @@ from tests.launch.actors import (
     SMALL,
     Fleet,
     assert_the_same_run,
+    await_clock,
     await_event,
     in_process,
     run_with_world_killed_at,
@@ -48,6 +49,9 @@ def test_errands_outlive_a_robot_and_the_world(
         assert "expected free floor, got a wall or obstacle" in capsys.readouterr().err
         assert main(["go"]) == 0
         await_event(bus, lambda event: event.kind == "errand" and event.robot == "r1")
+        told = await_clock(bus, lambda clock: clock.pool is not None and clock.pool.given == 6)
+        assert told.pool is not None
+        assert told.pool.done + told.pool.taken + told.pool.waiting == 6
         fleet.member("r1").kill()
         fleet.await_line("r1 was ended by signal 9; started again")
         fleet.member("world").kill()

@@ -34,6 +34,39 @@ def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_
     assert not list(tmp_runtime.glob("zenoh-swarm-*/*/")), "the fleet's folder is left"
 
 
+MOVER = """\
+movers:
+  - radius: {}
+    speed: {}
+    waypoints: {}
+"""
+ONE_RAY = "sensors: {rays: 1, front_half_width_deg: 0.0, side_half_width_deg: 0.0}\n"  # it misses what is thin
+# fmt: off
+TOUCHED = {  # what more the scenario has: the exit status
+    "a robot that stood":                   (MOVER.format(0.25, 0.8, "[[5.0, 0.6], [5.0, 7.4]]"), 0),
+    "a robot that a mover caught up with":  (MOVER.format(0.25, 0.8, "[[1.0, 2.0], [9.9, 2.0]]"), 0),
+    "a robot that drove into a slow mover": (ONE_RAY + MOVER.format(0.05, 0.02, "[[6.0, 2.15], [7.0, 2.15]]"), 1),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("whom", TOUCHED)
+def test_a_contact_that_a_robot_could_have_avoided_is_in_the_exit_status(
+    small: Path, tmp_runtime: Path, whom: str
+) -> None:
+    more, status = TOUCHED[whom]
+    small.write_text(SMALL + more)
+    with Fleet(small, "--pace", "max", runtime=tmp_runtime) as fleet:
+        assert fleet.end() == status, fleet.text
+        report = fleet.report()
+        said = next(line for line in fleet.text.splitlines() if "exit status" in line)
+    assert_the_same_run(report, in_process(load(small), 2, 1))
+    assert report["complete"]
+    assert report["contacts"]["obstacle"] > 0
+    assert report["passed"] == (status == 0) == (report["avoidable_contacts"] == 0)
+    assert said.strip().startswith(f"exit status {status}: complete, ")
+
+
 def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path) -> None:
     with Fleet(PAPER, "--pace", "10", "--seed", "3", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text

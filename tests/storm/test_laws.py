@@ -243,16 +243,6 @@ def backwards(name: str, words: Broadcast) -> Broadcast:
     return changed(words, distance=-1.0) if name == "r1" else words
 
 
-def pushed_into_a_wall(history: History, *, left: bool) -> History:
-    """A moving obstacle strikes r1 and touches it until it touches a wall; or has ``left`` it before."""
-    pushed = range(TICK - 6, TICK - 3 if left else TICK)
-    touched = with_moments(
-        history, lambda moment: moment._replace(touching=frozenset({0})) if moment.tick in pushed else moment
-    )
-    contacts = [(TICK - 6, Contact(0, "obstacle", None), True), (TICK, Contact(0, "wall", None), False)]
-    return replace(touched, contacts=contacts)
-
-
 def sensing(history: History, from_tick: int, **fields: object) -> History:
     """Change what r1 senses from a tick on."""
 
@@ -272,9 +262,8 @@ def older_number(history: History) -> History:
 # fmt: off
 PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the law that speaks, how to plant it
     ("an exception", "no exception", lambda h: replace(h, crash="Traceback\nValueError: no such cell")),
-    ("a wall touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "wall", None), False)])),
-    ("a wall touched after a push", "no contact", lambda h: pushed_into_a_wall(h, left=True)),
-    ("a robot touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)])),
+    ("a wall touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "wall", None), True)])),
+    ("a robot touched", "no contact", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)])),
     ("a cell held twice", "no overlap", overlap),
     ("a cell out of nowhere", "no hold without a claim", unclaimed),
     ("a claim nobody agreed to", "no hold without a claim", deaf_ear),
@@ -332,12 +321,12 @@ def test_every_law_has_a_planted_violation() -> None:
 
 # fmt: off
 EXCUSED: list[tuple[str, Callable[[History], History]]] = [
-    ("who is pushed into a wall is not to blame", lambda h: pushed_into_a_wall(h, left=False)),
-    ("who was struck is not to blame", lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)])),
+    ("who could not have stopped is not to blame",
+     lambda h: replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)])),
     ("who drives unconstrained claims nothing", lambda h: holding(h, "r1", far_cell(h), unconstrained=True)),
     ("a cell may be claimed for two steps of a way", claimed_twice),
     ("who was pushed may be anywhere",
-     lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), True)], moments=h.moments[: TICK + 50],
+     lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)], moments=h.moments[: TICK + 50],
                                report={}))),
     ("what a look found empty may be taken", lambda h: told_of_a_third(h, (Sighting(0, empty=True, tick=1),))),
     ("a silent robot's cells are waited for", lambda h: waiting_for_the_silent(h, lambda: (min(held(h, "r2", -2)),))),

@@ -363,7 +363,7 @@ def test_the_limits_of_a_search_that_is_told_none() -> None:
 def test_the_search_of_one_at_a_time_keeps_60000_configurations_at_most() -> None:
     for kept, expansions in ((59_999, 1), (60_000, 0)):
         once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
-        once._parents.update({(-number,): None for number in range(1, kept)})
+        once._kept += [b""] * (kept - 1)
         assert once.advance(1) is State.RUNNING
         assert once.expansions == expansions
 

@@ -12,8 +12,9 @@ from swarm.geometry import Pose
 from swarm.maps.text import from_text
 from swarm.messages import Activity, Command
 from tests.shared import scenario_of
+from world.blame import MOVES
 from world.bodies import Contact
-from world.recorder import MOVES, PARTED, Recorder
+from world.recorder import PARTED, Recorder
 from world.world import REST
 
 SCENARIO = scenario_of()
@@ -67,7 +68,7 @@ def test_a_touch_counts_when_it_begins_and_was_let_go_of_before(name: str) -> No
     for tick in range(30):
         record.poses([A])
         touching = [WALL] if tick in begins or tick in lasting else []
-        fresh = record.contacts([WALL] if tick in begins else [], touching, [STANDS])
+        fresh = record.contacts([WALL] if tick in begins else [], touching, [STANDS], [A])
         counted += [tick] * len(fresh)
     assert counted == counting
     assert record.contact_counts[0] == {"wall": len(counting)}
@@ -76,7 +77,7 @@ def test_a_touch_counts_when_it_begins_and_was_let_go_of_before(name: str) -> No
 def test_contacts_are_each_robots_own_and_of_a_kind() -> None:
     record = recorder(A, B)
     both = [WALL, OTHER, Contact(1, "robot", 0), BOX]
-    assert record.contacts(both, both, [STANDS, STANDS]) == both
+    assert record.contacts(both, both, [STANDS, STANDS], [A, B]) == both
     assert [dict(counts) for counts in record.contact_counts] == [
         {"wall": 1, "robot": 1, "obstacle": 1},
         {"robot": 1},
@@ -98,7 +99,7 @@ def test_contacts_are_each_robots_own_and_of_a_kind() -> None:
 )
 def test_who_stands_is_struck(wheels: tuple[float, float], struck: int) -> None:
     record = recorder(A, B)
-    record.contacts([WALL], [WALL], [wheels, (1.0, 1.0)])
+    record.contacts([WALL], [WALL], [wheels, (1.0, 1.0)], [A, B])
     assert record.struck == [struck, 0]
 
 
@@ -106,7 +107,7 @@ def test_a_touch_that_does_not_count_strikes_nobody() -> None:
     record = recorder()
     for _ in range(3):
         record.poses([A])
-        record.contacts([WALL], [WALL], [STANDS])
+        record.contacts([WALL], [WALL], [STANDS], [A])
     assert record.struck == [1]
 
 
@@ -157,6 +158,13 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     for activity in activities:
         record.doing([doing(activity), doing()])
     assert record.waiting == [ticks * DT, 0.0]
+
+
+def test_who_stands_is_told_by_the_wheels_and_only_with_a_stop_left() -> None:
+    record = recorder(A, B)
+    record.stood([0, None], [(0.0, 0.0), (0.0, 0.0)])
+    record.stood([0, 1], [(0.2, -0.2), (0.0, 0.005)])  # one that turns in place does not stand
+    assert record.standing == [DT, DT]
 
 
 # --- stops ---

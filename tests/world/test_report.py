@@ -125,26 +125,26 @@ STEERING = {  # nobody was given any sense to ask the tables about, and nobody t
     "steering.scaled.time": 0.0, "steering.scaled.mean": 1.0,
 }
 ALWAYS: dict[str, Any] = {
-    "scenario": "by hand", "seed": 17, "robots": 4, "robots_per_process": 2, "pace": "2.0", "complete": False, "reason": "nobody moves",
+    "scenario": "by hand", "seed": 17, "robots": 4, "robots_per_process": 2, "pace": "2.0", "complete": False, "passed": False, "reason": "nobody moves",
     "lost": ["r2"], "reproducible": False, "not_reproducible": ["why"],
     "sim_time": pytest.approx(TICKS * DT), "wall_time": 7.0, "real_time_factor": pytest.approx(TICKS * DT / 7.0),
     "ticks": TICKS, "late_commands": 3, **{f"tick_wall.{name}": seconds for name, seconds in TICK_WALL.items()},
-    "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0,  # r3 and r4 touch once, though each says so
+    "contacts.robot": 1, "contacts.wall": 1, "contacts.obstacle": 0, "avoidable_contacts": 2,  # r3 and r4 touch once, though each says so
     "clearance_min": pytest.approx(0.0, abs=SINKS),
     **STEERING,
 }
 ROBOTS: dict[str, dict[str, Any]] = {
     "r1": {"targets": 1, "reached": [pytest.approx(ARRIVES * DT)], "path_length": pytest.approx(LENGTH),
-           "shortest_length": pytest.approx(0.24), "waiting": 0.0, "replans": 2, "contacts": 0, "struck": 0,
+           "shortest_length": pytest.approx(0.24), "waiting": 0.0, "standing": 0.0, "replans": 2, "contacts": 0, "struck": 0,
            "stalled": 0, "laps": 0, "unreachable": []},
     "r2": {"targets": 2, "reached": [None, None], "path_length": pytest.approx(CREPT, abs=SINKS),
-           "shortest_length": pytest.approx(0.29 + 1.0), "waiting": pytest.approx(8 * DT), "replans": 0, "contacts": 1,
+           "shortest_length": pytest.approx(0.29 + 1.0), "waiting": pytest.approx(8 * DT), "standing": pytest.approx((TICKS - PRESSES) * DT), "replans": 0, "contacts": 1,
            "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
     "r3": {"targets": 1, "reached": [None], "path_length": pytest.approx(SHARED, abs=1e-6), "shortest_length": None,
-           "waiting": pytest.approx(WAITED * DT), "waits_for.r4": pytest.approx(WAITED * DT), "replans": 7, "contacts": 1, "struck": 1, "stalled": 0,
+           "waiting": pytest.approx(WAITED * DT), "waits_for.r4": pytest.approx(WAITED * DT), "standing": 0.0, "replans": 7, "contacts": 1, "struck": 1, "stalled": 0,
            "laps": 0, "unreachable": [0]},
     "r4": {"targets": 1, "reached": [None], "path_length": pytest.approx(0.01 + SHARED, abs=1e-6),
-           "shortest_length": pytest.approx(1.01), "waiting": 0.0, "replans": 0, "contacts": 1, "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
+           "shortest_length": pytest.approx(1.01), "waiting": 0.0, "standing": pytest.approx((TICKS - PRESSES) * DT), "replans": 0, "contacts": 1, "struck": 0, "stalled": 1, "laps": 0, "unreachable": []},
 }
 TRAFFIC: dict[str, Any] = {  # what the watch saw
     "conflicts": 2, "joint_plans": 1,

@@ -5,12 +5,11 @@ from itertools import combinations
 from math import hypot
 from typing import Final
 
-from swarm.geometry import distance
 from swarm.traffic.cells import OUTSIDE
 from world.faults import SILENT, Health
 from world.storm.growth import growth
 from world.storm.history import History, Moment
-from world.storm.seen import EXACT, Found, cells_at, claims_of, pushes, was_pushed
+from world.storm.seen import Found, cells_at, claims_of, pushes, was_pushed
 from world.storm.told import Told
 
 NEAR: Final = 2.5  # cells; a robot this near to a cell must acknowledge a claim for it, if the claimant heard it lately
@@ -20,45 +19,12 @@ BACK: Final = 200  # ticks after a silence in which a robot and those that could
 
 
 def no_contact(history: History) -> Found:
-    """Check that no robot touched anything that it could have avoided by stopping.
-
-    A robot that stood still is not blamed, and neither is one that a moving obstacle ran into, or pushes just then.
-    """
-    for tick, contact, struck in history.contacts:
-        if struck or _is_being_pushed(history, tick, contact.robot):
-            continue
+    """Check that no robot touched anything that it could have avoided by stopping."""
+    for tick, contact, avoidable in history.contacts:
         name = history.robots[contact.robot]
-        if name in history.mute:
-            continue
-        if contact.kind == "obstacle" and _mover_came(history, tick, contact.robot):
-            continue
-        other = f" {history.robots[contact.other]}" if contact.other is not None else ""
-        yield tick, (name,), f"{name} touched {contact.kind}{other}"
-
-
-def _is_being_pushed(history: History, tick: int, number: int) -> bool:
-    """Return True if a moving obstacle has touched the robot in an earlier tick and has not left it since."""
-    met = {when for when, contact, _ in history.contacts if (contact.robot, contact.kind) == (number, "obstacle")}
-    while tick > 0 and number in history.moments[tick - 1].touching:
-        tick -= 1
-        if tick in met:
-            return True
-    return False
-
-
-def _mover_came(history: History, tick: int, number: int) -> bool:
-    """Return True if a moving obstacle closed the gap faster than the robot did."""
-    now, before = history.moments[min(tick, len(history.moments) - 1)], history.moments[max(0, tick - 2)]
-    pose, was = now.poses[number], before.poses[number]
-    for mover, mover_was in zip(now.movers, before.movers, strict=True):
-        apart = distance(pose, mover)
-        if apart > 3 * history.settings.robot.radius:
-            continue
-        ux, uy = (mover.x - pose.x) / apart, (mover.y - pose.y) / apart
-        mine = (pose.x - was.x) * ux + (pose.y - was.y) * uy
-        its = -((mover.x - mover_was.x) * ux + (mover.y - mover_was.y) * uy)
-        return its >= mine - EXACT
-    return False
+        if avoidable and name not in history.mute:
+            other = f" {history.robots[contact.other]}" if contact.other is not None else ""
+            yield tick, (name,), f"{name} touched {contact.kind}{other}"
 
 
 def no_overlap(history: History) -> Found:

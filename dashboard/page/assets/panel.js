@@ -59,11 +59,12 @@ function totals(told) {
   }
   const shown = Object.entries(counts).filter(([word, value]) => value || ["drive", "wait", "done"].includes(word));
   if (told.contacts) shown.push(["contacts", told.contacts]);
+  if (told.pool) shown.push(["in the pool", told.pool.waiting], ["on the way", told.pool.taken], ["visited", told.pool.done]);
   const text = JSON.stringify(shown);
   if ($("totals").dataset.told !== text) {
     $("totals").dataset.told = text;
     $("totals").replaceChildren(...shown.map(([word, value]) => {
-      const chip = element("span", `chip ${word}${value ? "" : " none"}`);
+      const chip = element("span", `chip ${word.replaceAll(" ", "_")}${value ? "" : " none"}`);
       chip.append(element("b", "", String(value)), ` ${word}`);
       return chip;
     }));

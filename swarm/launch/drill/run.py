@@ -1,6 +1,8 @@
 """Runs rows of the table and returns what came of each."""
 
+import shutil
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -42,16 +44,16 @@ def chosen(names: Iterable[str]) -> list[Row]:
     return [rows[name] for name in names] or list(TABLE)
 
 
-def drilled(rows: Iterable[Row], repeat: int) -> Iterator[Outcome]:
-    """Run each row at each of its paces, ``repeat`` times."""
+def drilled(rows: Iterable[Row], repeat: int, keep: Path | None = None) -> Iterator[Outcome]:
+    """Run each row at each of its paces, ``repeat`` times; ``keep`` is where the files of those that fail are kept."""
     for row in rows:
         for pace in row.paces:
             for _ in range(repeat):
-                yield one(row, pace)
+                yield one(row, pace, keep)
 
 
-def one(row: Row, pace: str) -> Outcome:
-    """Run a row at a pace and judge it."""
+def one(row: Row, pace: str, keep: Path | None = None) -> Outcome:
+    """Run a row at a pace and judge it; if it fails, keep its scenario, output and report in a folder in ``keep``."""
     if lacks := row.lacks():
         return Outcome(row.name, pace, "skip", 0.0, lacks)
     begun = monotonic()
@@ -60,6 +62,9 @@ def one(row: Row, pace: str) -> Outcome:
             wrong = broken(row.laws_at(pace), _performed(row, pace, Path(folder)))
         except SwarmError as fault:
             wrong = [f"the fault could not be injected: {' '.join(str(fault).split())}"]
+        if wrong and keep is not None:
+            with suppress(shutil.Error):  # sockets cannot be copied
+                shutil.copytree(folder, keep / f"{row.name}-{pace}-{Path(folder).name}")
     return Outcome(row.name, pace, "fail" if wrong else "pass", monotonic() - begun, "; ".join(wrong))
 
 
