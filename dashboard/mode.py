@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from importlib.util import find_spec
-from os import SEEK_END
 from pathlib import Path
 from socket import gethostname
 from typing import Final, Literal, cast
@@ -14,8 +13,6 @@ ASKED: Final = ("auto", "viewer", "web", "box", "off")
 BOX: Final = "box"  # the page of dashboard/page, which needs no Rerun
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
-FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that was finished
-FOOTER_ROOM: Final = 32  # bytes
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
@@ -86,13 +83,3 @@ def viewer_program() -> Path | None:
     places = spec.submodule_search_locations if spec is not None else None
     found = [Path(place) / name for place in places or () for name in ("rerun", "rerun.exe")]
     return next((path for path in found if path.is_file()), None)
-
-
-def is_whole(recording: Path) -> bool:
-    """Return True if a recording has the footer that Rerun writes at its end; a file that is cut has none."""
-    try:
-        with recording.open("rb") as file:
-            file.seek(-min(FOOTER_ROOM, recording.stat().st_size), SEEK_END)
-            return FOOTER in file.read(FOOTER_ROOM)
-    except OSError:
-        return False

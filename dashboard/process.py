@@ -1,21 +1,20 @@
 """The dashboard process: it listens, folds messages, draws twice a second, and ends with the run."""
 
-import ctypes
-import signal
-import socket
+import os
 import subprocess
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
 from dashboard.hearing import Radio
-from dashboard.mode import LOOPBACK, Mode, page_address, viewer_program
+from dashboard.mode import LOOPBACK, Mode, viewer_program
 from dashboard.progress import presence
 from dashboard.show import Show
 from dashboard.view import Recorder
 from dashboard.view.recorder import SMALLER
+from dashboard.viewer_page import QUIET, ViewerPage
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
 from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, STATE, STATUS, TRUTH, Phase, Topic
@@ -24,8 +23,6 @@ from swarm.stopping import told_to_stop
 DRAW_EVERY: Final = 0.5  # s, wall time
 KEEP_EVERY: Final = 2.0  # s, wall time between two accounts in the file: a dashboard that is killed loses no more
 ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
-SERVED: Final = 20.0  # s, wall time for the program that serves the page to start
-SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
 LISTEN: Final[tuple[Topic[Any], ...]] = (STATE, PLAN, TRUTH, CLOCK, EVENT, MAP, STATUS)
@@ -68,7 +65,7 @@ def run(
 
         opened: Callable[[str], None] = log  # off-screen there is nothing to open
         if mode == "web":
-            opened = Page(bind, page, data, log)
+            opened = ViewerPage(_rerun(), bind, page, data, log)
             closing.callback(opened.close)
         elif mode == "viewer":
             opened = ViewerWindow(log)
@@ -132,7 +129,7 @@ def _catch_up(bus: Bus, show: Show) -> None:
                 show.take(message)
 
 
-def _rerun() -> str:
+def _rerun() -> Path:
     """Return the program of Rerun.
 
     Raises:
@@ -141,53 +138,7 @@ def _rerun() -> str:
     program = viewer_program()
     if program is None:
         raise ConfigError("dashboard: expected the program `rerun`, found none; install rerun-sdk, or run without")
-    return str(program)
-
-
-def _end_with_us() -> None:
-    """Let Linux end this process, a child, when the dashboard ends, whatever ended that."""
-    with suppress(OSError, AttributeError):  # another system
-        ctypes.CDLL(None).prctl(SET_DEATH_SIGNAL, signal.SIGTERM)
-
-
-class Page:
-    """The page with the web viewer. Rerun's library would serve it on all addresses; its program takes the address."""
-
-    def __init__(self, bind: str, port: int, data: int, log: Callable[[str], None]) -> None:
-        self._bind, self._port, self._data, self._log = bind, port, data, log
-        self._process: subprocess.Popen[bytes] | None = None
-        self._program = _rerun()
-
-    def __call__(self, url: str) -> None:
-        """Serve the page until ``close``, and log its address.
-
-        Raises:
-            ConfigError: the program ended, or did not answer in time.
-        """
-        quiet = subprocess.DEVNULL
-        place = ["--bind", self._bind.strip("[]"), "--web-viewer-port", str(self._port)]
-        arguments = [self._program, url, "--serve-web", *place]
-        self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=_end_with_us)
-        deadline = monotonic() + SERVED
-        while not self._answers():
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(0.05)
-            if self._process.returncode is not None or monotonic() > deadline:
-                raise ConfigError(f"dashboard: expected a page on port {self._port}, got none; try --dashboard off")
-        self._log(f"dashboard: {page_address(self._port, self._data, self._bind)}")
-
-    def _answers(self) -> bool:
-        try:
-            socket.create_connection((self._bind.strip("[]"), self._port), 1.0).close()
-        except OSError:
-            return False
-        return True
-
-    def close(self) -> None:
-        """Close the page if it is served."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait(5)
+    return program
 
 
 class ViewerWindow:
@@ -202,8 +153,10 @@ class ViewerWindow:
         """Open the viewer at an address."""
         self._log(f"dashboard: {url}")
         quiet = subprocess.DEVNULL
-        arguments = [self._program, url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK]
-        self._process = subprocess.Popen(arguments, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
+        arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK]
+        self._process = subprocess.Popen(
+            arguments, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | QUIET, start_new_session=True
+        )
 
     def close(self) -> None:
         """Close the viewer if it is open."""

@@ -6,7 +6,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from dashboard.mode import is_whole, viewer_program
+from dashboard.frames import is_whole
+from dashboard.mode import viewer_program
 
 LARGEST: Final = 1_000_000_000  # bytes; Rerun's program holds the whole recording in memory
 
@@ -14,7 +15,7 @@ LARGEST: Final = 1_000_000_000  # bytes; Rerun's program holds the whole recordi
 def compact(recording: Path, within: float) -> None:
     """Make a recording smaller. It stays as it is if that takes longer than ``within`` [s], or fails in any way."""
     program = viewer_program()
-    if program is None or not recording.is_file() or not is_whole(recording) or recording.stat().st_size > LARGEST:
+    if program is None or not is_whole(recording) or recording.stat().st_size > LARGEST:
         return
     part = recording.with_name(f".{recording.name}.part")
     quiet = subprocess.DEVNULL

@@ -9,8 +9,7 @@ import rerun
 import rerun.chunk
 
 from dashboard.account import Saved, read
-from dashboard.mode import is_whole
-from dashboard.view.frames import readable, written_by
+from dashboard.frames import is_whole, readable, written_by
 from dashboard.view.layout import ACCOUNT, APPLICATION, TIMELINE
 from swarm.errors import ConfigError
 

@@ -1,12 +1,14 @@
 """The destinations of recordings: a server that viewers connect to, and files."""
 
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 from typing import Final
 
 import rerun as rr
 
+from dashboard.frames import finish
 from dashboard.mode import ANY, LOOPBACK
 from dashboard.scene import Scene
 from dashboard.view.compaction import compact
@@ -50,7 +52,7 @@ class Recorder:
         elif self.url is not None:
             sinks.append(rr.GrpcSink(self.url))
         if self._record is not None:
-            sinks.append(rr.FileSink(str(self._file()), write_footer=True))
+            sinks.append(rr.FileSink(str(self._file()), write_footer=False))
         plan = blueprint(scene)
         try:
             stream.set_sinks(*sinks, default_blueprint=plan)
@@ -75,13 +77,17 @@ class Recorder:
         return self._record is not None
 
     def close(self, within: float = SMALLER) -> None:
-        """Finish all recordings: what is under way is sent, the files get their footers.
+        """Finish all recordings: what is under way is sent, the files get their ends.
 
-        Then the files are made smaller, the newest first, as far as ``within`` [s] suffices.
+        Rerun would keep an index of all chunks, gigabytes in a day, to write it at the end. Its program writes one when
+        it makes the files smaller: the newest first, as far as ``within`` [s] suffices.
         """
         for stream in reversed(self._streams):
             stream.disconnect()
         self._streams.clear()
+        for file in self._files:
+            with suppress(OSError):  # the disk is full: then the file is cut
+                finish(file)
         until = monotonic() + within
         for file in reversed(self._files):
             if (left := until - monotonic()) > 0.0:

@@ -1,5 +1,6 @@
 """Reads a recording back without the code that wrote it."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ class Recording:
     """The chunks of an ``.rrd`` file."""
 
     def __init__(self, path: Path) -> None:
-        self._chunks = [chunk for chunk in rerun.chunk.RrdReader(str(path)).stream() if chunk.num_rows]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that it has no index
+            self._chunks = [chunk for chunk in rerun.chunk.RrdReader(str(path)).stream() if chunk.num_rows]
 
     @property
     def entities(self) -> set[str]:

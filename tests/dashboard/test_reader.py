@@ -9,6 +9,7 @@ import pytest
 import rerun as rr
 from msgspec.structs import replace
 
+from dashboard.frames import is_whole
 from dashboard.show import Show
 from dashboard.view import Recorder
 from swarm.cli import main
@@ -142,3 +143,20 @@ def test_the_file_of_a_dashboard_that_was_started_again_is_named(good: bytes, tm
     second.write_bytes(good)
     (note,) = analysed(first, capsys)["notes"][1:]
     assert note == f"the dashboard was started again, and {second} goes on with this run; analyze that file"
+
+
+@pytest.mark.parametrize("less", [0, 1, 16, 17, 40])
+def test_a_recording_without_an_index_is_whole_if_it_has_its_end(good: bytes, less: int, tmp_path: Path) -> None:
+    """The index is written when the file is made smaller, which may be impossible."""
+    path = tmp_path / "run.rrd"
+    path.write_bytes(good[: len(good) - less])
+    assert is_whole(path) is (less == 0)
+    path.write_bytes(good[: len(good) - 16 - 8] + bytes(24))
+    assert is_whole(path), "zeros are data too"
+    path.write_bytes(good[: len(good) - 24] + bytes(16))
+    assert not is_whole(path), "zeros at a cut are no end"
+
+
+@pytest.mark.parametrize("path", ["/dev/full", "/dev/zero", "/nowhere/run.rrd", "/tmp"])
+def test_what_is_no_file_is_not_whole(path: str) -> None:
+    assert not is_whole(Path(path))

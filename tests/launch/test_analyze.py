@@ -3,14 +3,13 @@
 import json
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from dashboard.account import read
-from dashboard.view.frames import readable
+from dashboard.frames import readable
 from dashboard.view.layout import ACCOUNT
 from dashboard.view.reader import read_texts
 from swarm.cli import main
@@ -125,8 +124,7 @@ def has_account(record: Path) -> bool:
 
 def assert_shows_all(second: Path, first: Path, over: float) -> None:
     """Check that the second file shows the run from what the first one has up to its end [s]."""
-    with readable(first) as file, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that it has no footer
+    with readable(first) as file:
         before = Recording(file).rows("/world/robots", "Points2D:positions")
     rows = Recording(second).rows("/world/robots", "Points2D:positions")
     assert rows[: len(before)] == before

@@ -1,0 +1,134 @@
+"""The page with Rerun's web viewer, which may ask no other host than the one it came from.
+
+Rerun's program serves the page to this process only. This process hands it on with a content security policy: the
+browser then refuses the viewer's own requests for fonts, updates and telemetry.
+"""
+
+import http.client
+import os
+import re
+import shutil
+import socket
+import subprocess
+from collections.abc import Callable
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from threading import Thread
+from time import monotonic
+from typing import Final
+
+from dashboard.ending import end_with_us
+from dashboard.mode import LOOPBACK, page_address
+from swarm.bus import Endpoint
+from swarm.errors import ConfigError
+
+STARTED: Final = 20.0  # s, wall time for Rerun's program to answer
+SILENT: Final = 30.0  # s without a word, after which a connection is dropped
+FILES: Final = frozenset({"/", "/favicon.ico", "/favicon.svg", "/re_viewer.js", "/re_viewer_bg.wasm", "/sw.js"})
+HOST: Final = re.compile(r"[A-Za-z0-9.-]{1,253}|\[[0-9a-fA-F:.]{2,45}\]")
+QUIET: Final = {"RERUN_ANALYTICS": "0"}  # for Rerun's program itself: it asks nobody either
+
+
+def policy(hosts: list[str], data: int) -> str:
+    """Return the content security policy of a page: its scripts are its own, and it may ask for data at ``hosts``.
+
+    >>> policy(["127.0.0.1"], 9876).split("; ")[1]
+    "connect-src 'self' http://127.0.0.1:9876"
+    """
+    sources = " ".join(f"http://{host}:{data}" for host in hosts)
+    scripts = "'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval'"  # what Rerun's page is made of
+    return (
+        f"default-src 'self'; connect-src 'self' {sources}; script-src 'self' {scripts}; "
+        "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; worker-src 'self' blob:; form-action 'none'"
+    )
+
+
+class ViewerPage:
+    """The page, served on one address. The data comes from the port ``data``; ``bind`` is where both listen."""
+
+    def __init__(self, program: Path, bind: str, port: int, data: int, log: Callable[[str], None]) -> None:
+        self._bind, self._port, self._data, self._log = bind, port, data, log
+        self._program = program
+        self._process: subprocess.Popen[bytes] | None = None
+        self._server: ThreadingHTTPServer | None = None
+
+    def __call__(self, url: str) -> None:
+        """Serve the page until ``close``, and log its address.
+
+        Raises:
+            ConfigError: Rerun's program ended, or did not answer in time, or the port is in use.
+        """
+        behind = Endpoint(LOOPBACK, 0).claim().port
+        quiet = subprocess.DEVNULL
+        arguments = [str(self._program), url, "--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(behind)]
+        self._process = subprocess.Popen(
+            arguments, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | QUIET, preexec_fn=end_with_us
+        )
+        deadline = monotonic() + STARTED
+        while not _answers(behind):
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(0.05)
+            if self._process.returncode is not None or monotonic() > deadline:
+                raise ConfigError(f"dashboard: expected a page on port {self._port}, got none; try --dashboard off")
+        try:
+            self._server = _server(self._bind.strip("[]"), self._port, behind, self._data)
+        except OSError as fault:
+            raise ConfigError(f"dashboard: expected to serve port {self._port}, got: {fault.strerror}") from None
+        Thread(target=self._server.serve_forever, daemon=True).start()
+        self._log(f"dashboard: {page_address(self._port, self._data, self._bind)}")
+
+    def close(self) -> None:
+        """Close the page if it is served."""
+        if self._server is not None:
+            self._server.shutdown()
+            self._server.server_close()
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait(5)
+
+
+def _answers(port: int) -> bool:
+    try:
+        socket.create_connection((LOOPBACK, port), 1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer:
+    """Return a server that hands on the viewer's files from the port ``behind``."""
+
+    class Handler(BaseHTTPRequestHandler):
+        timeout = SILENT
+
+        def do_GET(self) -> None:
+            if self.path.partition("?")[0] not in FILES:
+                self.send_error(404)
+                return
+            asked = http.client.HTTPConnection(LOOPBACK, behind, timeout=SILENT)
+            try:
+                asked.request("GET", self.path.partition("?")[0])
+                self._hand_on(asked.getresponse())
+            except (OSError, http.client.HTTPException):
+                self.close_connection = True
+            finally:
+                asked.close()
+
+        def _hand_on(self, answer: http.client.HTTPResponse) -> None:
+            self.send_response(answer.status)
+            for name in ("Content-Type", "Content-Length", "Cache-Control"):
+                if (value := answer.getheader(name)) is not None:
+                    self.send_header(name, value)
+            named = self.headers.get("Host", "").rpartition(":")[0]
+            here = {LOOPBACK, "localhost", socket.gethostname(), *([named] if HOST.fullmatch(named) else [])}
+            self.send_header("Content-Security-Policy", policy(sorted(here), data))
+            self.end_headers()
+            shutil.copyfileobj(answer, self.wfile)
+
+        def log_message(self, *words: object) -> None:
+            """Log nothing: the dashboard's lines are about the fleet."""
+
+    family = ThreadingHTTPServer
+    family.address_family = socket.AF_INET6 if ":" in bind else socket.AF_INET
+    return family((bind, port), Handler)
