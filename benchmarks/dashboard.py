@@ -10,7 +10,7 @@ smaller when it is finished. Robots do joint plans in groups of eight.
     python -m benchmarks.dashboard --hours 24 [--robots 8]
 
 draws a run without a wire as fast as it goes, in batches of half a second as in real time, and prints how the memory
-of the process grows: that of a day has to stay below the cap of docs/dashboard.md.
+of the process grows.
 """
 
 import argparse
