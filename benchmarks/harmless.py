@@ -96,8 +96,6 @@ HARMLESS: Final[dict[tuple[str, str, str], str]] = {  # file, line of code, how 
     ("swarm/traffic/peer_records.py", _LIVE, "0 becomes"): _NEVER,
     ("swarm/traffic/assign.py", "rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}",
      "2 becomes"): "any number above 1 works",
-    ("swarm/traffic/best_first.py", "self._open = [(self._left(starts), 0, starts)]", "0 becomes"):
-     "there is no other to compare it with",
     ("swarm/traffic/improving.py", "cost, came = {first: 0.0}, {first: first}", "0.0 becomes"): _AS_MUCH,
     ("swarm/traffic/improving.py", "if costs < cost.get(following, costs + 1.0):", "1.0 becomes"):
      "any number above nothing works",

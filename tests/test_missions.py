@@ -165,6 +165,7 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
 PER_ROBOT = {
     "targets": int, "reached": list, "laps": int, "path_length": float, "shortest_length": float, "waiting": float,
     "replans": int, "contacts": int, "struck": int, "stalled": int, "unreachable": list,
+    "waits_for": dict, "standing": float,
 }
 # fmt: on
 
@@ -189,6 +190,7 @@ def test_the_report_has_every_field_of_the_design_and_no_other(paper: Scenario, 
         assert row["targets"] == len(row["reached"]) == 4
         assert all(time is None or type(time) is float for time in row["reached"])
         assert 0 <= row["waiting"] <= report["sim_time"]
+        assert 0 <= row["standing"] <= report["sim_time"]
     assert all(sum(report["steering"][by].values()) == pytest.approx(1.0) for by in ("ticks", "metres", "angle"))
     assert report["ticks"] == round(report["sim_time"] * paper.settings.rate)
     assert len(report["digest"]) == 32

@@ -51,10 +51,7 @@ class Sense(Message, frozen=True, kw_only=True):
         list[tuple[Id, Count]],
         says("broadcasts (robot, tick) that reach this robot: those of the tick before; it heeds no others"),
     ]
-    rays: Annotated[
-        list[Length],
-        says("m; free distance along each ray, from the edge: left sector, front, right, each from right to left"),
-    ]
+    rays: Annotated[list[Length], says("m; free distance along each ray: left, front, right sector, right to left")]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
     assigned: Annotated[
