@@ -27,6 +27,14 @@ def browser() -> Iterator[Browser]:
             running.close()
 
 
+COLOUR = """async ([x, y]) => {
+  for (const twice of [1, 2]) document.querySelector("#layers input").click();  // the page draws anew
+  await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+  const context = document.getElementById("floor").getContext("2d");
+  return [...context.getImageData(x * devicePixelRatio, y * devicePixelRatio, 1, 1).data].slice(0, 3);
+}"""
+
+
 class Box:
     """The page of a box, its mouse in metres of the floor; what the browser complains of is kept."""
 
@@ -65,6 +73,12 @@ class Box:
         self.page.mouse.down()
         self.page.mouse.move(*self.at(*high), steps=4)
         self.page.mouse.up()
+
+    def colour(self, x: float, y: float) -> list[int]:
+        """Return the colour at a point [m] of the floor, as it is drawn next: red, green, blue, 0 to 255."""
+        left, top = self.at(x, y)
+        drawn: list[int] = self.page.evaluate(COLOUR, [left - self._floor[0], top - self._floor[1]])
+        return drawn
 
     def await_text(self, selector: str, text: str) -> None:
         """Wait until an element holds a text."""

@@ -11,6 +11,10 @@ from tests.dashboard.browsing import LACKS, PROGRAM, Box, browser
 from tests.launch.actors import Fleet, await_clock, await_phase
 from tests.test_docs import blocks
 
+TOUCH = """async (at) => {
+  const { state } = await import("/page/state.js");
+  state.events = [...state.events, { kind: "contact", run: state.truth.run, robot: "r1", text: "touches wall", at }];
+}"""
 pytestmark = [pytest.mark.processes, pytest.mark.skipif(PROGRAM is None, reason=LACKS)]
 
 
@@ -57,6 +61,12 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         box.await_text("#phase", "all done")
         box.await_text("#rows li.done", "done")
         other.await_text("#phase", "all done")
+
+        plain = box.colour(9.0, 7.5)
+        box.page.evaluate(TOUCH, [9.0, 7.5])
+        red, green, blue = box.colour(9.0, 7.5)
+        assert [red, green, blue] != plain
+        assert red > green + 60 and red > blue + 60, "a contact is marked where it happened"  # noqa: PT018
 
         with box.page.expect_download() as saved:
             box.page.click("#save")

@@ -30,6 +30,7 @@ export function draw(context, view) {
   if (layers.waits) waits(context, view);
   movers(context, view);
   robots(context, view);
+  if (layers.contacts) contacts(context, view);
   if (layers.plans) turns(context, view);
   preview(context, view);
 }
@@ -165,6 +166,23 @@ function turns(context, view) {
 }
 
 const chosenPlans = () => state.joint.filter(({ ways: lines }) => state.selected in lines);
+
+/** A cross wherever a robot has touched something in this run, as far as the events go back. */
+function contacts(context, view) {
+  context.strokeStyle = theme.bad;
+  context.lineWidth = 2.5;
+  context.lineCap = "round";
+  for (const { kind, run, at } of state.events) {
+    if (kind !== "contact" || !at || run !== state.truth?.run) continue;
+    const [px, py] = view.toScreen(at);
+    for (const up of [1, -1]) {
+      context.beginPath();
+      context.moveTo(px - 5, py - 5 * up);
+      context.lineTo(px + 5, py + 5 * up);
+      context.stroke();
+    }
+  }
+}
 
 function starts(context, view) {
   const drafted = state.draft.starts, told = drafted ?? Object.values(state.floor.starts);

@@ -16,7 +16,7 @@ export const state = {
   connected: false,
   selected: null,
   tool: "look",
-  layers: { names: true, ways: true, trails: true, waits: true, targets: true, starts: true, plans: true, learned: true, held: false, sensors: true, grid: false },
+  layers: { names: true, ways: true, trails: true, waits: true, targets: true, starts: true, plans: true, learned: true, contacts: true, held: false, sensors: true, grid: false },
   nextStart: 0, // the robot whose start the next click puts
   draft: {}, // parts of a set-up that are drawn and not yet asked for
   preview: null, // what the pointer draws right now
