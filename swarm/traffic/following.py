@@ -55,11 +55,16 @@ class Following(NamedTuple):
         return record is not None and record.epoch == self.epoch and record.left <= entry.place <= record.entered
 
     def first_at(self, cell: int, fresh: Mapping[str, Record]) -> str | None:
-        """Return the member with the first turn in a cell: it still follows, and its way ends there, at its goal."""
+        """Return the member with the first turn in a cell: it still follows, and its way ends there, at its goal.
+
+        One that is done and has arrived is not waited for: it never leaves by itself, only by another plan.
+        """
         for robot in self.members:
             record = fresh.get(robot) if self.plan.ways[robot][-1] == cell and robot != self.me else None
             if record is None or record.idle or record.goal != cell:
                 continue  # it was only sent there, or has been there already: its goal is elsewhere now
+            if record.done and record.epoch == self.epoch and record.left >= len(self.plan.ways[robot]) - 1:
+                continue
             if record.epoch == self.epoch or self._about_to_follow(record):
                 return robot
         return None

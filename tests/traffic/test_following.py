@@ -49,6 +49,9 @@ FIRST: dict[str, tuple[Record, int, str | None]] = {  # what r1 says; in which c
     "it may be about to leave another":    (record(epoch=OLDER, late=20),                 C, "r1"),
     "it has gone on to a newer one":       (record(epoch=NEWER, late=20, frozen=PLAN),    C, None),
     "long after, it follows":              (record(late=49),                              C, "r1"),
+    "it is done, and on its way there":    (record(done=True),                            C, "r1"),
+    "it is done, and there":               (record(done=True, left=2),                    C, None),
+    "it has a stop there":                 (record(left=2),                               C, "r1"),
 }
 # fmt: on
 
