@@ -107,7 +107,8 @@ def _hopeless(simulation: Simulation) -> bool:
         return False
     dead = simulation.drill.dead
     stands = world.progress.standing(world.time)
-    free = set(world.robots).difference(dead, world.unfinished)
+    # free is also who has just reached its last stop, and has not said so yet
+    free = any(isinf(seconds) for name, seconds in zip(world.robots, stands, strict=True) if name not in dead)
     has_just_got_one = any(isinf(stands[one.robot]) for one in world.dispatch.pool.taken if one.robot is not None)
     if has_just_got_one or (free and world.plans_matter):
         return False  # errands go on
