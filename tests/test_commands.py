@@ -80,6 +80,7 @@ SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm storm --over processes --profile calm":     "--seeds 1 --jobs 1",
     "swarm drill":                                     "--row report-full-disk",
     "swarm drill --json":                              "--row hang-up",
+    "swarm drill --keep failed":                       "--row report-full-disk",
     "swarm drill --row robot-killed --repeat 20":      "--repeat 1",
 }
 SLOW: Final = ("swarm run paper", "swarm storm", "swarm drill")  # but for what only prints or reads one plan
