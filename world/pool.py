@@ -161,7 +161,7 @@ class Pool:
         self.take(errand, why)
         if why is Occasion.GIVEN_UP and robot is not None:
             errand.refused.append(robot)
-        if why is Occasion.STUCK and robot is not None:
+        if why is Occasion.STUCK and robot is not None and robot not in errand.last:
             errand.last.append(robot)
         errand.robot, errand.assignment = None, 0
 

@@ -18,6 +18,12 @@ def drill(options: argparse.Namespace) -> int:
         return 0
     if not 1 <= options.repeat <= 1000:
         raise ConfigError(f"--repeat: expected 1 to 1000, got {options.repeat}")
+    if options.keep is not None:
+        try:
+            options.keep.mkdir(parents=True, exist_ok=True)
+        except OSError as fault:
+            why = fault.strerror or fault
+            raise ConfigError(f"--keep: expected a folder that can be made, got {options.keep}: {why}") from None
     outcomes = []
     for outcome in drilled(rows, options.repeat, options.keep):
         outcomes.append(outcome)

@@ -82,7 +82,7 @@ class Aiming:
         middle is no place to drive to.
         """
         x, y, _ = self.local(pose)
-        cells, room = self._cells, max(0.0, self._cells.side / 2 - self._radius - AIM.gap)
+        cells, room = self._cells, max(0.0, self._cells.side / 2 - self._radius - AIM.tight_gap)
         for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
             if cell == OUTSIDE:
                 continue

@@ -9,6 +9,7 @@ from swarm.traffic.doing import Doing
 from swarm.traffic.interface import TrafficActivity, TrafficOutputs
 from swarm.traffic.peer_records import Event, PeerRecords
 from swarm.traffic.presence import VIEW, Footprint
+from swarm.traffic.room import way_back
 from swarm.traffic.settings import TrafficSettings
 
 
@@ -33,7 +34,8 @@ def waypoints(
 ) -> tuple[Point, ...]:
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
     progress, goal = doing.progress, doing.goal
-    points = [cells.centre(cell) for cell in ahead]
+    back = [cell for cell in way_back(progress, ahead[0], cells) if cell in progress.reservations.held]
+    points = [cells.centre(cell) for cell in (ahead[0], *back[:1], *ahead[1:])]
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
         points = points[1:] or [(doing.inputs.pose.x, doing.inputs.pose.y)]
     if stops_in(doing, ahead) and goal.wish is not None:

@@ -1,5 +1,7 @@
 """Room: cells beside the way in which a robot would drive if it had them. It asks only for cells that none needs.
 
+A robot that such a cell led away from its way, so that only a corner is between them, asks for a cell on the way back.
+
 Before a threat it asks for all cells that nobody holds: a robot that plans to drive there later can wait.
 """
 
@@ -20,22 +22,46 @@ def room_beside(
     threats: tuple[Threat, ...],
     cells: CellMap,
 ) -> tuple[int, ...]:
-    """List the cells to ask for: where the tables would drive, or away from threats.
+    """List the cells to ask for: back to the way, then where the tables would drive; or away from threats.
 
     Without a threat, a robot in its head cell asks for none: it has no cell ahead to drive to.
     """
     if threats:
         held = {cell for one in fresh.values() for cell in one.held}
         return tuple([cell for cell in _away(threats, inputs.pose, cells) if cell not in held])
-    if not inputs.sweeps or progress.place(cells.cell_of(*inputs.pose[:2])) >= len(progress.reservations.held) - 1:
-        return ()
+    here = cells.cell_of(*inputs.pose[:2])
+    back = [cell for cell in way_back(progress, here, cells) if not _is_wanted(cell, fresh)]
+    if not inputs.sweeps or progress.place(here) >= len(progress.reservations.held) - 1:
+        return tuple(back)
     way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
     wanted = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}.intersection(inputs.sweeps)
     for one in fresh.values():
         wanted.difference_update(one.held, one.ahead)
         if one.claims:
             wanted.difference_update([claim.cell for claim in one.claims])
-    return tuple([cell for cell in inputs.sweeps if cell in wanted])
+    return (*back, *[cell for cell in inputs.sweeps if cell in wanted])
+
+
+def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, ...]:
+    """List the cells between a robot's cell ``here`` beside its way and the cells of its way.
+
+    There are none if it is on its way, or if its cell and one of the way share a side.
+    """
+    if not progress.strayed(here):
+        return ()
+    held = zip(progress.reservations.held, progress.steps, strict=True)
+    sides = {off + cell for cell, step in held if step != BESIDE for off in (-1, 1, -cells.columns, cells.columns)}
+    if here in sides:
+        return ()
+    return tuple([cell for cell in cells.around(here, 1) if cell in sides and abs(cell - here) in {1, cells.columns}])
+
+
+def _is_wanted(cell: int, fresh: Mapping[str, Record]) -> bool:
+    """Return True if a robot holds or claims a cell, or its way leads there."""
+    return any(
+        cell in one.held or cell in one.ahead or any(claim.cell == cell for claim in one.claims)
+        for one in fresh.values()
+    )
 
 
 def _away(threats: tuple[Threat, ...], pose: Pose, cells: CellMap) -> list[int]:

@@ -34,6 +34,7 @@ def test_the_list_has_every_row(capsys: pytest.CaptureFixture[str]) -> None:
             "--row: expected a row of the drill, got 'robot-kiled'; did you mean 'robot-killed'?",
         ),
         (["--repeat", "0"], "--repeat: expected 1 to 1000, got 0"),
+        (["--keep", "/dev/null"], "--keep: expected a folder that can be made, got /dev/null: File exists"),
     ],
 )
 def test_a_wrong_row_is_a_sentence(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:

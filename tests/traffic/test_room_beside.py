@@ -54,6 +54,25 @@ def test_the_cells_beside_a_way(name: str) -> None:
     assert asked(way, at, others, sweeps=()) == ""
 
 
+# fmt: off
+BACK: dict[str, tuple[str, int, str, dict[str, str], str]] = {  # held, how many beside, where it is, others: asks for
+    "only a corner is between":           ("jrs",  1, "j", {},               "kq"),
+    "of the two one is another's":        ("jrs",  1, "j", {"held": "k"},    "q"),
+    "both are another's":                 ("jrs",  1, "j", {"ahead": "kq"},  ""),
+    "one of the two is held: kept":       ("qjrs", 2, "j", {},               "kq"),
+    "it shares a side with its way":      ("krs",  1, "k", {},               ""),
+    "it is on its way":                   ("jrs",  1, "r", {},               ""),
+    "two cells off, it drives about":     ("irs",  1, "i", {},               ""),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BACK)
+def test_back_to_its_way_round_a_corner(name: str) -> None:
+    held, beside, at, others, cells = BACK[name]
+    assert asked(progress(held, beside), at, others, sweeps=()) == cells
+
+
 def threatened(*places: tuple[str, float, float], floor: Drawn = FLOOR, held: str = "") -> str:
     """Return the cells asked for in the middle, with threats some way off the middles of cells [m]."""
     threats = [(floor.pose(*floor.at(name)), dx, dy) for name, dx, dy in places]

@@ -46,9 +46,7 @@ class History:
     mute: frozenset[str] = frozenset()  # robots that say nothing of traffic
     late: int = 0  # ticks by which answers come late
     moments: list[Moment] = field(default_factory=list)
-    contacts: list[tuple[int, Contact, bool]] = field(
-        default_factory=list
-    )  # tick, contact, could the robot have avoided it
+    contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was it avoidable
     faults: list[Fault] = field(default_factory=list)  # found by the world's own watch
     report: dict[str, Any] = field(default_factory=dict)
     crash: str = ""  # the traceback of an exception
