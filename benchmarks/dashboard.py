@@ -73,7 +73,9 @@ def main() -> None:
     if given.hours is not None:
         print(table([("drawn", "memory (RSS)", "own (USS)", "file"), *long_run(given.robots or 8, given.hours)]))
         return
-    rows = [("fleet", "CPU of a core", "memory (RSS)", "own (USS)", "grows by", "messages/s", "file, a robot-minute")]
+    rows: list[tuple[str, ...]] = [
+        ("fleet", "CPU of a core", "memory (RSS)", "own (USS)", "grows by", "messages/s", "file, a robot-minute")
+    ]
     rows += [measure(case, given.seconds) for case in CASES if given.robots in {None, case.robots}]
     print(table(rows))
 

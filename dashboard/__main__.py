@@ -5,6 +5,7 @@ import os
 import sys
 from pathlib import Path
 
+from dashboard.ending import end_with_us
 from dashboard.mode import choose, missing
 from swarm.errors import SwarmError
 
@@ -24,7 +25,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--port", type=int, default=0, help="port of the data; 0 picks a free one")
     parser.add_argument("--web-port", type=int, default=0, help="port of the page; 0 picks a free one")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
+    parser.add_argument("--ends-with", type=int, metavar="PID", help="the process that started this one: end with it")
     given = parser.parse_args(arguments)
+    if given.ends_with is not None:
+        end_with_us()
+        if os.getppid() != given.ends_with:  # it has ended meanwhile
+            return 0
     if lacking := missing():
         print(lacking, file=sys.stderr)
         return 2

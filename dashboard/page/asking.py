@@ -4,6 +4,7 @@ The box commands a fleet only with these requests, so a script can do all that t
 """
 
 import json
+from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 import msgspec
@@ -57,12 +58,15 @@ class Desk(Protocol):
     def scenario(self) -> bytes:
         """Return a scenario file of what the fleet drives now, or raise a ``SwarmError``."""
 
+    def viewer(self) -> bytes:
+        """Return as JSON where Rerun's viewer is, which starts if it has not, or raise a ``SwarmError``."""
+
 
 class Asking:
-    """The desk that hands everything to a fleet's wire."""
+    """The desk that hands everything to a fleet's wire; ``viewer`` starts Rerun's and returns its address."""
 
-    def __init__(self, bus: Bus) -> None:
-        self._bus = bus
+    def __init__(self, bus: Bus, viewer: Callable[[], str]) -> None:
+        self._bus, self._viewer = bus, viewer
 
     def ask(self, name: str, robot: str | None, body: bytes) -> bytes:
         """Carry out a request and return the answer as JSON.
@@ -117,3 +121,11 @@ class Asking:
         if not floors or not setups:
             raise PeerError("scenario: expected a world and a launcher, found none; is the fleet starting?")
         return scenario_file(floors[0], setups[0]).encode()
+
+    def viewer(self) -> bytes:
+        """Return where Rerun's viewer is.
+
+        Raises:
+            PeerError: it is not installed, or it did not start.
+        """
+        return msgspec.json.encode({"address": self._viewer()})

@@ -15,6 +15,7 @@ from dashboard.page.address import address
 from dashboard.page.asking import Asking
 from dashboard.page.hearing import Hearing
 from dashboard.page.server import Server
+from dashboard.page.viewer import RerunPage
 from dashboard.progress import Progress, fold
 from dashboard.scene import Scene, scene_of
 from swarm.bus import Arrival, Bus, Endpoint, Link
@@ -65,7 +66,12 @@ def run(
     Raises:
         ConfigError: the port is in use, or there is no router.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Server(LOOPBACK, port, token, Asking(bus)) as server:
+    with (
+        told_to_stop() as stop,
+        Bus(endpoint, fleet, log) as bus,
+        RerunPage(endpoint, fleet, log) as viewer,
+        Server(LOOPBACK, port, token, Asking(bus, viewer.address)) as server,
+    ):
         server.show({telling.HELLO: telling.hello(fleet, shipped())})
         if open_page:
             webbrowser.open(address(port, token))

@@ -21,7 +21,8 @@ from dashboard.page.board import MOST_VIEWERS, Board, Viewer
 from dashboard.page.telling import framed
 from swarm.errors import ConfigError, PeerError, SwarmError
 
-SILENT: Final = 10.0  # s after which a browser that does not answer a ping is forgotten
+SILENT: Final = 10.0  # s in which a browser answers a ping, and a connection brings its first request
+IDLE: Final = 30.0  # s for which a connection is kept for another request
 MOST_ASKED: Final = 16  # requests under way; more are refused
 LONGEST: Final = 262_144  # bytes of a request, as the wire's longest
 SAID: Final = 1000  # bytes of what a page says over its WebSocket
@@ -29,6 +30,7 @@ LOOPBACK: Final = {"127.0.0.1", "localhost", "[::1]"}
 TYPES: Final = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "frame-src http://127.0.0.1:* http://localhost:*; "  # Rerun's viewer
     "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",  # the token is in the address
@@ -74,6 +76,7 @@ class Server:
         self._loop = asyncio.new_event_loop()
         self._thread = Thread(target=self._run, name="swarm-box", daemon=True)
         self._asked = 0  # requests under way
+        self._spoke: set[object] = set()  # connections that have brought a request
         self._pool = ThreadPoolExecutor(max_workers=MOST_ASKED, thread_name_prefix="swarm-box-ask")
         self._listens: Future[None] = Future()
         self._over: asyncio.Event | None = None
@@ -135,10 +138,12 @@ class Server:
             ("/scenario", self._desk.scenario, "text/yaml"),
         ):
             application.router.add_get(path, self._telling(told, kind))
+        application.router.add_post("/viewer", self._telling(self._desk.viewer, "application/json"))
         for name in REQUESTS:
             application.router.add_post(f"/{name}", self._asking(name))
-        runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
+        runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0, keepalive_timeout=IDLE)
         await runner.setup()
+        watch = asyncio.create_task(self._drop_silent(runner))
         self._over = asyncio.Event()
         try:
             try:
@@ -150,11 +155,26 @@ class Server:
             await self._over.wait()
             self._wake()
         finally:
+            watch.cancel()
             await runner.cleanup()
+
+    async def _drop_silent(self, runner: web.AppRunner) -> None:
+        """Drop connections that bring no whole request: each would hold a place for as long as it likes."""
+        since: dict[web.RequestHandler, float] = {}
+        while runner.server is not None:
+            now = self._loop.time()
+            there = runner.server.connections
+            self._spoke.intersection_update(there)
+            since = {one: since.get(one, now) for one in there if one not in self._spoke}
+            for one, began in since.items():
+                if now - began >= SILENT:
+                    one.force_close()
+            await asyncio.sleep(SILENT / 4)
 
     @web.middleware
     async def _guarded(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Let in only requests to this machine's own name, from the box's own page or from no page."""
+        self._spoke.add(request.protocol)
         origin = request.headers.get("Origin")
         if request.host.rsplit(":", 1)[0] not in LOOPBACK:
             return refused(403, f"expected a request to 127.0.0.1 or localhost, got one to {request.host[:100]!r}")
@@ -184,7 +204,10 @@ class Server:
         async def ask(request: web.Request) -> web.Response:
             if self._asked >= MOST_ASKED:
                 return crowded()  # before its body takes room
-            body, robot = await request.read(), request.query.get("robot")
+            try:
+                body, robot = await asyncio.wait_for(request.read(), SILENT), request.query.get("robot")
+            except TimeoutError:
+                return refused(408, f"expected the whole request within {SILENT:g} s, got a part of it")
             return await self._in_thread(lambda: self._desk.ask(name, robot, body))
 
         return ask

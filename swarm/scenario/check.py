@@ -12,6 +12,7 @@ from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import Mission, check_grid_size, planning_grid, settled
 from swarm.scenario.starts import names, starts
+from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
 from swarm.traffic.cells_of import cells_of, comes_near, lattices_tried, short_of
 from swarm.traffic.settings import least_range
@@ -128,7 +129,8 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
     """Check that a robot inside its cells gets near enough to each stop, and that the radio range suits the cells.
 
     Raises:
-        ConfigError: a stop is at a cell's edge or cut off, or robots that claim one cell cannot hear each other.
+        ConfigError: a stop is at a cell's edge or cut off, robots that claim one cell cannot hear each other, or two
+            robots start in one cell.
     """
     settings = scenario.settings
     cells = cells_of(scenario.map, settings)
@@ -138,6 +140,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
             f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
             "`traffic.cell`"
         )
+    _apart(settings, cells, poses)
     number_of = pieces(cells)
     for where, here, there in _legs(scenario, poses, grid):
         if (short := short_of(cells, there, settings)) > settings.reach:
@@ -153,6 +156,23 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
                 f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
                 "`traffic.cell` or `traffic.offset`"
             )
+
+
+def _apart(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
+    """Check that no two robots start in one cell: a cell has one holder, and neither could ever leave.
+
+    Raises:
+        ConfigError: two of them do.
+    """
+    holders: dict[int, str] = {}
+    for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
+        for cell in cells.touched(x, y, settings.robot.radius):
+            if (holder := holders.setdefault(cell, name)) != name:
+                middle = cells.centre(cell)
+                raise ConfigError(
+                    f"{settings.name}: start: expected {holder} and {name} in traffic cells of their own, got both in "
+                    f"the cell of {cells.side:g} m around ({middle[0]:.2f}, {middle[1]:.2f}); move one of them"
+                )
 
 
 def pieces(cells: CellMap) -> list[int]:

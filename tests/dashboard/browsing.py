@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from shutil import which
 from typing import Final
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, Request, sync_playwright
 
 PROGRAM: Final = next(
     (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := which(name))), None
@@ -38,7 +38,8 @@ COLOUR = """async ([x, y]) => {
 class Box:
     """The page of a box, its mouse in metres of the floor; what the browser complains of is kept."""
 
-    def __init__(self, browser: Browser, address: str) -> None:
+    def __init__(self, browser: Browser, address: str, floor_size: tuple[float, float] = WIDE) -> None:
+        self._size = floor_size  # m
         self.page: Page = browser.new_page(viewport={"width": 1280, "height": 800})
         self.page.set_default_timeout(PATIENCE)
         self.complaints: list[str] = []
@@ -46,6 +47,7 @@ class Box:
         self.page.on("console", lambda line: self.complaints.append(line.text) if line.type == "error" else None)
         self.page.on("pageerror", lambda fault: self.complaints.append(str(fault)))
         self.page.on("request", lambda request: self.hosts.add(request.url.split("/")[2]))
+        self.page.on("requestfailed", self._failed)
         self.page.goto(address)
         self.page.wait_for_selector("#rows li")
         self.page.wait_for_selector("html[data-phase=waiting]")
@@ -53,11 +55,17 @@ class Box:
         assert floor is not None
         self._floor = floor["x"], floor["y"], floor["width"], floor["height"]
 
+    def _failed(self, request: Request) -> None:
+        """Forget a host that the browser did not ask, because the page's policy forbids it."""
+        if "csp" in (request.failure or ""):
+            self.hosts.discard(request.url.split("/")[2])
+
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixel of a point [m], as the page shows the whole floor."""
         left, top, width, height = self._floor
-        scale = min((width - 2 * MARGIN) / WIDE[0], (height - 2 * MARGIN) / WIDE[1])
-        return left + width / 2 + (x - WIDE[0] / 2) * scale, top + height / 2 - (y - WIDE[1] / 2) * scale
+        wide, high = self._size
+        scale = min((width - 2 * MARGIN) / wide, (height - 2 * MARGIN) / high)
+        return left + width / 2 + (x - wide / 2) * scale, top + height / 2 - (y - high / 2) * scale
 
     def use(self, tool: str) -> None:
         """Choose a tool."""

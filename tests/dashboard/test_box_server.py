@@ -4,6 +4,7 @@ import asyncio
 import json
 from collections.abc import Iterator
 from http.client import HTTPConnection
+from socket import create_connection
 from threading import Event as Flag
 from threading import Thread
 from typing import Any, Final
@@ -14,7 +15,7 @@ import pytest
 from dashboard.page.asking import REQUESTS, Asking
 from dashboard.page.server import LONGEST, Server
 from swarm.bus import Bus, Endpoint, Request
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, PeerError
 from swarm.messages import ACTION, ORDER, Accepted, Action, Do, Order
 from tests.conftest import MakeBus
 
@@ -50,6 +51,11 @@ class Fleet:
         self._thread.join()
 
 
+def no_viewer() -> str:
+    """Tell what a machine without Rerun tells."""
+    raise PeerError("viewer: the dashboard needs Rerun, which is not installed")
+
+
 @pytest.fixture
 def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
     answering = Fleet(make_bus())
@@ -60,7 +66,7 @@ def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
 @pytest.fixture
 def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
     free = Endpoint("127.0.0.1", 0).claim().port
-    with Server("127.0.0.1", free, TOKEN, Asking(make_bus())) as server:
+    with Server("127.0.0.1", free, TOKEN, Asking(make_bus(), no_viewer)) as server:
         server.show({"test/frame": 1})
         yield free
 
@@ -106,6 +112,8 @@ TABLE: Final = {  # what comes: method, path, body, headers -> status, a part of
     "a path upwards":   ("GET", "/page/..%2f..%2fprocess.py", b"", BEARER, 404, ""),
     "no such file":     ("GET", "/page/secret.txt", b"", BEARER, 404, "no such file"),
     "no world":         ("GET", "/status", b"", BEARER, 409, "expected a world in that fleet, found none"),
+    "no viewer":        ("POST", "/viewer", b"", BEARER, 409, "the dashboard needs Rerun"),
+    "the viewer, no token": ("POST", "/viewer", b"", {}, 403, "expected the token of this box"),
     "no launcher":      ("GET", "/scenario", b"", BEARER, 409, "expected a world and a launcher, found none"),
 }
 # fmt: on
@@ -145,8 +153,39 @@ def test_the_page_may_ask_nobody_else(port: int) -> None:
     connection.close()
     assert "default-src 'none'" in policy
     assert "connect-src 'self'" in policy
-    assert "http" not in policy
+    assert policy.replace("frame-src http://127.0.0.1:* http://localhost:*", "").count("http") == 0, (
+        "Rerun's viewer on this machine"
+    )
     assert answer.headers["Referrer-Policy"] == "no-referrer", "the token is in the address"
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dashboard.page.server.SILENT", 0.2)
+
+
+SILENCE: Final = {
+    "not a word": (b"", b""),
+    "half a line": (b"GET / HT", b""),
+    "half a head": (b"POST /action HTTP/1.1\r\nHost: 127.0.0.1\r\n", b""),
+    "half a body": (
+        b"POST /action HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer a-token-of-this-test\r\n"
+        b"Content-Length: 11\r\n\r\n{",
+        b"expected the whole request within 0.2 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SILENCE)
+def test_a_connection_that_stays_silent_is_dropped(name: str, hasty: None, port: int, fleet: Fleet) -> None:
+    says, hears = SILENCE[name]
+    with create_connection(("127.0.0.1", port), PATIENCE) as silent:
+        silent.sendall(says)
+        heard = b"".join(iter(lambda: silent.recv(4096), b""))
+    assert hears in heard
+    assert bool(heard) is bool(hears)
+    assert fleet.carried_out == []
+    assert said(port, "POST", "/action", GO)[0] == 200
 
 
 CLICKS: Final = 1000
@@ -197,6 +236,6 @@ def test_a_page_that_says_garbage_is_sent_away(saying: str, port: int) -> None:
 def test_a_port_in_use_is_a_sentence(port: int, make_bus: MakeBus) -> None:
     with (
         pytest.raises(ConfigError, match=rf"box: port {port}: expected a free port"),
-        Server("127.0.0.1", port, TOKEN, Asking(make_bus())),
+        Server("127.0.0.1", port, TOKEN, Asking(make_bus(), no_viewer)),
     ):
         pass

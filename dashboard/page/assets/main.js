@@ -9,6 +9,7 @@ import { about, isDrafted, phase, state, takeTruth, wanted } from "./state.js";
 import { readTheme } from "./theme.js";
 import { install, setRobots, starts } from "./tools.js";
 import { View } from "./view.js";
+import { view as show } from "./viewer.js";
 import { count, doing } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
@@ -218,6 +219,9 @@ $("layers").replaceChildren(...Object.keys(state.layers).map((name) => {
   label.append(box, name);
   return label;
 }));
+
+for (const name of ["floor", "rerun"]) $(`tab_${name}`).addEventListener("click", () => page.carry(show(name)));
+show("floor");
 
 const TOOLS = ["look", "start", "target", "wall", "erase"];
 const PAN = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
