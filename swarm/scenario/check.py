@@ -159,20 +159,20 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
 
 
 def _apart(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
-    """Check that no two robots start in one cell: a cell has one holder, and neither could ever leave.
+    """Check that no two robots stand in one cell: it is the place of one, so no joint plan could tell them apart.
 
     Raises:
         ConfigError: two of them do.
     """
     holders: dict[int, str] = {}
     for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
-        for cell in cells.touched(x, y, settings.robot.radius):
-            if (holder := holders.setdefault(cell, name)) != name:
-                middle = cells.centre(cell)
-                raise ConfigError(
-                    f"{settings.name}: start: expected {holder} and {name} in traffic cells of their own, got both in "
-                    f"the cell of {cells.side:g} m around ({middle[0]:.2f}, {middle[1]:.2f}); move one of them"
-                )
+        cell = cells.cell_of(x, y)
+        if cell != NOWHERE and (holder := holders.setdefault(cell, name)) != name:
+            middle = cells.centre(cell)
+            raise ConfigError(
+                f"{settings.name}: start: expected {holder} and {name} each in a traffic cell of its own, got both in "
+                f"the cell of {cells.side:g} m around ({middle[0]:.2f}, {middle[1]:.2f}); move one of them"
+            )
 
 
 def pieces(cells: CellMap) -> list[int]:
