@@ -37,7 +37,7 @@ def hall() -> str:
     wall, row = "#" * SIDE, f"#{'.' * (SIDE - 2)}#"
     text = "".join(f"    {line}\n" for line in (wall, *[row] * (SIDE - 2), wall))
     middle = SIDE / 2
-    circle = f"start:\n  circle: [{middle}, {middle}, {middle - 2}]\n"
+    circle = f"start:\n  circle: [{middle}, {middle}, {SIDE - 6}]\n"
     return f"name: hall\nmap:\n  cell: 1.0\n  text: |\n{text}{circle}limit: 600\n"
 
 
