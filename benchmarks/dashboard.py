@@ -138,7 +138,9 @@ def measure(case: Case, seconds: float) -> tuple[str, ...]:
             share = (after.user + after.system - before.user - before.system) / took
             full = process.memory_full_info()
             rate = sum(map(len, made[first:sent])) / took
-            bus.send(CLOCK, replace(rehearsal.clock(ticks[sent]), phase=Phase.OVER))  # then it makes its file smaller
+            bus.send(
+                CLOCK, replace(rehearsal.clock(ticks[min(sent, len(ticks) - 1)]), phase=Phase.OVER)
+            )  # then it makes its file smaller
             drawn, raw = (monotonic() - start) * case.factor / 60 * case.robots, record.stat().st_size
             process.wait(30)
         size = record.stat().st_size
