@@ -9,8 +9,8 @@ smaller when it is finished. Robots do joint plans in groups of eight.
 
     python -m benchmarks.dashboard --hours 24 [--robots 8]
 
-draws a run without a wire as fast as it goes, in batches of half a second as in real time, and prints how the memory
-of the process grows.
+draws a run without a wire as fast as it goes, for viewers that come late and into a file, in batches of half a second
+as in real time, and prints how the memory of the process grows.
 """
 
 import argparse
@@ -81,14 +81,14 @@ def main() -> None:
 
 
 def long_run(robots: int, hours: float) -> Iterator[tuple[str, ...]]:
-    """Draw the same rehearsal again and again, later each time, into one file; yield rows of the memory it takes."""
+    """Draw the same rehearsal again and again, later each time, for viewers and a file; yield rows of the memory."""
     rehearsal, process = Rehearsal(robots), psutil.Process()
     ticks = int(hours * 3600 * RATE)
     made = [list(rehearsal.messages(tick)) for tick in range(rehearsal.ticks - 1)]
     scenario, packed = rehearsal.scenario.to_wire()
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "long.rrd"
-        recorder = Recorder(serve=None, record=record)
+        recorder = Recorder(serve=("127.0.0.1", Endpoint("127.0.0.1", 0).claim().port), record=record)
         show = Show(recorder, "bench")
         show.take(Map(scenario=scenario, packed=packed))
         for tick in range(ticks + 1):
