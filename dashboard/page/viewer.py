@@ -56,7 +56,7 @@ class RerunPage:
 
     def _started(self) -> subprocess.Popen[str]:
         endpoint = self._endpoint
-        command = [sys.executable, "-m", "dashboard", "--web", "--connect", str(endpoint), "--fleet", self._fleet]
+        command = [sys.executable, "-P", "-m", "dashboard", "--web", "--connect", str(endpoint), "--fleet", self._fleet]
         if endpoint.identity is not None:
             command += ["--secure", str(endpoint.identity.folder)]
         process = subprocess.Popen(
