@@ -2,7 +2,7 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Final
@@ -10,6 +10,7 @@ from typing import Final
 SIGNALS: Final = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 FROM_TERMINAL: Final = (signal.SIGINT, signal.SIGHUP)  # they reach all processes of a terminal at once
 
+wakers: Final[set[Callable[[], object]]] = set()  # end the waits of this process when it is told to stop
 _left_alone: set[signal.Signals] = set()
 
 
@@ -30,6 +31,8 @@ def told_to_stop() -> Iterator[threading.Event]:
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         flag.set()
+        for wake in tuple(wakers):
+            wake()
 
     if threading.current_thread() is not threading.main_thread():
         yield flag

@@ -8,7 +8,6 @@ import re
 from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
-from queue import Empty, SimpleQueue
 from threading import Thread
 from time import monotonic
 from types import TracebackType
@@ -22,6 +21,7 @@ from swarm.bus.codec import decode, encode
 from swarm.bus.connecting import channel, connect
 from swarm.bus.gaps import Gaps, Numbers
 from swarm.bus.ledger import Ledger
+from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID, Item, browses, lost_before, opened, sampled
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import REPLIES, Accepted, Message, Topic
@@ -41,7 +41,7 @@ class Bus:
             raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
         self._prefix = below(fleet)
         self._endpoint = endpoint
-        self._inbox: SimpleQueue[Item] = SimpleQueue()
+        self._inbox: Mailbox[Item] = Mailbox()
         self._quiet: dict[str, tuple[Topic[Any], Gaps, Callable[[], zenoh.Sample | None]]] = {}  # by key; how to poll
         self._kept: set[str] = set()  # keys of topics whose last messages this process answers with
         self._taken: deque[Item] = deque()  # quiet arrivals, for the next calls of ``receive``
@@ -55,6 +55,7 @@ class Bus:
     def __enter__(self) -> "Bus":
         self._session = connect(self._endpoint)
         self._session.__enter__()
+        self._inbox.open()
         self._reading(
             self._session.info.declare_transport_events_listener(channel(), history=False),
             lambda event: self._inbox.put(("link", event.kind == zenoh.SampleKind.PUT)),
@@ -65,6 +66,7 @@ class Bus:
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._ledger.flush()
+        self._inbox.close()
         for declared, reader in self._readers:
             with suppress(zenoh.ZError):
                 declared.undeclare()  # it closes the channel, and so ends the thread
@@ -234,7 +236,7 @@ class Bus:
         self._reading(tokens, lambda token: put(("token", str(token.key_expr), token.kind == zenoh.SampleKind.PUT)))
 
     def receive(self, timeout: float | None = None) -> Arrival | Presence | Link | Request | None:
-        """Return the next arrival, or None if nothing arrives within ``timeout`` [s] (None: wait for ever).
+        """Return the next arrival; None if none comes within ``timeout`` [s] (None: for ever), or when told to stop.
 
         A message that is malformed, too large, or of a wrong type or version is counted in ``refused``, logged at most
         once a second, and skipped. A gap in the numbers of a sender's messages is counted in ``lost``, and logged so.
@@ -263,13 +265,11 @@ class Bus:
     def _take(self, deadline: float | None) -> None:
         """Take the next arrival of the inbox if one comes before the deadline [s], and before it all quiet ones."""
         wait = None if deadline is None else max(0.0, deadline - monotonic())
-        try:
-            woken = [self._inbox.get(timeout=wait) if wait is None or wait > 0 else self._inbox.get_nowait()]
-        except Empty:
-            woken = []
+        first = self._inbox.next(wait)
         for quiet in self._quiet.values():
             self._take_quiet(*quiet)
-        self._taken.extend(woken)
+        if first is not None:
+            self._taken.append(first)
 
     def _take_quiet(self, topic: Topic[Any], gaps: Gaps, poll: Callable[[], zenoh.Sample | None]) -> None:
         try:
@@ -280,7 +280,7 @@ class Bus:
 
     def _put(self, item: Item) -> bool:
         """Put an item into the inbox and return True, or count it if the inbox is full."""
-        if room := self._inbox.qsize() < INBOX_LIMIT:
+        if room := self._inbox.size() < INBOX_LIMIT:
             self._inbox.put(item)
         else:
             self.overflowed += 1

@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
 from threading import Thread
 from time import monotonic
 from types import TracebackType
@@ -14,6 +13,7 @@ import zenoh
 
 from swarm.bus.connecting import channel, connect, plain
 from swarm.bus.gaps import Gaps
+from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID
 from swarm.bus.settings import Endpoint
 from swarm.errors import ConfigError, PeerError
@@ -44,11 +44,12 @@ class Tap:
                 "`swarm topics` lists the keys in use"
             ) from None
         self._endpoint, self._prefix, self._clock = endpoint, below(fleet), clock
-        self._samples: SimpleQueue[Sample] = SimpleQueue()
+        self._samples: Mailbox[Sample] = Mailbox()
         self.dropped = 0  # samples that came faster than they were taken
 
     def __enter__(self) -> "Tap":
         self._session = connect(self._endpoint)
+        self._samples.open()
         self._subscriber = self._session.declare_subscriber(self._key, channel())
         self._reader = Thread(target=self._read, name="swarm-tap", daemon=True)
         self._reader.start()
@@ -57,17 +58,15 @@ class Tap:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._samples.close()
         with suppress(zenoh.ZError):
             self._subscriber.undeclare()  # type: ignore[no-untyped-call]
         self._reader.join()  # a thread that is still in Zenoh when the process ends would abort it
         self._session.close()  # type: ignore[no-untyped-call]
 
     def receive(self, timeout: float | None) -> Sample | None:
-        """Return the next sample, or None if none comes within ``timeout`` [s] (None: wait for ever)."""
-        try:
-            return self._samples.get(timeout=timeout) if timeout is None or timeout > 0 else self._samples.get_nowait()
-        except Empty:
-            return None
+        """Return the next sample; None if none comes within ``timeout`` [s] (None: for ever), or when told to stop."""
+        return self._samples.next(timeout)
 
     def _read(self) -> None:
         take, gaps, lost = self._subscriber.handler.recv, Gaps(), Counter[str]()  # by key, until a sample is put
@@ -78,7 +77,7 @@ class Tap:
                 with suppress(PeerError):  # the number of a stranger says nothing
                     if count := gaps.lost(key, None if attached is None else attached.to_bytes()):
                         lost[key] += count
-                if self._samples.qsize() >= WAITING:
+                if self._samples.size() >= WAITING:
                     self.dropped += 1
                     continue
                 self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock(), lost.pop(key, 0)))

@@ -33,13 +33,8 @@ def room_beside(
     back = [cell for cell in way_back(progress, here, cells) if not _is_wanted(cell, fresh)]
     if not inputs.sweeps or progress.place(here) >= len(progress.reservations.held) - 1:
         return tuple(back)
-    way = [cell for cell, step in zip(progress.reservations.held, progress.steps, strict=True) if step != BESIDE]
-    wanted = {cell + off for cell in way for off in (-1, 1, -cells.columns, cells.columns)}.intersection(inputs.sweeps)
-    for one in fresh.values():
-        wanted.difference_update(one.held, one.ahead)
-        if one.claims:
-            wanted.difference_update([claim.cell for claim in one.claims])
-    return (*back, *[cell for cell in inputs.sweeps if cell in wanted])
+    beside = _beside(progress, cells)
+    return (*back, *[cell for cell in inputs.sweeps if cell in beside and not _is_wanted(cell, fresh)])
 
 
 def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, ...]:
@@ -49,11 +44,16 @@ def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, .
     """
     if not progress.strayed(here):
         return ()
-    held = zip(progress.reservations.held, progress.steps, strict=True)
-    sides = {off + cell for cell, step in held if step != BESIDE for off in (-1, 1, -cells.columns, cells.columns)}
-    if here in sides:
+    beside = _beside(progress, cells)
+    if here in beside:
         return ()
-    return tuple([cell for cell in cells.around(here, 1) if cell in sides and abs(cell - here) in {1, cells.columns}])
+    return tuple([cell for cell in cells.around(here, 1) if cell in beside and abs(cell - here) in {1, cells.columns}])
+
+
+def _beside(progress: RouteProgress, cells: CellMap) -> set[int]:
+    """Return the cells that share a side with a cell of the way that the robot holds."""
+    held = zip(progress.reservations.held, progress.steps, strict=True)
+    return {cell + off for cell, step in held if step != BESIDE for off in (-1, 1, -cells.columns, cells.columns)}
 
 
 def _is_wanted(cell: int, fresh: Mapping[str, Record]) -> bool:

@@ -52,7 +52,7 @@ class Fleet:
 
 
 def no_viewer() -> str:
-    """Tell what a machine without Rerun tells."""
+    """Refuse, as on a machine without Rerun."""
     raise PeerError("viewer: the dashboard needs Rerun, which is not installed")
 
 
