@@ -58,7 +58,7 @@ def lines(analysis: dict[str, Any]) -> list[str]:
 def table(analysis: dict[str, Any]) -> list[Sequence[str]]:
     """Return the rows of a table: a header, each robot, and the total."""
     total, laps = analysis["total"], any(row["laps"] for row in analysis["per_robot"].values())
-    header = ["robot", "stops at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"]
+    header = ["robot", "targets at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"]
     rows = [header + ["laps"] * laps]
     for name, row in analysis["per_robot"].items():
         stops = ", ".join(_number(time, 1) for time in row["reached"]) or "-"

@@ -170,6 +170,6 @@ def totals(progress: Progress, contacts: int | None = None) -> str:
     parts += [f"{len(robots) - len(here)} not heard"] * (len(here) < len(robots))
     seen = len(touches(event for event in progress.events if event.run == progress.run))
     return (
-        f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} stops reached ({progress.share:.0%}); "
+        f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} targets reached ({progress.share:.0%}); "
         f"{', '.join(parts) or 'nobody there'}; {seen if contacts is None else contacts} contacts"
     )

@@ -124,7 +124,7 @@ class Terminal:
         """Return a headline about the run and a table with one row per robot."""
         progress = self.progress
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
-        for name in ("robot", "stops", "target"):
+        for name in ("robot", "reached", "target"):
             table.add_column(name, no_wrap=True)
         table.add_column("way", justify="right", no_wrap=True)
         table.add_column("left", justify="right", no_wrap=True)
@@ -196,7 +196,7 @@ class Terminal:
         factor = f", {self._factor:.1f} x real time" if self._factor is not None else ""
         ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
-        pool = f", {progress.pool.done} of {progress.pool.given} errands done" if progress.pool else ""
+        pool = f", {progress.pool.done} of {progress.pool.given} pool targets done" if progress.pool else ""
         return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{pool}{factor}"
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:

@@ -114,17 +114,17 @@ def _heard(moment: Tick, rows: Mapping[str, int], x: float, wide: float) -> list
     ]
 
 
-def stop() -> str:
-    """Draw the stops of the paper's mission and the paths that A* finds between them."""
+def target() -> str:
+    """Draw the targets of the paper's mission and the paths that A* finds between them."""
     scenario, grid, starts = prepare(load(SCENARIOS / "paper.yaml"), 1, SEED)
     settings, floor = scenario.settings, scenario.map
     here: Point = starts[0][:2]
     stops = scenario.stops(0, here)
-    sheet = Sheet("One robot's stops on the paper's floor", (0.0, 0.0), _corner(floor.shape, floor.resolution), 20)
+    sheet = Sheet("One robot's targets on the paper's floor", (0.0, 0.0), _corner(floor.shape, floor.resolution), 20)
     sheet.floor(floor)
     for a, b in pairwise((here, *stops)):
         path = plan(grid, a, b)
-        assert path is not None, "the paper's mission has a path to each stop"
+        assert path is not None, "the paper's mission has a path to each target"
         sheet.line(path.points, f'stroke="{colour("r1")}" stroke-width="2.5" marker-end="url(#tip-r1)"')
     for number, at in enumerate(stops, start=1):
         home = number == len(stops)
@@ -272,7 +272,7 @@ def radio() -> str:
 
 PICTURES: Final[dict[str, Callable[[], str]]] = {
     "pictures/tick.svg": tick,
-    "pictures/stop.svg": stop,
+    "pictures/target.svg": target,
     "pictures/cell.svg": cell,
     "pictures/reservation.svg": reservation,
     "pictures/joint-plan.svg": joint_plan,

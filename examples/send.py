@@ -35,7 +35,7 @@ def outcome(state, number, run):
     if state["run"] != run:
         return 1, "the run was started again"
     if state.get("assignment", 0) > number:
-        return 1, "other stops have replaced these"
+        return 1, "other targets have replaced these"
     if state.get("assignment", 0) < number:
         return None  # it has not taken the order over yet
     if all(state["reached"]):

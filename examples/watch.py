@@ -67,7 +67,7 @@ class Told:
 
     def state(self, said):
         """Print what a robot does and how many stops it has been at, if that has changed."""
-        doing = f"{said['robot']} {said['activity']}, {sum(said['reached'])} of {len(said['reached'])} stops"
+        doing = f"{said['robot']} {said['activity']}, {sum(said['reached'])} of {len(said['reached'])} targets"
         if self.states.get(said["robot"]) != doing:
             self.states[said["robot"]] = doing
             print(" " * 12 + doing, flush=True)

@@ -87,7 +87,7 @@ class TrafficSettings(Section, frozen=True, kw_only=True):
     """The lattice of cells that robots reserve: a robot drives only in cells it has reserved."""
 
     cell: Annotated[
-        float | None, Meta(description="m; side of a cell; by default 6 robot radii, down to 4 if a stop needs it")
+        float | None, Meta(description="m; side of a cell; by default 6 robot radii, down to 4 if a target needs it")
     ] = None
     offset: Annotated[
         Coordinates | None, Meta(description="m; corner of cell 0 in the map's frame; by default the best connected")
@@ -144,9 +144,9 @@ class Settings(Section, frozen=True, kw_only=True):
         bool, Meta(description="who is done waits for orders; the run ends only by `swarm stop` or `--limit`")
     ] = False
     retry_stops: Annotated[
-        bool, Meta(description="a robot takes up a stop that it gave up when an edit or a learned map opens a way")
+        bool, Meta(description="a robot takes up a target that it gave up when an edit or a learned map opens a way")
     ] = True
-    reach: Annotated[float, _metres(0, 10, "a stop counts as reached within this distance")] = 0.4
+    reach: Annotated[float, _metres(0, 10, "a target counts as reached within this distance")] = 0.4
     robots: Annotated[int, Meta(ge=1, le=MOST_ROBOTS, description="number of robots; `--robots` overrides it")] = 1
     seed: Annotated[int, Meta(ge=0, le=2**53, description="of the random starts, noise and radio loss")] = 1
     limit: Annotated[float, Meta(gt=0, le=1e6, description="s; simulated time after which the run is given up")] = 600.0

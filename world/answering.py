@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from swarm.bus import Bus, Request
 from swarm.errors import PeerError, SwarmError
 from swarm.messages import (
@@ -19,6 +21,7 @@ from swarm.messages import (
     RobotAction,
     Welcome,
 )
+from swarm.messages.naming import shortened
 from world.controls import already, pressed
 from world.course import Course
 from world.roll import LOST
@@ -44,9 +47,9 @@ def answer(request: Request, course: Course, bus: Bus) -> None:
             case Places() as places:
                 reply = _open(places, course)
     except SwarmError as fault:
-        request.refuse(str(fault))
+        request.refuse(shortened(str(fault)))
     else:
-        request.accept(reply)
+        request.accept(replace(reply, text=shortened(reply.text)) if isinstance(reply, Accepted) else reply)
 
 
 def _press(do: Do, name: str | None, course: Course) -> Accepted:

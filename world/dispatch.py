@@ -111,7 +111,7 @@ class Dispatch:
                 self.pool.put_back(errand, why)
                 if why is not Occasion.REPLACED:
                     self._missions.hand(robot, None)
-                text = f"errand {errand.name} goes back to the pool: {self._robots[robot]} had it, and {why.value}"
+                text = f"pool target {errand.name} goes back to the pool: {self._robots[robot]} had it, and {why.value}"
                 said.append(("errand_back", text, self._robots[robot]))
         return said
 
@@ -156,7 +156,7 @@ class Dispatch:
                 outcome = self._missions.hand(robot, errand.name, errand.at)
                 self.pool.hand_to(errand, robot, self._missions.orders.rows[robot].number)
                 said += [(kind, text, self._robots[robot]) for kind, text in outcome.events]
-                text = f"takes errand {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g}), {bid:.1f} m away"
+                text = f"takes pool target {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g}), {bid:.1f} m away"
                 said.append(("errand", text, self._robots[robot]))
         return said
 

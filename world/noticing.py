@@ -4,11 +4,21 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from swarm.geometry import Pose
+from swarm.maps.occupancy import Point
 from swarm.messages import Command, Event
+from swarm.messages.naming import long_id, shortened
 from world.progress import STALLED
 
 if TYPE_CHECKING:
     from world.world import World
+
+
+def told(world: "World", kind: str, text: str, robot: str | None, at: Point | None) -> Event:
+    """Return an event of this tick. Of a long id its text has 8 digits, and ``request`` all; ``at`` is in m."""
+    return Event(
+        run=world.run, tick=world.tick, time=world.time, robot=robot, kind=kind, text=shortened(text), at=at,
+        request=long_id(text),
+    )  # fmt: skip
 
 
 def arrivals(world: "World") -> list[Event]:

@@ -7,10 +7,12 @@ from collections.abc import Callable, Sequence
 from typing import Final, Literal, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import Assigned, Order, RobotAction, RobotDo
+from swarm.messages.naming import meant
 
 MOST_TARGETS: Final = 100  # of an order; each sense carries a bearing for each stop
 REMEMBERED: Final = 64  # ids of orders to one robot: a retry that comes later than so many others counts as new
@@ -85,7 +87,7 @@ class Orders:
         self._robots = robots
         self.last = 0  # the newest number
         self.rows = [
-            Row(what="the scenario's stops", stops=list(row), home=returns, given={}, past=[], older={})
+            Row(what="the scenario's targets", stops=list(row), home=returns, given={}, past=[], older={})
             for row in stops
         ]
 
@@ -93,7 +95,7 @@ class Orders:
         """Add a robot that has no stops; unlike one that was cancelled, it takes errands."""
         self.last += 1
         self.rows.append(
-            Row(number=self.last, what="no stops yet", stops=[], home=False, pooled=True, given={}, past=[], older={})
+            Row(number=self.last, what="no targets yet", stops=[], home=False, pooled=True, given={}, past=[], older={})
         )
 
     def assigned(self, robot: int) -> Assigned | None:
@@ -128,7 +130,9 @@ class Orders:
     def _order(
         self, robot: int, order: Order, now: Progress, home: Point, check: Callable[[Sequence[Point]], None]
     ) -> Outcome:
-        row, known = self.rows[robot], self.rows[robot].given.get(order.id)
+        row = self.rows[robot]
+        order = replace(order, id=meant(order.id, row.given))
+        known = row.given.get(order.id)
         name, what = self._robots[robot], _named(order.id, order.update)
         if known is not None and order.update <= known.update:
             self._again(robot, order, known)
@@ -149,7 +153,9 @@ class Orders:
         if len(row.given) > REMEMBERED:
             del row.given[next(iter(row.given))]
         text = _accepted(name, what, given)
-        told = text.removeprefix(f"{name}: ") + ("; it is stopped, and waits for `go_on`" if row.stopped else "")
+        told = text.removeprefix(f"{name}: ") + (
+            f"; it is stopped, and waits for `swarm go-on {name}`" if row.stopped else ""
+        )
         return Outcome(text, given.number, new_stops=True, changed=True, events=(*events, ("order", told)))
 
     def _again(self, robot: int, order: Order, known: Given) -> None:
@@ -194,8 +200,8 @@ class Orders:
                 what, stops = "the way home", [home]
             case RobotDo.CANCEL:
                 if None not in now.reached:  # a patrol has stops left in each lap
-                    return Outcome(f"{name} has no stop left")
-                what, stops = "no stops", []
+                    return Outcome(f"{name} has no target left")
+                what, stops = "no targets", []
         events = self._replace(robot, now, what, stops, bool(stops), "cancelled")
         text = f"{name} has {what} now, number {self.last}"
         return Outcome(text, new_stops=True, changed=True, events=(*events, (do.value, text.removeprefix(f"{name} "))))
@@ -227,7 +233,9 @@ class Orders:
 
     def hand(self, robot: int, now: Progress, errand: str | None, stops: Sequence[Point]) -> Outcome:
         """Give a robot an errand of the pool, or take back the one that it has: then it has no stops."""
-        events = self._replace(robot, now, f"errand {errand}" if errand else "no errand", stops, False, "superseded")
+        events = self._replace(
+            robot, now, f"pool target {errand}" if errand else "no pool target", stops, False, "superseded"
+        )
         self.rows[robot].pooled = True
         return Outcome(self.rows[robot].what, new_stops=True, changed=True, events=events)
 

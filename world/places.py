@@ -15,6 +15,7 @@ from swarm.errors import PeerError
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.messages import Accepted, Places
+from swarm.messages.naming import meant
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.check import pieces
 from swarm.settings import MOST_ROBOTS, Settings
@@ -51,7 +52,7 @@ class Book(Struct, kw_only=True, forbid_unknown_fields=True):
         Raises:
             PeerError: it was another one.
         """
-        opened = self.requests.get(request.id)
+        opened = self.requests.get(meant(request.id, self.requests))
         if opened is not None and (opened.count, opened.at) != (request.count, list(request.at)):
             raise PeerError(
                 f"places {request.id}: expected what was accepted with it, got another request; use a new id"

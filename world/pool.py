@@ -12,6 +12,7 @@ from msgspec import Struct
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import PoolCounts, PoolTargets
+from swarm.messages.naming import meant
 from world.orders import REMEMBERED, Outcome
 
 MOST_TARGETS: Final = 100  # of a request; each is checked between two ticks
@@ -33,7 +34,7 @@ class Occasion(StrEnum):
     TAKEN = "a robot takes it"
     REACHED = "the robot is there"
     GIVEN_UP = "it finds no path"
-    REPLACED = "it has other stops now"
+    REPLACED = "it has other targets now"
     LOST = "it has not answered for long"
     STUCK = "it got no nearer for long, and another one waits"
 
@@ -105,7 +106,7 @@ class Pool:
         Raises:
             PeerError: the id was given with other targets, the targets are wrong, or too many are open.
         """
-        name, targets = request.id, list(request.targets)
+        name, targets = meant(request.id, self.requests), list(request.targets)
         known = self.requests.get(name)
         if known is not None:
             if known != targets:
@@ -147,7 +148,9 @@ class Pool:
         row = TRANSITIONS[errand.stage]
         if occasion not in row:
             allowed = ", ".join(row) or "none"
-            raise ValueError(f"errand {errand.name}: expected one of ({allowed}) while {errand.stage}, got {occasion}")
+            raise ValueError(
+                f"pool target {errand.name}: expected one of ({allowed}) while {errand.stage}, got {occasion}"
+            )
         errand.stage = row[occasion]
 
     def hand_to(self, errand: Errand, robot: int, assignment: int) -> None:
@@ -184,7 +187,7 @@ class Pool:
     def left(self) -> Iterator[str]:
         """Yield a few words on each errand that is not done."""
         for errand in self.open.values():
-            yield f"errand {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g})"
+            yield f"pool target {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g})"
 
 
 def _accepted(name: str, targets: Sequence[Point]) -> str:

@@ -297,4 +297,4 @@ class World:
 
     def event(self, kind: str, text: str, robot: str | None = None, at: Point | None = None) -> Event:
         """Return an event of this tick; ``at`` is where it happened [m]."""
-        return Event(run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=text, at=at)
+        return noticing.told(self, kind, text, robot, at)

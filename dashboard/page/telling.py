@@ -30,15 +30,15 @@ class Row(Struct, frozen=True, kw_only=True):
     heard: Annotated[Liveness, says("whether its process is there and speaks")]
     doing: Annotated[str, says("in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
     activity: Annotated[Activity, says("what it is doing")]
-    share: Annotated[float, says("of its way through its stops, 0 to 1, by distance")]
-    reached: Annotated[int, says("stops reached")]
+    share: Annotated[float, says("of its way through its targets, 0 to 1, by distance")]
+    reached: Annotated[int, says("targets reached")]
     stops: Annotated[int, says("targets, and home if the mission returns; 0: it has not spoken yet")]
-    target: Annotated[int, says("index of the stop it drives to; the number of stops when all are reached")]
-    left: Annotated[float, says("m; to that stop along its path")]
+    target: Annotated[int, says("index of the target it drives to; the number of targets when all are reached")]
+    left: Annotated[float, says("m; to that target along its path")]
     waits: Annotated[float, says("s; for how long it has been waiting now")]
     waited: Annotated[float, says("s; in this run")]
-    unreachable: Annotated[tuple[int, ...], says("stops given up because no path leads there")]
-    assignment: Annotated[int, says("number of its stops; 0: the scenario's")]
+    unreachable: Annotated[tuple[int, ...], says("targets given up because no path leads there")]
+    assignment: Annotated[int, says("number of its targets; 0: the scenario's")]
 
 
 class Overview(Struct, frozen=True, kw_only=True):

@@ -17,7 +17,7 @@ def shown(status: Status) -> str:
     end = f", not complete: {status.reason}" if status.reason else ", complete" * status.complete
     pool = status.pool
     errands = (
-        [f"pool: {pool.done} of {pool.given} errands done, {pool.taken} under way, {pool.waiting} waiting"]
+        [f"pool: {pool.done} of {pool.given} targets done, {pool.taken} under way, {pool.waiting} waiting"]
         if pool is not None
         else []
     )

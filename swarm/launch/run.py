@@ -21,7 +21,7 @@ from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
 from swarm.launch.running import CARD, Entry, named, registered
-from swarm.launch.setup import BUSY, answered, as_set
+from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
@@ -61,7 +61,7 @@ def run(options: Options) -> int:
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
         say = partial(tell, console)
-        say(f"fleet {name}: {options.robots} robots, router {endpoint}")
+        say(f"fleet {name}: {in_words(options.robots)}, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
             ports = {"grpc_port": _free_port(), "web_port": _free_port()}
@@ -170,7 +170,7 @@ def _set_up(
     if another is None:
         return
     scenario = another.options.scenario.settings
-    say(f"another set-up: {scenario.name}, {another.options.robots} robots; the fleet starts again")
+    say(f"another set-up: {scenario.name}, {in_words(another.options.robots)}; the fleet starts again")
     processes.start_again(another.options, another.run, stop)
     if not stop.is_set():
         terminal.start_again(another.run, home=scenario.return_home)

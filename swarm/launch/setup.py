@@ -63,14 +63,15 @@ def answered(
     except SwarmError as fault:
         request.refuse(str(fault))
         return None
-    text = f"{other.scenario.settings.name} with {_robots(other.robots)} is set up; it waits for go"
+    text = f"{other.scenario.settings.name} with {in_words(other.robots)} is set up; it waits for go"
     if added:
-        text += f". It is without the {_robots(added)} added to the fleet before; add them again"
+        text += f". It is without the {in_words(added)} added to the fleet before; add them again"
     request.accept(Accepted(text=text))
     return Another(other, clock.run + 1)
 
 
-def _robots(number: int) -> str:
+def in_words(number: int) -> str:
+    """Return a number of robots in words."""
     return f"{number} robot{'s' * (number > 1)}"
 
 

@@ -43,7 +43,7 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
         lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
     if (pool := summary.get("pool")) is not None:
         lines.append(
-            f"  pool: {pool['done']} of {pool['given']} errands done, {pool['per_minute']:.1f} a minute; "
+            f"  pool: {pool['done']} of {pool['given']} targets done, {pool['per_minute']:.1f} a minute; "
             f"{len(pool['left'])} left"
         )
     lines += [f"  {line}" for line in _told_of_robots(summary.get("per_robot", {}))]
@@ -68,16 +68,16 @@ def _verdict(summary: dict[str, Any]) -> str:
 
 
 def _told_of_robots(rows: dict[str, dict[str, Any]]) -> list[str]:
-    """Return a line about each robot; of a large fleet totals, and those that lack stops or have contacts."""
+    """Return a line about each robot; of a large fleet totals, and those that lack targets or have contacts."""
     if len(rows) <= ROWS:
         return [_told_of_robot(name, row) for name, row in rows.items()]
     everybody = rows.values()
     ways, waited = [row["path_length"] for row in everybody], max(row["waiting"] for row in everybody)
     reached = sum(row["targets"] - _lacking(row) for row in everybody)
     needy = [name for name, row in rows.items() if _lacking(row) or row["contacts"]]
-    more = f"and {len(needy) - ROWS} more that lack stops or touched something; --report FILE has all"
+    more = f"and {len(needy) - ROWS} more that lack targets or touched something; --report FILE has all"
     return [
-        f"{len(rows)} robots reached {reached} of {sum(row['targets'] for row in everybody)} stops",
+        f"{len(rows)} robots reached {reached} of {sum(row['targets'] for row in everybody)} targets",
         f"each drove {min(ways):.1f} m to {max(ways):.1f} m and waited at most {waited:.1f} s",
         *(_told_of_robot(name, rows[name]) for name in needy[:ROWS]),
         *([more] if len(needy) > ROWS else []),
@@ -94,7 +94,7 @@ def _told_of_robot(name: str, row: dict[str, Any]) -> str:
     times = (lack if time is None else f"{time:.0f} s" for lack, time in zip(lacks, row["reached"], strict=True))
     laps = f"{row['laps']} laps; " if row["laps"] else ""
     touched = f", {row['contacts']} contact{'' if row['contacts'] == 1 else 's'}" if row["contacts"] else ""
-    stops = f"stops: {', '.join(times)}; " if row["reached"] else ""
+    stops = f"targets: {', '.join(times)}; " if row["reached"] else ""
     return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 

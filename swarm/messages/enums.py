@@ -7,11 +7,11 @@ class Activity(StrEnum):
     """What a robot is doing, in one word."""
 
     READY = "ready"  # waits for its first task
-    DRIVE = "drive"  # drives to its target, or has stops left and none of the following is true
+    DRIVE = "drive"  # drives to its target, or has targets left and none of the following is true
     GIVE_WAY = "give_way"  # waits for another robot: for a cell, or in the call for a joint plan
-    BLOCKED = "blocked"  # has no way to its stop now, because of walls, obstacles or silent robots; it tries again
+    BLOCKED = "blocked"  # has no way to its target now, because of walls, obstacles or silent robots; it tries again
     STOPPED = "stopped"  # was told to stop; it waits for the action `go_on`
-    DONE = "done"  # all stops are finished, home included if the mission returns
+    DONE = "done"  # all targets are finished, home included if the mission returns
 
 
 class Steering(StrEnum):
@@ -57,8 +57,8 @@ class RobotDo(StrEnum):
 
     STOP = "stop"  # brake and stand until the action `go_on`, whatever the robot says
     GO_ON = "go_on"  # end the stop
-    HOME = "home"  # drop the stops that are left, and drive home
-    CANCEL = "cancel"  # drop the stops that are left, and stay
+    HOME = "home"  # drop the targets that are left, and drive home
+    CANCEL = "cancel"  # drop the targets that are left, and stay
 
 
 class Kind(StrEnum):

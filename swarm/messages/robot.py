@@ -20,11 +20,11 @@ class Edit(Message, frozen=True, kw_only=True):
 
 
 class Assigned(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The stops that the world has given a robot instead of the scenario's own."""
+    """The targets that the world has given a robot instead of the scenario's own."""
 
     number: Annotated[Count, says("its number in this run, from 1; a robot that took it over says this number")]
     stops: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; in order; none: the robot is done")]
-    home: Annotated[bool, says("the last stop is home")] = False
+    home: Annotated[bool, says("the last target is home")] = False
 
 
 class Sense(Message, frozen=True, kw_only=True):
@@ -45,7 +45,7 @@ class Sense(Message, frozen=True, kw_only=True):
     right: Annotated[Length, says("m; the same of the right sector")]
     bearings: Annotated[
         list[Angle | None],
-        says("rad; of each *stop*, home too, relative to the heading, left positive; null: out of sight"),
+        says("rad; of each *target*, home too, relative to the heading, left positive; null: out of sight"),
     ]
     hears: Annotated[
         list[tuple[Id, Count]],
@@ -55,7 +55,7 @@ class Sense(Message, frozen=True, kw_only=True):
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
     assigned: Annotated[
-        Assigned | None, says("new stops; repeated until the robot's command has their number, null then")
+        Assigned | None, says("new targets; repeated until the robot's command has their number, null then")
     ] = None
     stopped: Annotated[
         bool, says("the world ignores the robot's wheel speeds and brakes, until the action `go_on`")
@@ -71,8 +71,8 @@ class Command(Message, frozen=True, kw_only=True):
     right: Annotated[Speed, says("m/s; rim speed of the right wheel")]
     heading: Annotated[Angle, says("rad; bearing of the aim that the fuzzy controller got; left is positive")]
     activity: Annotated[Activity, says("what the robot is doing")]
-    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
-    unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
+    reached: Annotated[list[bool], says("for each target; home is the last one if the mission returns")]
+    unreachable: Annotated[list[Count], says("targets given up because no path leads there")]
     held: Annotated[list[Count], says("cells that it has reserved; the last is the head")] = []
     scale: Annotated[Scale, says("the fuzzy controller got the sensed distances divided by this")] = 1.0
     unconstrained: Annotated[bool, says("no robot is near: it reserves only the cells of its body and brake")] = False
@@ -81,7 +81,7 @@ class Command(Message, frozen=True, kw_only=True):
     notes: Annotated[list[tuple[Id, Text]], says("events: (kind, text)")] = []
     sent: Annotated[bool, says("a broadcast of this tick was sent before this command")]
     replans: Annotated[Count, says("paths planned so far")]
-    assignment: Annotated[Count, says("number of the stops that `reached` is about; 0: the scenario's")] = 0
+    assignment: Annotated[Count, says("number of the targets that `reached` is about; 0: the scenario's")] = 0
 
 
 class BodyReport(Message, frozen=True, kw_only=True):
@@ -100,7 +100,7 @@ class BodyReport(Message, frozen=True, kw_only=True):
 
 
 class Broadcast(Message, frozen=True, kw_only=True):
-    """What a robot sends by radio: position, distance to the target, stops reached (paper section 3.1), and traffic."""
+    """What a robot sends by radio: position, distance to the target, targets reached (paper 3.1), and traffic."""
 
     robot: Annotated[Id, says("who speaks")]
     run: Annotated[Count, says("run of the sense after which it was sent")]
@@ -109,9 +109,9 @@ class Broadcast(Message, frozen=True, kw_only=True):
     y: Annotated[Metres, says("m")]
     yaw: Annotated[Angle, says("rad")]
     activity: Annotated[Activity, says("what the robot is doing")]
-    target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
-    distance: Annotated[Length, says("m; to that stop, along its path")]
-    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
+    target: Annotated[Count, says("index of the target it drives to; the number of targets when all are reached")]
+    distance: Annotated[Length, says("m; to that target, along its path")]
+    reached: Annotated[list[bool], says("for each target; home is the last one if the mission returns")]
     traffic: Annotated[
         TrafficBroadcast | None, says("reservations, acknowledgements and joint plans of the sender and of others")
     ] = None
@@ -127,13 +127,13 @@ class State(Message, frozen=True, kw_only=True):
     run: Annotated[Count, says("increases with each restart")]
     tick: Annotated[Count, says("ticks since the run began")]
     activity: Annotated[Activity, says("what the robot is doing")]
-    target: Annotated[Count, says("index of the stop it drives to; the number of stops when all are reached")]
-    reached: Annotated[list[bool], says("for each stop: the targets, then home if the mission returns")]
-    unreachable: Annotated[list[Count], says("stops given up because no path leads there")]
-    distance: Annotated[Length, says("m; to the stop, along its path")]
+    target: Annotated[Count, says("index of the target it drives to; the number of targets when all are reached")]
+    reached: Annotated[list[bool], says("for each target; home is the last one if the mission returns")]
+    unreachable: Annotated[list[Count], says("targets given up because no path leads there")]
+    distance: Annotated[Length, says("m; to the target, along its path")]
     replans: Annotated[Count, says("paths planned so far")]
     laps: Annotated[Count, says("rounds of a patrol that are complete")] = 0
-    assignment: Annotated[Count, says("number of the stops that `reached` is about; 0: the scenario's")] = 0
+    assignment: Annotated[Count, says("number of the targets that `reached` is about; 0: the scenario's")] = 0
 
 
 class Plan(Message, frozen=True, kw_only=True):

@@ -105,14 +105,14 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     goal: Annotated[
         Cell,
         says(
-            "cell it drives to: that of its stop; done: of the place where it must stand; idle: where it is; -1: none"
+            "cell it drives to: that of its target; done: of the place where it must stand; idle: where it is; -1: none"
         ),
     ]
     idle: Annotated[
-        bool, says("it has no stop left and may stand anywhere: a joint plan may send it wherever there is room")
+        bool, says("it has no target left and may stand anywhere: a joint plan may send it wherever there is room")
     ] = False
     done: Annotated[
-        bool, says("it has no stop left; unless it is idle, it returns to the place where it must stand")
+        bool, says("it has no target left; unless it is idle, it returns to the place where it must stand")
     ] = False
     wants: Annotated[Tick, says("tick since which it has had this goal")] = 0
     ahead: Annotated[tuple[Cell, ...], says("cells of its way beyond the head")] = ()

@@ -106,6 +106,9 @@ class Event(Message, frozen=True, kw_only=True):
     kind: Annotated[Id, says("one word")]
     text: Annotated[Text, says("what happened, for people")]
     at: Annotated[tuple[Metres, Metres] | None, says("m; where in the map; null: not told")] = None
+    request: Annotated[
+        Id | None, says("id of the order or pool request of which the text has only the first 8 of 32 hex digits")
+    ] = None
 
 
 class Events(Message, frozen=True, kw_only=True):
@@ -117,12 +120,12 @@ class Events(Message, frozen=True, kw_only=True):
 class Account(Message, frozen=True, kw_only=True):
     """What the world has measured of one robot so far: in the report it has the same names."""
 
-    targets: Annotated[Count, says("stops that it has")]
-    reached: Annotated[list[Seconds | None], says("s; when it reached each stop; null: not yet")]
+    targets: Annotated[Count, says("targets that it has")]
+    reached: Annotated[list[Seconds | None], says("s; when it reached each target; null: not yet")]
     laps: Annotated[Count, says("of a patrol, complete")]
     path_length: Annotated[Travel, says("m; driven, from the poses of all ticks")]
     shortest_length: Annotated[
-        Travel | None, says("m; through all stops, for a robot alone; null: it has no path, or the run is not over")
+        Travel | None, says("m; through all targets, for a robot alone; null: it has no path, or the run is not over")
     ]
     waiting: Annotated[Seconds, says("s; during which it gave way or had no path")]
     waits_for: Annotated[
@@ -132,9 +135,9 @@ class Account(Message, frozen=True, kw_only=True):
     contacts: Annotated[Count, says("with robots, walls and obstacles")]
     struck: Annotated[Count, says("those that began while it stood still")]
     stalled: Annotated[Count, says("times that it made no progress for long")]
-    unreachable: Annotated[list[Count], says("stops that it has given up")]
+    unreachable: Annotated[list[Count], says("targets that it has given up")]
     standing: Annotated[
-        Seconds, says("s; during which its wheels stood, with a stop left and not told to stop, whatever it said")
+        Seconds, says("s; during which its wheels stood, with a target left and not told to stop, whatever it said")
     ] = 0.0
 
 
@@ -159,7 +162,7 @@ class Status(Message, frozen=True, kw_only=True):
     tick: Annotated[Count, says("ticks since the run began")]
     time: Annotated[Seconds, says("s; since the run began")]
     phase: Annotated[Phase, says("phase of the run")]
-    complete: Annotated[bool, says("every robot has been at all its stops")]
+    complete: Annotated[bool, says("every robot has been at all its targets")]
     reason: Annotated[Text, says("why a run that is over is not complete; else empty")]
     edits: Annotated[Count, says("number of edits of the map so far")]
     robots: Annotated[list[RobotStatus], says("all robots, in the order of their numbers")]
@@ -186,7 +189,7 @@ class Action(Message, frozen=True, kw_only=True):
 
 
 class Order(Message, frozen=True, kw_only=True):
-    """A request of a user: the stops of one robot from now on, instead of those that it has."""
+    """A request of a user: the targets of one robot from now on, instead of those that it has."""
 
     id: Annotated[Id, says("name of the order, chosen by who gives it; the same order said again changes nothing")]
     update: Annotated[Count, says("version of the order: a higher one replaces a lower one")] = 0
@@ -280,7 +283,7 @@ class Welcome(Message, frozen=True, kw_only=True):
     state: Annotated[
         State | None, says("progress of its mission, by the world's own record; null: the run has not begun")
     ]
-    assigned: Annotated[Assigned | None, says("the stops that it has now; null: those of the scenario")] = None
+    assigned: Annotated[Assigned | None, says("the targets that it has now; null: those of the scenario")] = None
     sender: Annotated[
         Sender | None, says("what is attached to the world's messages: the robot obeys no other sense; null: any")
     ] = None

@@ -26,13 +26,13 @@ class Occasion(StrEnum):
     """An event that changes the stage of a mission."""
 
     GO = "go"
-    TARGET_LEFT = "stop done, another target left"  # the stop was reached, or no path leads there
-    TARGETS_DONE = "stop done, home is next"
-    ALL_DONE = "stop done, none left"
-    TAKEN_UP = "a way opens to a stop that was given up"
-    ASSIGNED = "other stops are assigned"
+    TARGET_LEFT = "target done, another one left"  # the target was reached, or no path leads there
+    TARGETS_DONE = "target done, home is next"
+    ALL_DONE = "target done, none left"
+    TAKEN_UP = "a way opens to a target that was given up"
+    ASSIGNED = "other targets are assigned"
     SENT_HOME = "only home is assigned or taken up"
-    NO_STOPS = "no stops are assigned"
+    NO_STOPS = "no targets are assigned"
     RESTART = "restart"
 
 

@@ -84,7 +84,7 @@ def _affordable(scenario: Scenario, robots: int) -> None:
     stops = sum(map(len, targets)) + robots * settings.return_home
     if stops > MOST_STOPS:
         raise ConfigError(
-            f"{settings.name}: expected at most {MOST_STOPS} stops of all robots together, got {stops} of {robots}; "
+            f"{settings.name}: expected at most {MOST_STOPS} targets of all robots together, got {stops} of {robots}; "
             "run fewer robots or give them fewer targets"
         )
     width, height = (side * floor.resolution for side in floor.shape)
@@ -100,7 +100,7 @@ def _affordable(scenario: Scenario, robots: int) -> None:
     )
     if cost > 1.0:
         raise ConfigError(
-            f"{settings.name}: expected a floor and stops for which the lattice of cells can be placed, got "
+            f"{settings.name}: expected a floor and targets for which the lattice of cells can be placed, got "
             f"{width:g} x {height:g} m with {listed} targets and starts, {cost:.1f} times too many; set `traffic.cell` "
             "and `traffic.offset`, cut the map, or list fewer targets"
         )

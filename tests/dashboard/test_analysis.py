@@ -132,7 +132,7 @@ def test_what_an_analysis_lacks_is_said(name: str) -> None:
 def test_the_table_has_a_row_for_each_robot_and_the_total() -> None:
     rows = analysis.table(analysis.analysed(account({"r1": DONE, "r2": HALF}), True, "f"))
     assert [list(row) for row in rows] == [
-        ["robot", "stops at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"],
+        ["robot", "targets at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"],
         ["r1", "4.0, 9.0", "12.0", "10.0", "1.20", "1.5", "r2 1.5", "0", "0"],
         ["r2", "3.0, -", "5.0", "9.0", "-", "0.0", "-", "2", "3"],
         ["total", "3 of 4", "17.0", "19.0", "1.20", "1.5", "", "1", "3"],

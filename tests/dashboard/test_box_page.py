@@ -87,7 +87,7 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         other.page.click("#restart")
         await_clock(bus, lambda told: told.run == 2)
         box.page.locator("#rows li .row").click()
-        box.await_text("#one .does", "of 4 stops")
+        box.await_text("#one .does", "of 4 targets")
         box.await_text("#one .rules", "left wheel")
         box.page.click(".halt")
         box.await_text("#one .does", "was told to stop")

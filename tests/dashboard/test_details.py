@@ -165,7 +165,7 @@ def test_the_totals_come_first_and_count_everybody(tmp_path: Path) -> None:
     for event in (*PAIR, WALLED):
         progress = fold(progress, event)
     reached = sum(progress.robot(name).reached for name in rehearsal.names)
-    assert totals(progress).startswith(f"20 s, running: {reached} of 12 stops reached (")
+    assert totals(progress).startswith(f"20 s, running: {reached} of 12 targets reached (")
     assert totals(progress).endswith("; 2 contacts")
     states = [progress.robot(name).activity for name in rehearsal.names]
     assert f"{states.count(Activity.DRIVE)} drives" in totals(progress)

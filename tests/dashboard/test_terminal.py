@@ -105,7 +105,7 @@ def test_a_large_fleet_is_summed_up() -> None:
 def test_the_headline_says_how_far_the_pool_is() -> None:
     terminal = Terminal(Console(file=StringIO()), clock=Wall())
     terminal.fold(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
-    assert "running,   0% of the way, 3 of 7 errands done" in terminal.line()
+    assert "running,   0% of the way, 3 of 7 pool targets done" in terminal.line()
 
 
 def test_before_the_world_speaks_it_says_so() -> None:

@@ -105,7 +105,7 @@ def test_a_lost_stop_and_a_contact_of_a_real_run_are_named(monkeypatch: pytest.M
     outcome = run.one(ROWS["on-all-keys"], LOCKSTEP)
     assert outcome.outcome == "fail"
     assert outcome.seen == (
-        "no contact: contacts: 1 wall; nothing lost: r2 lacks 1 stops; "
+        "no contact: contacts: 1 wall; nothing lost: r2 lacks 1 target; "
         f"same run: digest {undisturbed()[:8]} instead of another"
     )
 

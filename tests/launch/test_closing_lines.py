@@ -32,7 +32,7 @@ def test_how_it_went_is_said_in_words() -> None:
         "  simulated 104.2 s in 2.0 s (52.1 x real time), 3 late commands",
         "  contacts: 0 robot, 1 wall, 0 obstacle; smallest gap 0.12 m",
         "  the fuzzy tables steered 92% of all turning",
-        "  r1: stops: 12 s, no way; drove 50.0 m, waited 1.5 s, 1 contact",
+        "  r1: targets: 12 s, no way; drove 50.0 m, waited 1.5 s, 1 contact",
     ]
 
 
@@ -153,9 +153,9 @@ def row(reached: list[float | None], **fields: object) -> dict[str, Any]:
 # fmt: off
 FEW = {  # what is special of a large fleet's robots: the lines about robots, after the totals
     "nothing":               ({}, []),
-    "one lacks a stop":      ({"r2": row([5.0, None])}, ["r2: stops: 5 s, not reached; drove 20.0 m, waited 3.0 s"]),
-    "one has no way":        ({"r2": row([None, 5.0], unreachable=[0])}, ["r2: stops: no way, 5 s; drove 20.0 m, waited 3.0 s"]),
-    "one touched something": ({"r2": row([1.0, 2.0], contacts=2)}, ["r2: stops: 1 s, 2 s; drove 20.0 m, waited 3.0 s, 2 contacts"]),
+    "one lacks a stop":      ({"r2": row([5.0, None])}, ["r2: targets: 5 s, not reached; drove 20.0 m, waited 3.0 s"]),
+    "one has no way":        ({"r2": row([None, 5.0], unreachable=[0])}, ["r2: targets: no way, 5 s; drove 20.0 m, waited 3.0 s"]),
+    "one touched something": ({"r2": row([1.0, 2.0], contacts=2)}, ["r2: targets: 1 s, 2 s; drove 20.0 m, waited 3.0 s, 2 contacts"]),
     "one is on patrol":      ({"r2": row([None, None], laps=4)}, []),
 }
 # fmt: on
@@ -170,7 +170,7 @@ def test_a_large_fleet_is_told_as_totals_and_the_few_that_need_attention(name: s
     fleet = usual | special
     lacking = sum(each["reached"].count(None) for each in special.values() if not each["laps"])
     assert closing_lines(SUMMARY | {"per_robot": fleet}, [])[5:] == [
-        f"  {ROWS + 20} robots reached {2 * (ROWS + 20) - lacking} of {2 * (ROWS + 20)} stops",
+        f"  {ROWS + 20} robots reached {2 * (ROWS + 20) - lacking} of {2 * (ROWS + 20)} targets",
         "  each drove 20.0 m to 31.0 m and waited at most 8.0 s",
         *(f"  {line}" for line in few),
     ]
@@ -180,7 +180,7 @@ def test_of_many_robots_that_lack_stops_only_the_first_are_told() -> None:
     fleet = {f"r{number}": row([None]) for number in range(ROWS + 5)}
     lines = closing_lines(SUMMARY | {"per_robot": fleet}, [])
     assert len([line for line in lines if line.startswith("  r")]) == ROWS
-    assert lines[-1] == "  and 5 more that lack stops or touched something; --report FILE has all"
+    assert lines[-1] == "  and 5 more that lack targets or touched something; --report FILE has all"
 
 
 def test_robots_that_shared_a_process_are_said() -> None:

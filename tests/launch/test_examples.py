@@ -83,7 +83,7 @@ def test_send_waits_until_the_robot_is_there_and_may_be_run_again(small: Path, t
                 read_to(new, "number")
                 assert main(["go"]) == 0
                 said = [each.communicate(timeout=LONGEST)[0] for each in (one, again, old, new)]
-                assert said == ["r1 is there\n"] * 2 + ["r2 other stops have replaced these\n", "r2 is there\n"]
+                assert said == ["r1 is there\n"] * 2 + ["r2 other targets have replaced these\n", "r2 is there\n"]
                 assert [each.returncode for each in (one, again, old, new)] == [0, 0, 1, 0]
         assert fleet.end() == 0, fleet.text
         history = fleet.report()["per_robot"]["r1"]["history"]
@@ -135,7 +135,7 @@ def test_watch_tells_one_who_comes_late_what_was_before_and_all_that_comes(small
     for name in ("r1", "r2"):
         assert f"s  {name} at " in before
         assert f"s  {name} at " in after
-        assert f" {name} done, 3 of 3 stops" in after
+        assert f" {name} done, 3 of 3 targets" in after
     assert (before + after).count("r1: is at target 1") == 1, "told once"
     assert "small is over" in after.splitlines()[-3]
 

@@ -60,5 +60,5 @@ def test_errands_outlive_a_robot_and_the_world(
         report = fleet.report()
     assert report["complete"]
     assert (report["pool"]["given"], report["pool"]["done"], report["pool"]["left"]) == (6, 6, [])
-    assert "pool: 6 of 6 errands done" in fleet.text
+    assert "pool: 6 of 6 targets done" in fleet.text
     assert sum(report["contacts"].values()) == 0

@@ -54,7 +54,7 @@ def test_every_pair_leads_where_the_table_says_or_is_refused_and_changes_nothing
 def test_no_stop_is_finished_before_the_start_or_after_the_end(stage: Stage, stops: int) -> None:
     mission = Mission(STOPS[:stops], returns=True)
     mission.stage = stage
-    with pytest.raises(ValueError, match=f"in stage {stage}, got stop done"):
+    with pytest.raises(ValueError, match=f"in stage {stage}, got target done"):
         mission.finish_stop(reached=True)
 
 

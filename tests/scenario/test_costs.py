@@ -33,7 +33,7 @@ FILES: dict[str, tuple[str, str]] = {
     "more than 4 MB":               ("#" * 4_000_001, "expected at most 4000000 bytes, got more"),
     "one long line of a map":       (HEAD + FAR + 'map: {text: "' + "." * 100_000 + '"}', "got 1 rows of 100000"),
     "an empty floor of 1 km":       (empty(2048, 0.5), "planning grid of cells of 0.1 m: expected 1 to 16384 rows and columns and at most 8388608 cells, got 10240 rows of 10240"),
-    "an empty floor of 205 m":      (empty(2048, 0.1), "expected a floor and stops for which the lattice of cells can be placed, got 204.8 x 204.8 m with 2 targets and starts"),
+    "an empty floor of 205 m":      (empty(2048, 0.1), "expected a floor and targets for which the lattice of cells can be placed, got 204.8 x 204.8 m with 2 targets and starts"),
     "cells smaller than a robot":   (empty(1024, 0.1) + "traffic: {cell: 0.05, offset: [0, 0]}\n", "times too many; set `traffic.cell` and `traffic.offset`, cut the map, or list fewer targets"),
     "a map of too many cells":      (empty(2900, 0.1), "expected 1 to 16384 rows and columns and at most 8388608 cells, got 2900 rows of 2900"),
 }
@@ -65,7 +65,9 @@ def test_too_many_stops_of_all_robots_are_refused(tmp_path: Path, monkeypatch: p
     (tmp_path / "case.yaml").write_text(ROOM + "targets: [" + "[5.5, 5.5]," * 100 + "]\n")
     scenario = load.load(tmp_path / "case.yaml")
     monkeypatch.setattr(check, "settled", not_reached)
-    with pytest.raises(ConfigError, match="at most 20000 stops of all robots together, got 101000 of 1000; run fewer"):
+    with pytest.raises(
+        ConfigError, match="at most 20000 targets of all robots together, got 101000 of 1000; run fewer"
+    ):
         check.check(scenario, 1000, 1)
     with pytest.raises(AssertionError, match="before anything is computed"):
         check.check(scenario, 100, 1)

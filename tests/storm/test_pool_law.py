@@ -27,7 +27,9 @@ def killed_run() -> History:
 
 
 def of(moment: Moment, kind: str, robot: str) -> list[Event]:
-    return [event for event in moment.events if (event.kind, event.robot) == (kind, robot) and "errand" in event.text]
+    return [
+        event for event in moment.events if (event.kind, event.robot) == (kind, robot) and "pool target" in event.text
+    ]
 
 
 def with_events(history: History, change: Callable[[Event], list[Event]]) -> History:
@@ -37,7 +39,7 @@ def with_events(history: History, change: Callable[[Event], list[Event]]) -> His
 
 
 def without(history: History, kind: str) -> History:
-    return with_events(history, lambda event: [] if event.kind == kind and "errand" in event.text else [event])
+    return with_events(history, lambda event: [] if event.kind == kind and "pool target" in event.text else [event])
 
 
 def all_left(history: History) -> History:
@@ -58,7 +60,7 @@ PLANTED: list[tuple[str, str, Callable[[], History]]] = [  # what, part of what 
     ("counted from afar", "m away", lambda: with_moments(
         pool_run(), lambda moment: moment._replace(poses=tuple(pose._replace(x=pose.x + 3.0) for pose in moment.poses)))),
     ("done twice", "was done before", lambda: with_events(
-        pool_run(), lambda event: [event, event] if event.kind == "reached" and "errand" in event.text else [event])),
+        pool_run(), lambda event: [event, event] if event.kind == "reached" and "pool target" in event.text else [event])),
     ("given to two", "which", lambda: with_events(
         pool_run(), lambda event: [event, event] if event.kind == "errand" else [event])),
     ("lost", "the report says", lambda: with_report(pool_run(), pool={"given": 3, "done": 2, "left": []})),

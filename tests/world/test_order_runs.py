@@ -60,7 +60,7 @@ def test_an_order_replaces_the_stops_and_is_reported_with_those_before() -> None
     row = report["per_robot"]["r1"]
     assert row["orders"] == {"done": 1, "superseded": 2, "cancelled": 0, "open": 0}
     assert [(one["number"], one["what"]) for one in row["history"]] == [
-        (0, "the scenario's stops"), (1, "order scenario update 0"), (2, "order scenario update 1"),
+        (0, "the scenario's targets"), (1, "order scenario update 0"), (2, "order scenario update 1"),
     ]  # fmt: skip
     assert row["history"][-1]["reached"] == row["reached"]
     assert "history" not in report["per_robot"]["r2"]

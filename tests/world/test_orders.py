@@ -84,7 +84,7 @@ CARRIED_OUT = {  # and what is in force then: number, stops, home, stopped
     "stop":                 (Row([], do("stop"), "r1 stops"), (0, OWN, True, True)),
     "go on":                (Row([do("stop")], do("go_on"), "r1 goes on"), (0, OWN, True, False)),
     "home":                 (Row([], do("home"), "r1 has the way home now, number 1"), (1, [HOME], True, False)),
-    "cancel":               (Row([], do("cancel"), "r1 has no stops now, number 1"), (1, [], False, False)),
+    "cancel":               (Row([], do("cancel"), "r1 has no targets now, number 1"), (1, [], False, False)),
     "an order while stopped": (Row([do("stop")], order(), "is number 1"), (1, [(2.0, 2.0)], False, True)),
     "home while stopped":   (Row([do("stop")], do("home"), "number 1"), (1, [HOME], True, True)),
     "home from an order home": (Row([order(home=True)], do("home"), "number 2"), (2, [HOME], True, False)),
@@ -93,7 +93,7 @@ NOTHING_TO_DO = {
     "stop":                 Row([do("stop")], do("stop"), "r1 is stopped already"),
     "go on":                Row([], do("go_on"), "r1 is not stopped"),
     "home":                 Row([do("home")], do("home"), "r1 drives home already, or is there"),
-    "cancel":               Row([do("cancel")], do("cancel"), "r1 has no stop left"),
+    "cancel":               Row([do("cancel")], do("cancel"), "r1 has no target left"),
     "the same order":       Row([order()], order(), "r1: order a update 0 is number 1: 1 target"),
 }
 # fmt: on

@@ -50,7 +50,7 @@ def test_the_table_is_all_there_is(stage: Stage, occasion: Occasion) -> None:
         pool.take(errand, occasion)
         assert errand.stage is TRANSITIONS[stage][occasion]
     else:
-        with pytest.raises(ValueError, match=f"errand scenario/1: .* while {stage}"):
+        with pytest.raises(ValueError, match=f"pool target scenario/1: .* while {stage}"):
             pool.take(errand, occasion)
         assert errand.stage is stage
 

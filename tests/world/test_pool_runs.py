@@ -197,7 +197,7 @@ def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none
         events += simulation.step().events
     back = [event for event in events if event.kind == "errand_back" and event.robot == "r1"]
     assert ["got no nearer for long" in event.text for event in back] == [True]
-    assert [event.text.split()[2] for event in events if event.kind == "errand"] == [
+    assert [event.text.split()[3] for event in events if event.kind == "errand"] == [
         "shut/1",
         "far/1",
         "far/2",
@@ -215,10 +215,10 @@ def test_an_order_puts_the_errand_back_and_the_robot_is_free_after_it() -> None:
     events += watched(simulation)
     texts = [event.text for event in events if event.kind == "errand_back"]
     assert len(texts) == 1
-    assert "it has other stops now" in texts[0]
+    assert "it has other targets now" in texts[0]
     assert world.complete
     history = simulation.report(1.0, 1.0)["per_robot"]["r1"]["history"]
-    assert [one["what"] for one in history][:2] == ["the scenario's stops", "order a update 0"]
+    assert [one["what"] for one in history][:2] == ["the scenario's targets", "order a update 0"]
     assert len(history) == 3, "errands that are over are not in it"
 
 
@@ -232,7 +232,7 @@ def test_a_robot_that_is_sent_home_or_cancelled_takes_no_errand_until_it_has_an_
     watched(simulation)
     assert world.finished
     assert not world.complete
-    assert "errand scenario/1 at (14.5, 1.5)" in simulation.report(1.0, 1.0)["reason"]
+    assert "pool target scenario/1 at (14.5, 1.5)" in simulation.report(1.0, 1.0)["reason"]
     world.request("r1", Order(id="a", targets=[(2.5, 2.5)]))
     watched(simulation)
     assert world.complete
@@ -270,7 +270,7 @@ def test_an_errand_that_a_wall_cuts_off_waits_and_is_done_when_the_way_is_open()
     watched(shut)
     assert shut.world.time < 190, "the run ends: nobody can go there"
     assert not shut.world.complete
-    assert "errand scenario/1 at (7.5, 5.5)" in shut.report(1.0, 200.0)["reason"]
+    assert "pool target scenario/1 at (7.5, 5.5)" in shut.report(1.0, 200.0)["reason"]
 
 
 # --- requests, and what is kept ---

@@ -31,7 +31,7 @@ def flags_stay(history: History) -> Found:
             lost = [stop for stop, (a, b) in enumerate(zip(was, command.reached, strict=False)) if a and not b]
             taken_up = set(given_up).difference(command.unreachable)
             if run == command.run and lost and not (taken_up and lost == [len(was) - 1]):
-                yield moment.tick, (name,), f"{name} takes back that it reached stop {lost[0] + 1}"
+                yield moment.tick, (name,), f"{name} takes back that it reached target {lost[0] + 1}"
             flags[name] = command.run, command.reached, command.unreachable
 
 
@@ -58,7 +58,7 @@ def all_arrive(history: History) -> Found:
         yield (
             last,
             names,
-            "; ".join(f"{name} did not reach stop {stop + 1} although a way leads there" for name, stop in stuck),
+            "; ".join(f"{name} did not reach target {stop + 1} although a way leads there" for name, stop in stuck),
         )
 
 
@@ -82,7 +82,7 @@ def truthful(history: History) -> Found:
     for number, name in enumerate(history.robots):
         for stop in report["per_robot"][name]["unreachable"]:
             if ways.always_there(number, stop):
-                yield history.moments[-1].tick, (name,), f"{name} gave up stop {stop + 1} that always had a way"
+                yield history.moments[-1].tick, (name,), f"{name} gave up target {stop + 1} that always had a way"
     for moment in history.moments:
         for event in moment.events:
             if event.kind == "unsolvable" and ways.jammed(moment) is False:
@@ -160,7 +160,7 @@ def report_agrees(history: History) -> Found:
             away = distance(track[round(time / history.dt)], history.stops[number][stop])
             slack = (2 + history.late) * 4.0 * settings.robot.speed_scale * history.dt
             if away > settings.reach + slack:
-                yield last, (name,), f"the report says {name} reached stop {stop + 1}, it was {away:.2f} m away"
+                yield last, (name,), f"the report says {name} reached target {stop + 1}, it was {away:.2f} m away"
     gap = min((_gap(moment, settings.robot.radius) for moment in history.moments), default=1.0)
     if len(history.robots) > 1 and report["clearance_min"] > gap + EXACT:
         yield last, (), f"the report says clearance_min {report['clearance_min']:g}, two robots were {gap:g} m apart"

@@ -30,7 +30,7 @@ def orders_are_kept(history: History) -> Found:
                     yield moment.tick, (name,), f"{name} gets number {sense.assigned.number} after {newest[name]}"
                 newest[name] = sense.assigned.number
                 if tuple(sense.assigned.stops) not in asked[name]:
-                    yield moment.tick, (name,), f"{name} gets stops that nobody asked for"
+                    yield moment.tick, (name,), f"{name} gets targets that nobody asked for"
             pose = moment.poses[number]
             if not sense.stopped or number in moment.touching:
                 stopped.pop(name, None)

@@ -11,7 +11,7 @@ from world.storm.history import History
 from world.storm.seen import Found, dead_of
 from world.storm.ways import Ways
 
-NAMED: Final = re.compile(r"(?:takes errand|is at errand|errand) (\S+)")
+NAMED: Final = re.compile(r"(?:takes |is at )?pool target (\S+)")
 LATER: Final = 1.0  # s after which an errand must be back
 
 

@@ -30,7 +30,7 @@ export function doing(told, { seen, waiting, home }) {
   const stop = home && !told.assignment && target === stops - 1 ? "home" : `target ${target + 1}`;
   const way = target < stops ? `${stop}, ${left.toFixed(1)} m left` : "its end";
   const whom = seen?.waits.length ? ` to ${seen.waits.join(", ")}` : "", since = told.waits >= 1 ? ` for ${Math.round(told.waits)} s` : "";
-  const done = `${reached} of ${count(stops, "stop")} reached`;
+  const done = `${reached} of ${count(stops, "target")} reached`;
   const lost = unreachable.length ? `; no way leads to ${unreachable.map((one) => one + 1).join(", ")}` : "";
   if (heard !== "alive") return { stale: "is there, but says nothing", gone: "has left; its body stands where it was", lost: "is lost: its process is gone" }[heard] ?? heard;
   if (waiting || !stops) return "is ready, and waits for go";

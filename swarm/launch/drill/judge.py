@@ -45,11 +45,11 @@ def nothing_lost(seen: Seen) -> str:
     """Check that the report has a time for every stop of every robot, in order."""
     if not seen.report.get("per_robot"):
         return "the report has no robots"
-    lost = ", ".join(f"{name} lacks {count} stops" for name, count in seen.unreached.items())
+    lost = ", ".join(f"{name} lacks {count} target{'s' * (count > 1)}" for name, count in seen.unreached.items())
     rows = {
         name: [time for time in row["reached"] if time is not None] for name, row in seen.report["per_robot"].items()
     }
-    return lost or ", ".join(f"{name}'s stops are out of order" for name, row in rows.items() if row != sorted(row))
+    return lost or ", ".join(f"{name}'s targets are out of order" for name, row in rows.items() if row != sorted(row))
 
 
 def nothing_doubled(seen: Seen) -> str:
