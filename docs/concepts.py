@@ -247,7 +247,8 @@ def radio() -> str:
     poses = [Pose(*pose) for pose in settings.start.poses or ()]
     poses += [Pose(*stops[0], 0.0) for stops in settings.own_targets]
     physics = Physics(scenario.map, settings.robot.radius, poses, 1.0, 0.05)
-    hears = set(RadioModel(model, SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER])
+    spoken = [(number, 0) for number in range(len(poses))]
+    hears = {sender for sender, _ in RadioModel(model, SEED, physics.sees).hears(poses, spoken)[LISTENER]}
     here = poses[LISTENER]
     sheet = Sheet(
         "Whom one robot hears", (0.0, 0.0), _corner(scenario.map.shape, scenario.map.resolution), 22,
@@ -258,7 +259,8 @@ def radio() -> str:
     )  # fmt: skip
     sheet.floor(scenario.map)
     sheet.disc(here[:2], model.range, 'class="ring ink dashed"')
-    in_range = RadioModel(changed(model, loss=0.0), SEED, physics.sees).hears(poses, range(len(poses)))[LISTENER]
+    within = RadioModel(changed(model, loss=0.0), SEED, physics.sees).hears(poses, spoken)[LISTENER]
+    in_range = {sender for sender, _ in within}
     for number, pose in enumerate(poses):
         if number in hears:
             sheet.line((pose[:2], here[:2]), f'stroke="{colour("r2")}" stroke-width="2"')

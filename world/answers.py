@@ -10,6 +10,8 @@ from swarm.messages import BodyReport, Command, Plan, State
 SILENT: Final = 5.0  # s that lockstep waits for a robot that is there and does not answer
 AGAIN: Final = 1.0  # s after which it is sent its sense again
 
+Sent = tuple[str, int]  # a robot and the tick of its broadcast, which is that of the sense it was sent after
+
 
 class Asked:
     """When each robot was sent the sense of this tick [s, on the caller's clock]."""
@@ -41,6 +43,7 @@ class LastMessages:
 
     def __init__(self) -> None:
         self.commands: dict[str, Command] = {}  # for this tick, or late ones for an earlier tick
+        self.sent: list[Sent] = []  # broadcasts that were sent with them
         self.states: dict[str, State] = {}
         self.plans: dict[str, Plan] = {}
         self.deaf: set[str] = set()  # present robots that did not answer in time
@@ -62,6 +65,8 @@ class LastMessages:
                 self._answered[name] = message.tick
                 self.late += message.tick < tick
                 self.in_time += message.tick == tick
+                if message.sent:
+                    self.sent.append((name, message.tick))
                 known = self.commands.get(name)
                 self.commands[name] = message if known is None else merged(message, known)
             case BodyReport():
@@ -76,7 +81,7 @@ class LastMessages:
 
     def carried_out(self) -> None:
         """Forget the commands of a tick that is over."""
-        self.commands, self.in_time = {}, 0
+        self.commands, self.sent, self.in_time = {}, [], 0
 
     def awaited(self, present: Sequence[str]) -> list[str]:
         """Return the present robots that are expected to answer."""

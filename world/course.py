@@ -227,7 +227,7 @@ class Course:
         """Move all robots to the next tick by the commands that have come."""
         self.world.outside.told = self.last.bodies
         with self.changing():
-            events = self.world.step(self.last.commands)
+            events = self.world.step(self.last.commands, self.last.sent)
         for event in events:
             self.repeatable.hear(event)
         self.speaker.keep(events)

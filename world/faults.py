@@ -1,6 +1,6 @@
 """Faults of robots in a simulation: held up, suspended, killed, late to answer; listed, or drawn with a seed."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
@@ -8,6 +8,7 @@ from random import Random
 from typing import Final, NamedTuple
 
 LASTS = 5.0  # s, length of a drawn hold-up or suspension
+LASTS_TICKS: Final = 60  # ticks for which a drawn delay holds at most: three seconds
 
 
 class Health(Enum):
@@ -42,6 +43,7 @@ class Faults:
     killed: Mapping[str, float] | None = None  # robot -> time of its death
     spells: tuple[Spell, ...] = ()
     late: float = 0.0  # delay of what robots answer: commands and broadcasts
+    slow: float = 0.0  # the most by which answers are late besides; the delay of each robot changes
 
 
 class Drill:
@@ -51,7 +53,10 @@ class Drill:
         self.dead: dict[str, float] = {}  # when each died [s]
         self.struck: set[str] = set()  # robots that were ever suspended, away or killed
         self.late = round(faults.late / dt)  # ticks between what robots sense and what they answer to it
+        self.slowest = self.late + round(faults.slow / dt)  # ticks by which an answer is late at most
         self._faults = faults
+        self._seed = seed
+        self._delays: dict[str, Iterator[int]] = {}
         self._chance = Random(f"faults {seed}")
         self._dt = dt
         self._until: dict[str, tuple[Health, float]] = {}
@@ -60,6 +65,14 @@ class Drill:
         self._spells: dict[str, list[Spell]] = {}
         for spell in faults.spells:
             self._spells.setdefault(spell.robot, []).append(spell)
+
+    def delay(self, robot: str) -> int:
+        """Return by how many ticks a robot's answer comes late; call it once for each answer."""
+        if self.slowest == self.late:
+            return self.late
+        if robot not in self._delays:
+            self._delays[robot] = _changing(self.slowest - self.late, Random(f"slow {self._seed} {robot}"))
+        return self.late + next(self._delays[robot])
 
     def health(self, robot: str, time: float, *, leads: bool) -> Health:
         """Return the health of a robot at a time [s]; call it once per tick.
@@ -88,3 +101,11 @@ class Drill:
                 self.struck |= {robot} if health is Health.SUSPENDED else set()
                 return health
         return Health.WELL
+
+
+def _changing(most: int, chance: Random) -> Iterator[int]:
+    """Yield delays of 0 to ``most`` ticks: one holds for a while, as on a network with a load that changes."""
+    while True:
+        delay = chance.randint(0, most)
+        for _ in range(chance.randint(1, LASTS_TICKS)):
+            yield delay

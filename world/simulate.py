@@ -14,11 +14,18 @@ from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from world.account import shortest_lengths
+from world.answers import LastMessages, Sent
 from world.faults import SILENT, Drill, Faults, Health
 from world.report import missing, report
 from world.world import World
 
-Answers = tuple[dict[str, Command], dict[str, Broadcast]]  # of all robots, to one tick
+
+class Answer(NamedTuple):
+    """A robot's answer on its way to the world."""
+
+    due: int  # tick in which it arrives
+    command: Command
+    broadcast: Broadcast | None
 
 
 class Tick(NamedTuple):
@@ -41,8 +48,9 @@ class Simulation:
     seed: int
     drill: Drill
     controller: Controller
-    spoken: dict[str, Broadcast] = field(default_factory=dict)  # broadcasts of the last tick, by robot
-    _late: deque[Answers] = field(default_factory=deque)  # answers under way
+    spoken: dict[Sent, Broadcast] = field(default_factory=dict)  # broadcasts that reached the world in the last tick
+    _under_way: dict[str, deque[Answer]] = field(default_factory=dict)  # answers of each robot, oldest first
+    _last: LastMessages = field(default_factory=LastMessages)
     _leaders: set[str] = field(default_factory=set)
     _away: set[str] = field(default_factory=set)
     _states: dict[str, State] = field(default_factory=dict)
@@ -58,7 +66,7 @@ class Simulation:
             for number, (name, pose) in enumerate(zip(world.robots, poses, strict=True))
         ]
         drill = Drill(faults or Faults(), seed, world.dt)
-        return cls(world, brains, scenario, seed, drill, controller, _late=deque([({}, {})] * drill.late))
+        return cls(world, brains, scenario, seed, drill, controller)
 
     def step(self) -> Tick:
         """Run one tick: the robots sense, decide and answer, and the world moves."""
@@ -74,18 +82,33 @@ class Simulation:
                     self._away.add(name)
                 continue
             robot = self._present(name, number, sense)
-            outputs = robot.step(Inputs(sense, [self.spoken[sender] for sender, _ in sense.hears]))
+            outputs = robot.step(Inputs(sense, [self.spoken[pair] for pair in sense.hears]))
             held_up = health[name] is Health.HELD_UP
-            commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
+            command = commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
+            under_way = self._under_way.setdefault(name, deque())
+            due = world.tick + self.drill.delay(name)
+            under_way.append(Answer(max([due, *(answer.due for answer in under_way)]), command, outputs.broadcast))
             if outputs.state is not None:
                 self._states[name] = outputs.state
             if outputs.broadcast is not None:
                 spoken[name] = outputs.broadcast
                 own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
                 (self._leaders.add if own and own.plan is not None else self._leaders.discard)(name)
-        self._late.append((commands, spoken))
-        arriving, self.spoken = self._late.popleft()
-        return Tick(senses, health, commands, spoken, world.step(arriving))
+        self._deliver()
+        events = world.step(self._last.commands, self._last.sent)
+        self._last.carried_out()
+        return Tick(senses, health, commands, spoken, events)
+
+    def _deliver(self) -> None:
+        """Bring the answers that arrive in this tick to the world, by the same rules as those of processes."""
+        world, self.spoken = self.world, {}
+        for name in sorted(self._under_way):
+            under_way = self._under_way[name]
+            while under_way and under_way[0].due <= world.tick:
+                answer = under_way.popleft()
+                self._last.take(name, answer.command, world.run, world.tick)
+                if answer.broadcast is not None:
+                    self.spoken[name, answer.command.tick] = answer.broadcast
 
     def open_places(self, request: Places) -> list[Event]:
         """Open places for more robots, and put robots there; return the events."""

@@ -158,13 +158,14 @@ class World:
             self.steering.sensed(number, sense)
             yield name, sense
 
-    def step(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Run one tick and return its events; a robot without a new command keeps its last until it expires."""
+    def step(self, commands: Mapping[str, Command], sent: Sequence[tuple[str, int]] = ()) -> list[Event]:
+        """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
         events = noticing.arrivals(self)
         self.due = bool(events)
         events += self._admit(commands)
         events += noticing.traffic(self, commands)
         dt, fastest, most = self.dt, self._top_speed, self.settings.robot.wheel_acceleration * self.dt
+        # a robot without a new command keeps its last one until that expires
         in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self.commands]
         in_force = [None if self.missions.stopped(number) else c for number, c in enumerate(in_force)]
         wanted = [(command.left, command.right) if command else (0.0, 0.0) for command in in_force]
@@ -174,10 +175,9 @@ class World:
         placed, jumped, said = self.outside.step(self.tick, self.floor, self.wheels)
         events += [self.event(kind, text, self.robots[number]) for number, kind, text in said]
         contacts = self.physics.roll([self._drive.twist(*wheels) for wheels in self.wheels], movers, placed, jumped)
-        senders = [self._number[name] for name, command in sorted(commands.items()) if command.sent]
         poses = self.poses()
-        heard = self.radio.hears(poses, senders)
-        self._heard = [[(self.robots[sender], self.tick) for sender in row] for row in heard]
+        heard = self.radio.hears(poses, [(self._number[name], tick) for name, tick in sent])
+        self._heard = [[(self.robots[sender], tick) for sender, tick in row] for row in heard]
         self.tick += 1
         for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels, poses):
             other = f" {self.robots[contact.other]}" if contact.other is not None else ""

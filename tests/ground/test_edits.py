@@ -1,6 +1,6 @@
 """Walls that appear and disappear while robots drive; World and Robot run in one process."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import ceil, floor
 from typing import Any
@@ -92,8 +92,8 @@ def test_a_target_that_becomes_unreachable_is_told_everywhere_and_the_next_one_i
     events: list[Event] = []
     step = world.step
 
-    def stepped(commands: Mapping[str, Command]) -> list[Event]:
-        events.extend(made := step(commands))
+    def stepped(commands: Mapping[str, Command], sent: Sequence[tuple[str, int]] = ()) -> list[Event]:
+        events.extend(made := step(commands, sent))
         return made
 
     world.step = stepped  # type: ignore[method-assign]

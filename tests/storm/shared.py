@@ -41,7 +41,7 @@ def plan_of(**fields: object) -> StormPlan:
         "traffic": {"cell": 1.2, "offset": [0.0, 0.0]},
     }
     faults: dict[str, object] = {
-        name: fields.pop(name) for name in ("faults", "late", "kill_leader_at") if name in fields
+        name: fields.pop(name) for name in ("faults", "late", "slow", "kill_leader_at") if name in fields
     }
     settings = checked(raw | fields, "test")
     plan = {"profile": "test", "seed": 1, "scenario": msgspec.to_builtins(settings)} | faults

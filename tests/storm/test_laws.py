@@ -52,6 +52,28 @@ def unclaimed(history: History) -> History:
     return holding(history, "r1", far_cell(history))
 
 
+def hearing(history: History, change: Callable[[list[tuple[str, int]]], list[tuple[str, int]]]) -> History:
+    """Let r2 hear something else than what was sent, once."""
+    tick = next(moment.tick for moment in history.moments if moment.tick >= TICK and moment.senses["r2"].hears)
+
+    def at_once(moment: Moment) -> Moment:
+        if moment.tick != tick:
+            return moment
+        sense = moment.senses["r2"]
+        return moment._replace(senses=dict(moment.senses) | {"r2": changed(sense, hears=change(sense.hears))})
+
+    return with_moments(history, at_once)
+
+
+def deafened(history: History) -> History:
+    return hearing(history, lambda pairs: [])
+
+
+def misdated(history: History) -> History:
+    """What a late answer once did: the world named its own tick, not that of the broadcast."""
+    return hearing(history, lambda pairs: [(name, tick + 1) for name, tick in pairs])
+
+
 def deaf_ear(history: History) -> History:
     """Nobody acknowledges anything."""
 
@@ -204,7 +226,9 @@ def never_there(history: History) -> History:
 def never_over(history: History) -> History:
     """Both stand where they are for 125 s more."""
     *_, before, last = history.moments
-    more = [before._replace(tick=last.tick + tick, events=(), spoken={}) for tick in range(2500)]
+    more = [
+        before._replace(tick=last.tick + tick, events=(), senses={}, commands={}, spoken={}) for tick in range(2500)
+    ]
     history = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + 2500)])
     ticks = history.report["ticks"] + 2500
     return with_report(history, ticks=ticks, sim_time=ticks * history.dt)
@@ -215,11 +239,19 @@ def said_unsolvable(history: History) -> History:
     return with_moments(history, lambda m: m._replace(events=(*m.events, event)) if m.tick == TICK else m)
 
 
+def later(moment: Moment) -> Moment:
+    senses = {
+        name: changed(sense, hears=[(sender, tick + LATER) for sender, tick in sense.hears])
+        for name, sense in moment.senses.items()
+    }
+    return moment._replace(tick=moment.tick + LATER, senses=senses)
+
+
 def stood_first(history: History) -> History:
     """Both stood 100 s before they began, and nobody said so."""
     first, *others = history.moments
-    moments = [first._replace(tick=tick) for tick in range(LATER)]
-    moments += [moment._replace(tick=moment.tick + LATER) for moment in (first, *others)]
+    moments = [first._replace(tick=tick, spoken={}) for tick in range(LATER)]
+    moments += [later(moment) for moment in (first, *others)]
     history = replace(history, moments=moments)
     for robot in history.robots:
         row = history.report["per_robot"][robot]
@@ -298,6 +330,8 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
      lambda h: replace(h, settings=changed(h.settings, pool=[(9.0, 1.8)]))),
     ("a command that no world would take", "passes the wire", unheard_of_scale),
     ("a broadcast that no robot would take", "passes the wire", lambda h: with_words(h, backwards)),
+    ("a broadcast that nobody hears", "broadcasts are heard", deafened),
+    ("a broadcast heard as of another tick", "broadcasts are heard", misdated),
 ]
 # fmt: on
 

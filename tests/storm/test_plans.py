@@ -55,6 +55,7 @@ def test_other_seeds_and_profiles_mean_other_plans() -> None:
 # fmt: off
 FEATURES: dict[str, tuple[dict[str, Any], str]] = {  # fields of a plan, the feature they make
     "late":          ({"late": 3}, "late"),
+    "slow":          ({"slow": 3}, "slow"),
     "loss":          ({"radio": {"loss": 0.1}}, "loss"),
     "short radio":   ({"radio": {"range": 5.0}}, "short radio"),
     "sight":         ({"radio": {"line_of_sight": True}}, "line of sight"),
@@ -106,6 +107,7 @@ GARBAGE: dict[str, tuple[str | bytes, str]] = {  # the file, part of the sentenc
     "another field":      (changed(weather="fair"), "weather"),
     "seed":               (changed(seed=-1), "seed"),
     "late":               (changed(late=101), "late"),
+    "slow":               (changed(slow=101), "slow"),
     "fault kind":         (changed(faults=[{"robot": "r1", "kind": "sick", "tick": 1}]), "sick"),
     "fault tick":         (changed(faults=[{"robot": "r1", "kind": "dead", "tick": -1}]), "tick"),
     "unknown robot":      (changed(faults=[{"robot": "r9", "kind": "dead", "tick": 1}]), "expected robots r1 to r2, got r9"),

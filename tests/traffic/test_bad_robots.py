@@ -1,6 +1,6 @@
 """Robots that lie, repeat old records, use another's name or ignore a plan: no contact, and an event names them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +72,8 @@ def drive(spoil: Callable[[Robot], None] = lambda robot: None) -> tuple[dict[str
     said: list[str] = []
     step = simulation.world.step
 
-    def noted(commands: Mapping[str, Command]) -> list[Event]:
-        events = step(commands)
+    def noted(commands: Mapping[str, Command], sent: Sequence[tuple[str, int]] = ()) -> list[Event]:
+        events = step(commands, sent)
         said.extend(f"{event.kind}: {event.text}" for event in events)
         return events
 

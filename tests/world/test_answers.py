@@ -74,3 +74,13 @@ def test_the_wait_is_counted_from_the_first_time_that_a_robot_was_asked() -> Non
     assert asked.overdue(["r1", "r2"], 10.0 + SILENT) == []
     assert asked.overdue(["r1", "r2"], 10.1 + SILENT) == ["r1"]
     assert asked.overdue(["r1", "r2"], 12.1 + SILENT) == ["r1", "r2"]
+
+
+def test_each_broadcast_that_was_sent_is_named_with_its_own_tick_also_if_several_come_in_one_tick() -> None:
+    answers = LastMessages()
+    for tick, sent in ((1, True), (2, False), (3, True), (3, True), (1, True)):
+        answers.take("r1", command(tick, sent=sent), run=0, tick=4)
+    assert answers.sent == [("r1", 1), ("r1", 3)]
+    assert answers.commands["r1"].tick == 3
+    answers.carried_out()
+    assert answers.sent == []

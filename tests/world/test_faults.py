@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.shared import scenario_of
+from swarm.scenario.load import load
+from tests.shared import ROOT, scenario_of
 from tests.traffic.maps import BAY
 from world.faults import LASTS, Drill, Faults, Health
 from world.simulate import Simulation
@@ -16,6 +17,7 @@ from world.simulate import Simulation
 DT = 0.05  # s
 FLEET = ("r1", "r2", "r3")
 HOUR = 3600.0  # s
+CROSSING = ROOT / "scenarios" / "crossing.yaml"
 
 
 def histories(
@@ -144,3 +146,19 @@ def test_only_who_tells_a_joint_plan_leads() -> None:
             if told.traffic is not None and told.traffic.own.plan is not None:
                 led.setdefault(name, swap.world.time)
     assert list(swap.drill.dead) == list(led) != []
+
+
+def test_slow_robots_are_late_by_their_own_changing_number_of_ticks_and_all_they_say_is_heard_in_order() -> None:
+    slow = Simulation.of(load(CROSSING), 4, 1, Faults(slow=0.4))
+    late: dict[str, set[int]] = {name: set() for name in slow.world.robots}
+    heard: dict[tuple[str, str], list[int]] = {}
+    for _ in range(600):
+        tick = slow.step()
+        for number, command in enumerate(slow.world.commands):
+            late[slow.world.robots[number]].add(slow.world.tick - 1 - command.tick)
+        for name, sense in tick.senses.items():
+            for sender, sent in sense.hears:
+                heard.setdefault((name, sender), []).append(sent)
+    assert all(len(ticks) > 4 and max(ticks) >= 6 for ticks in late.values())
+    assert all(ticks == sorted(set(ticks)) for ticks in heard.values())
+    assert slow.run(300.0)["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}

@@ -105,7 +105,7 @@ def test_a_command_expires_and_the_body_stops() -> None:
 
 def test_what_happens_at_a_tick_is_sensed_at_the_next() -> None:
     world = world_of(AT, Pose(4.5, 2.5, 0.0))
-    world.step({"r1": drive(world, 0.0, 0.0, sent=True), "r2": drive(world, 0.0, 0.0)})
+    world.step({"r1": drive(world, 0.0, 0.0), "r2": drive(world, 0.0, 0.0)}, [("r1", 0)])
     senses = world.senses(lockstep=True)
     assert world.tick == 1
     assert senses["r2"].hears == [("r1", 0)]
@@ -199,7 +199,8 @@ def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
 def hears(positions: list[tuple[float, float]], seed: int = 1, sees: bool = True, **radio: object) -> list[list[int]]:
     settings = with_settings(scenario_of(), radio=radio).settings.radio
     poses = [Pose(x, y, 0.0) for x, y in positions]
-    return RadioModel(settings, seed, lambda a, b: sees).hears(poses, list(range(len(poses))))
+    rows = RadioModel(settings, seed, lambda a, b: sees).hears(poses, [(number, 7) for number in range(len(poses))])
+    return [[sender for sender, _ in row] for row in rows]
 
 
 def test_the_radio_reaches_as_far_as_its_range_and_no_one_hears_himself() -> None:
@@ -216,9 +217,9 @@ def test_loss_takes_its_share_drawn_with_the_seed() -> None:
     settings = with_settings(scenario_of(), radio={"loss": 0.3}).settings.radio
     poses = [Pose(float(x), 0.0, 0.0) for x in range(5)]
 
-    def heard(seed: int) -> list[list[list[int]]]:
+    def heard(seed: int) -> list[list[list[tuple[int, int]]]]:
         radio = RadioModel(settings, seed, lambda a, b: True)
-        return [radio.hears(poses, range(5)) for _ in range(500)]
+        return [radio.hears(poses, [(number, tick) for number in range(5)]) for tick in range(500)]
 
     count = sum(len(row) for rows in heard(1) for row in rows)
     assert 0.67 < count / (500 * 20) < 0.73

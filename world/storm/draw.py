@@ -21,6 +21,7 @@ THIRD: Final = 3  # thin walls are a third of a cell wide
 RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; no edit comes earlier
 MOVER_ROOM: Final = 0.45  # m, radius of a moving obstacle and what robots keep clear of it
+SLOWEST: Final = (1, 2, 4, 4, 8)  # ticks; the last is longer than a command is valid
 BUSY: Final = 60.0  # s; no drawn hold-up or suspension begins later
 
 
@@ -96,6 +97,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
             kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
             late=chance.randint(1, 4) if chance.random() < profile.late else 0,
             mute=_mute(profile, robots, chance),
+            slow=chance.choice(SLOWEST) if profile.slow and chance.random() < profile.slow else 0,
         )
         return plan if can_be_driven(plan) else None
     except ConfigError:

@@ -32,6 +32,7 @@ class Moment(NamedTuple):
     commands: Mapping[str, Command]  # answered in this tick
     spoken: Mapping[str, Broadcast]  # put on the radio in this tick
     events: tuple[Event, ...]
+    obeyed: tuple[int, ...]  # tick of the command that each robot's wheels follow in this tick
     touching: frozenset[int]  # numbers of the robots that something touches
 
 
@@ -44,7 +45,7 @@ class History:
     stops: tuple[tuple[Point, ...], ...]  # of each robot
     floors: list[tuple[int, OccupancyMap]]  # first tick and floor, oldest first
     mute: frozenset[str] = frozenset()  # robots that say nothing of traffic
-    late: int = 0  # ticks by which answers come late
+    late: int = 0  # ticks by which answers come late at most
     moments: list[Moment] = field(default_factory=list)
     contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was it avoidable
     faults: list[Fault] = field(default_factory=list)  # found by the world's own watch
@@ -71,7 +72,7 @@ def record(plan: StormPlan) -> History:
         stops=tuple(map(world.missions.stops, range(len(world.robots)))),
         floors=[(0, world.floor)],
         mute=frozenset(plan.mute),
-        late=plan.late,
+        late=simulation.drill.slowest,
     )
     limit = scenario.settings.limit
     try:
@@ -81,14 +82,15 @@ def record(plan: StormPlan) -> History:
             history.moments.append(
                 Moment(
                     world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
-                    tuple(tick.events),
+                    tuple(tick.events), tuple(command.tick for command in world.commands),
                     frozenset(contact.robot for contact in world.physics.touching),
                 )
             )  # fmt: skip
             if world.floor is not history.floors[-1][1]:
                 history.floors.append((world.tick, world.floor))
         poses = tuple(world.poses())
-        history.moments.append(Moment(world.tick, poses, tuple(world.mover_poses()), {}, {}, {}, {}, (), frozenset()))
+        movers = tuple(world.mover_poses())
+        history.moments.append(Moment(world.tick, poses, movers, {}, {}, {}, {}, (), (), frozenset()))
         history.report = simulation.report(perf_counter() - began, limit)
     except Exception:
         history.crash = format_exc()

@@ -28,7 +28,7 @@ from world.storm.laws_mission import (
 )
 from world.storm.laws_orders import orders_are_kept
 from world.storm.laws_pool import pool_is_kept
-from world.storm.laws_wire import passes_the_wire
+from world.storm.laws_wire import broadcasts_are_heard, passes_the_wire
 from world.storm.seen import Law
 
 
@@ -61,6 +61,7 @@ LAWS: Final[Mapping[str, Law]] = {
     "nobody stands unnamed": nobody_stands_unnamed,
     "the report agrees": report_agrees,
     "passes the wire": passes_the_wire,
+    "broadcasts are heard": broadcasts_are_heard,
     "orders are kept": orders_are_kept,
     "the pool is kept": pool_is_kept,
 }

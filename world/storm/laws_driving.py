@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from typing import Final
 
 from swarm.geometry import Pose, Twist, integrate
-from swarm.messages import Command, Sense
+from swarm.messages import COMMAND, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.settings import RobotSettings
 from swarm.traffic.cells import OUTSIDE, CellMap
 from world.storm.history import History
 from world.storm.seen import EXACT, Found, cells_at, pushes, was_pushed
+
+RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 CREEPS: Final = 0.3  # m/s; a slower robot stops within 2.5 cm, which the margin of its cells covers
 
@@ -46,15 +48,14 @@ def room_to_brake(history: History) -> Found:
     robot, moments = history.settings.robot, history.moments
     for index, moment in enumerate(moments[:-1]):
         cells = cells_at(history, moment.tick)
-        under_way = [earlier.commands for earlier in moments[max(0, index - history.late) : index]]
         for number, name in enumerate(history.robots):
             if name not in moment.commands or name in history.mute or was_pushed(pushed, number, moment.tick):
                 continue
             sense = moment.senses[name]
-            if not any(under_way) and abs(sense.linear) < CREEPS:
+            under_way = _under_way(history, index, number) if history.late else []
+            if not under_way and abs(sense.linear) < CREEPS:
                 continue
-            commands = [commands[name] for commands in under_way if name in commands]
-            rest = _rest(moment.poses[number], sense, commands, robot, history.dt)
+            rest = _rest(moment.poses[number], sense, under_way, robot, history.dt)
             held = {OUTSIDE, *moment.commands[name].held}
             out = _touched(cells, rest, robot) - held
             if out and _touched(cells, moment.poses[number], robot) <= held:
@@ -62,16 +63,29 @@ def room_to_brake(history: History) -> Found:
                 yield moment.tick, (name,), text
 
 
+def _under_way(history: History, index: int, number: int) -> list[RimSpeeds]:
+    """Return the rim speeds [m/s] that a robot's wheels follow until they follow its command of a moment."""
+    name, tick, found = history.robots[number], history.moments[index].tick, []
+    for moment in history.moments[index:-1]:
+        obeyed = moment.obeyed[number]
+        if obeyed >= tick:
+            break
+        command = history.moments[obeyed].commands.get(name)
+        expired = command is None or (moment.tick - obeyed) * history.dt > COMMAND.timeout
+        found.append((0.0, 0.0) if expired or command is None else (command.left, command.right))
+    return found
+
+
 def _touched(cells: CellMap, pose: Pose, robot: RobotSettings) -> frozenset[int]:
     return frozenset(cells.touched(pose.x, pose.y, robot.radius - EXACT))
 
 
-def _rest(pose: Pose, sense: Sense, under_way: Sequence[Command], robot: RobotSettings, dt: float) -> Pose:
+def _rest(pose: Pose, sense: Sense, under_way: Sequence[RimSpeeds], robot: RobotSettings, dt: float) -> Pose:
     """Return the pose in which a body stops if it carries out the commands under way and then brakes."""
     drive, most = DifferentialDrive(robot.track_width), robot.wheel_acceleration * dt
     left, right = drive.rim_speeds(Twist(sense.linear, sense.angular))
-    for command in under_way:
-        left, right = ramp(left, command.left, most), ramp(right, command.right, most)
+    for wanted in under_way:
+        left, right = ramp(left, wanted[0], most), ramp(right, wanted[1], most)
         pose = integrate(pose, drive.twist(left, right), dt)
     while left or right:
         left, right = ramp(left, 0.0, most), ramp(right, 0.0, most)

@@ -47,6 +47,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
     kill_leader_at: Tick | None = None  # the first robot that leads a joint plan at or after this tick dies
     mute: Annotated[list[Name], Meta(max_length=100)] = []  # noqa: RUF012, robots that say nothing of traffic
     late: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks between what robots sense and what they answer
+    slow: Annotated[int, Meta(ge=0, le=100)] = 0  # ticks by which answers are later at most; it changes for each robot
 
     @property
     def robots(self) -> int:
@@ -67,6 +68,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "short radio": settings.radio.range < 8.0,
             "line of sight": settings.radio.line_of_sight,
             "late": self.late > 0,
+            "slow": self.slow > 0,
             "mute": bool(self.mute),
             "leader killed": self.kill_leader_at is not None,
             "edits": bool(settings.edits),
@@ -101,7 +103,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             if fault.kind != "dead"
         ]
         leader = {} if self.kill_leader_at is None else {"kill_leader_at": self.kill_leader_at * dt}
-        return Faults(killed=killed, spells=tuple(spells), late=self.late * dt, **leader)
+        return Faults(killed=killed, spells=tuple(spells), late=self.late * dt, slow=self.slow * dt, **leader)
 
     def to_yaml(self) -> str:
         """Return the plan as the text of a file."""
@@ -149,7 +151,7 @@ def _without_defaults(section: Section) -> dict[str, Any]:
 
 def only_simulated(plan: StormPlan) -> str:
     """Return why a plan can run only in the simulation, or "" if processes can run it too."""
-    features = {"late", "leader killed", "mute", *FAULTS.values()} & plan.features()
+    features = {"late", "slow", "leader killed", "mute", *FAULTS.values()} & plan.features()
     return f"only the simulation has robots that are {' or '.join(sorted(features))}" if features else ""
 
 

@@ -30,6 +30,7 @@ class Profile:
     dead: float = 0.0
     leader_killed: float = 0.0
     late: float = 0.0
+    slow: float = 0.0
     edits: float = 0.0
     movers: float = 0.0
     orders: float = 0.0
@@ -50,6 +51,7 @@ PROFILES: Final[Mapping[str, Profile]] = {
     "calm": Profile(),
     "dead": Profile(dead=0.7, leader_killed=0.4, edits=0.15),
     "late": Profile(late=1.0, held_up=0.2),
+    "slow": Profile(slow=1.0, held_up=0.2, dead=0.05),
     "sight": Profile(sight=1.0, held_up=0.2, dead=0.1),
     "suspend": Profile(suspended=1.0, held_up=0.3, away=0.3),
     "claims": Profile(

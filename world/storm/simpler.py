@@ -36,7 +36,7 @@ def simpler(plan: StormPlan, cut: Cut) -> Iterator[StormPlan]:
 def size(plan: StormPlan) -> tuple[int, int, int, int]:
     """Count robots, faults, stops, and characters of free floor."""
     scenario = plan.scenario
-    wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late) + len(plan.mute)
+    wrong = len(plan.faults) + (plan.kill_leader_at is not None) + bool(plan.late) + bool(plan.slow) + len(plan.mute)
     wrong += len(scenario.edits) + len(scenario.movers) + len(scenario.orders) + len(scenario.pool)
     stops = sum(map(len, scenario.own_targets)) or len(scenario.targets)
     return plan.robots, wrong, stops, (scenario.map.text or "").count(".")
@@ -94,6 +94,7 @@ def faults(raw: Raw) -> Iterator[Raw]:
 def conditions(raw: Raw) -> Iterator[Raw]:
     """Set one condition of the whole run, such as radio loss, back to a harmless value."""
     yield raw | {"late": 0}
+    yield raw | {"slow": 0}
     yield raw | {"kill_leader_at": None}
     for stay in _fewer(raw["mute"]):
         yield raw | {"mute": stay}

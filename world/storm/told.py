@@ -1,7 +1,5 @@
 """What each robot of a recorded run has heard about each other robot, directly or relayed by others."""
 
-from collections import deque
-
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Epoch, JointPlan, Record
 from world.storm.history import History, Moment
@@ -13,7 +11,8 @@ class Told:
     def __init__(self, history: History) -> None:
         self._newest: dict[tuple[str, str], Record] = {}
         self._plans: dict[tuple[str, Epoch], JointPlan] = {}  # by who was told
-        self._air: deque[dict[str, Broadcast]] = deque([{}] * (history.late + 1))  # broadcasts under way, oldest first
+        self._late = history.late
+        self._said: dict[tuple[str, int], tuple[Record, ...]] = {}  # lately, by who said it at which tick
         self._coming = iter(history.moments)
         self._tick = -1  # all broadcasts up to this tick are heard
 
@@ -26,16 +25,17 @@ class Told:
 
     def hear(self, moment: Moment) -> None:
         """Take in what arrives at a tick; a silent robot hears nothing."""
-        arriving = {sender: _records(words) for sender, words in self._air.popleft().items()}
-        self._air.append(dict(moment.spoken))
         for name in moment.commands:
-            for sender, _ in moment.senses[name].hears:
-                for record in arriving.get(sender, ()):
+            for pair in moment.senses[name].hears:
+                for record in self._said.get(pair, ()):
                     known = self._newest.get((name, record.robot))
                     if record.plan is not None:
                         self._plans[name, record.plan.epoch] = record.plan
                     if known is None or record.stamp > known.stamp:
                         self._newest[name, record.robot] = record
+        oldest = moment.tick - self._late - 1
+        self._said = {pair: said for pair, said in self._said.items() if pair[1] >= oldest}
+        self._said |= {(name, words.tick): _records(words) for name, words in moment.spoken.items()}
 
     def forget(self, listener: str) -> None:
         """Drop everything that a robot has heard, because a new process takes its place."""
