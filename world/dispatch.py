@@ -9,7 +9,6 @@ from math import inf
 from typing import Final
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance
@@ -21,6 +20,7 @@ from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import comes_near
 from world.missions import Missions
 from world.orders import Outcome
+from world.pairing import cheapest_pairs
 from world.pool import Errand, Occasion, Pool
 
 EVERY: Final = 0.25  # s between two looks for pairs
@@ -149,7 +149,7 @@ class Dispatch:
         urgent = np.array([PATIENCE * (now - errand.given) for errand in waiting])
         later = np.array([[LAST * (robot in errand.last) for errand in waiting] for robot in free])
         said: list[Said] = []
-        for row, column in zip(*linear_sum_assignment(bids + later - urgent), strict=True):
+        for row, column in cheapest_pairs(bids + later - urgent):
             robot, errand, bid = free[row], waiting[column], float(bids[row, column])
             if bid < NO_BID and (cell := cells.nearest_standable(*errand.at)) not in driven_to:
                 driven_to.add(cell)
