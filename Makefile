@@ -1,14 +1,16 @@
-# make run | test | check | bench. The first command makes the virtual environment; later ones use it.
+# make run | test | test-all | check | bench. The first command makes the virtual environment; later ones use it.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with processes mostly wait
+PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check format bench compiled lock clean
+.PHONY: help setup run test test-all check format bench compiled lock clean
 
 help:  ## list these commands
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
 setup: $(READY)  ## make the virtual environment (once)
 
@@ -23,15 +25,17 @@ $(READY): pyproject.toml requirements.lock
 run: $(READY)  ## run the paper's mission with four robots and show it in Rerun
 	$(BIN)/swarm run paper --robots 4 --record paper.rrd
 
-test: $(READY)  ## run every test: those with processes one by one, the others on all cores
-	$(BIN)/python -m pytest -q -n auto --dist worksteal -m "not processes"
-	$(BIN)/python -m pytest -m processes
+test: $(READY)  ## run the tests, whole missions over processes included: minutes
+	$(PYTEST) -m "not long"
+
+test-all: test  ## run the long tests too, and every law with more examples
+	$(PYTEST) -m "long or hypothesis" --hypothesis-profile all
 
 check: $(READY)  ## run lint, types and the quick tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q -n auto -m "not processes and not slow"
+	$(BIN)/python -m pytest -q -n auto -m "not processes and not long"
 
 format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .

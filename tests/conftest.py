@@ -17,9 +17,12 @@ from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
 settings.register_profile(
-    "project", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True, derandomize=True
+    "all", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True, derandomize=True
 )
-settings.load_profile("project")
+settings.register_profile("quick", settings.get_profile("all"), max_examples=25)  # `make test-all` takes "all" instead
+settings.load_profile("quick")
+
+pytest_plugins = ["tests.costs", "pytester"]
 
 MakeBus = Callable[..., Bus]
 

@@ -103,7 +103,7 @@ RUN: Final = [one for one in COMMANDS if one not in PARSED and one != FLEET and 
 
 def marked(command: str) -> object:
     slow = command.startswith(SLOW) and not {"--show", "--list"} & set(command.split())
-    return pytest.param(command, marks=[pytest.mark.slow, pytest.mark.processes] if slow else [])
+    return pytest.param(command, marks=[pytest.mark.long("drives a whole run"), pytest.mark.processes] if slow else [])
 
 
 @pytest.fixture

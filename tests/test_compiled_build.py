@@ -34,8 +34,7 @@ if __name__ == "__main__":
 """
 
 pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.timeout(1200),  # two minutes of compiling, far more on a loaded machine
+    pytest.mark.long("compiles the whole package with a C compiler: minutes"),
     pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"there is no C compiler: {COMPILER} is not found"),
 ]
 

@@ -37,7 +37,7 @@ def test_one_robot_finishes_without_a_contact_in_time_and_steers_fuzzily(paper: 
     assert_one_robot_keeps_every_promise(paper, seed)
 
 
-@pytest.mark.slow
+@pytest.mark.long("twenty whole missions; make test drives some of them")
 @pytest.mark.parametrize("seed", [seed for seed in ALL_SEEDS if seed not in QUICK_SEEDS])
 def test_one_robot_keeps_every_promise_on_twenty_seeds(paper: Scenario, seed: int) -> None:
     assert_one_robot_keeps_every_promise(paper, seed)
@@ -56,7 +56,7 @@ def test_four_robots_finish(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 
 
-@pytest.mark.slow
+@pytest.mark.long("eight whole missions of four robots; make test drives two")
 @pytest.mark.parametrize("seed", [2, 3, 4, 5, 6, 8, 9, 10])
 def test_four_robots_finish_on_ten_seeds(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)

@@ -34,7 +34,7 @@ def test_two_swap_where_only_a_bay_lets_them(name: str) -> None:
     assert report["steering"]["angle"]["tables"] >= 0.5
 
 
-@pytest.mark.slow
+@pytest.mark.long("whole missions of 8 and 16 robots")
 @pytest.mark.parametrize(
     ("name", "robots", "tables"), [("doorway", 8, 0.65), ("crossing", 16, 0.3), ("circle", 8, 0.45)]
 )
@@ -44,13 +44,13 @@ def test_many_pass(name: str, robots: int, tables: float) -> None:
     assert report["steering"]["angle"]["tables"] >= tables
 
 
-@pytest.mark.slow
+@pytest.mark.long("a whole mission of 8 robots")
 def test_broadcasts_lost_cost_time_and_nothing_else() -> None:
     scenario = with_settings(load(SCENARIOS / "doorway.yaml"), radio={"loss": 0.3, "range": 5.0})
     assert_clean(run(scenario, 8, seed=2))
 
 
-@pytest.mark.slow
+@pytest.mark.long("whole missions of 4 and 8 robots")
 @pytest.mark.parametrize("robots", [4, 8])
 def test_shared_targets_are_taken_in_turn(paper: Scenario, robots: int) -> None:
     assert_clean(run(paper, robots, limit=600.0))
@@ -81,7 +81,7 @@ def test_a_wall_put_up_while_running_moves_no_cell() -> None:
 
 
 @needs_data
-@pytest.mark.slow
+@pytest.mark.long("four whole missions of many robots on mazes")
 @pytest.mark.parametrize("name", ["tree", "corners", "tunnel", "string"])
 def test_the_hard_cases_complete(name: str) -> None:
     scenario = from_benchmark(HARD / f"{name}.map", HARD / f"{name}.scen", None)

@@ -66,7 +66,7 @@ def test_scikit_fuzzy_agrees_on_a_few_inputs() -> None:
     agree(np.random.default_rng(3).uniform([0, 0, 0, -180], [1.6, 1.6, 1.6, 180], (12, 4)).tolist())
 
 
-@pytest.mark.slow
+@pytest.mark.long("scikit-fuzzy integrates 200 states numerically; make test compares 12")
 def test_scikit_fuzzy_agrees_everywhere() -> None:
     corners = [[a, b, c, h] for a in (0.7, 1.0) for b in (0.6, 0.9, 1.6) for c in (0.8, 1.2) for h in (-60, -20, 0, 30)]
     random = np.random.default_rng(4).uniform([0.5, 0.5, 0.5, -70], [1.5, 1.5, 1.5, 70], (200, 4)).tolist()

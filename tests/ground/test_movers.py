@@ -34,13 +34,13 @@ def test_a_robot_alone_runs_into_no_mover(movers: Scenario, seed: int) -> None:
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
-@pytest.mark.slow
+@pytest.mark.long("eighteen whole missions; make test drives two")
 @pytest.mark.parametrize("seed", [seed for seed in range(1, 21) if seed not in QUICK])
 def test_a_robot_alone_runs_into_no_mover_on_twenty_seeds(movers: Scenario, seed: int) -> None:
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
-@pytest.mark.slow
+@pytest.mark.long("five whole missions with four robots")
 def test_four_robots_get_out_of_the_way_of_most_movers(movers: Scenario) -> None:
     reports = [Simulation.of(movers, 4, seed).run() for seed in range(1, 6)]
     for report in reports:

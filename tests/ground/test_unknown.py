@@ -28,20 +28,20 @@ def test_a_robot_alone_learns_the_papers_box_and_touches_nothing(unknown: Scenar
     assert_complete_and_untouched(Simulation.of(unknown, 1, 1).run())
 
 
-@pytest.mark.slow
+@pytest.mark.long("whole missions on an unknown floor; make test drives one")
 @pytest.mark.parametrize("seed", [2, 3, 4, 5])
 def test_a_robot_alone_completes_on_other_seeds(unknown: Scenario, seed: int) -> None:
     assert_complete_and_untouched(Simulation.of(unknown, 1, seed).run())
 
 
-@pytest.mark.slow
+@pytest.mark.long("whole missions on an unknown floor")
 @pytest.mark.parametrize("seed", [1])
 def test_noise_and_a_lossy_radio_keep_nobody_from_the_end(unknown: Scenario, seed: int) -> None:
     rough = with_settings(unknown, sensors={"noise": 0.02}, radio={"loss": 0.3})
     assert_complete_and_untouched(Simulation.of(rough, 2, seed).run())
 
 
-@pytest.mark.slow
+@pytest.mark.long("eight whole missions")
 def test_four_robots_that_share_drive_less_than_four_that_do_not(unknown: Scenario) -> None:
     alone = with_settings(unknown, map={"shared": False})
     seeds = (1, 2)

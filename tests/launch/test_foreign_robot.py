@@ -49,7 +49,7 @@ def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint
     assert_it_keeps_the_contract(json.loads(file.read_text()), name)
 
 
-@pytest.mark.slow
+@pytest.mark.long("a whole mission; make test drives it over processes")
 def test_a_lossy_radio_costs_it_time_only(paper: Scenario) -> None:
     run = with_foreign(with_settings(paper, radio={"loss": 0.3}), 4, seed=2, number=1)
     report = run.run()

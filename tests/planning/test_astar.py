@@ -200,7 +200,7 @@ def test_every_row_of_a_scenario_gives_the_stated_optimum(name: str) -> None:
 
 
 @needs_data
-@pytest.mark.slow
+@pytest.mark.long("9,730 paths of a maze of 512 x 512 squares")
 def test_every_row_of_the_maze_gives_the_stated_optimum() -> None:
     result = solve_scen(DATA / "movingai" / "maze512-4-0.map", DATA / "movingai" / "maze512-4-0.map.scen")
     assert result["rows"] == 9730

@@ -104,7 +104,7 @@ SEEDS = {  # what each has beside a pool: together, every feature that changes w
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long("five storms, each of two runs and their judge")
 @pytest.mark.parametrize("seed", SEEDS)
 def test_seeds_with_a_pool_keep_every_law(seed: int) -> None:
     plan = draw("pool", seed)

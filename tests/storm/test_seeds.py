@@ -11,7 +11,7 @@ from world.storm.plan import read
 from world.storm.pool import Lost, answers
 from world.storm.results import Job, perform
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]  # two minutes, more on a loaded machine
+pytestmark = pytest.mark.long("a hundred storms on all cores: two minutes")
 
 FILES: Final = sorted(Path(__file__).parent.glob("*.yaml"))  # most made by `swarm storm --shrink`; they stay
 SEEDS: Final = {  # how many, from 0 on

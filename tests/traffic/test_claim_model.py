@@ -31,7 +31,7 @@ def test_two_robots_never_hold_one_cell(model: Model) -> None:
     assert states > 500
 
 
-@pytest.mark.slow
+@pytest.mark.long("every order of 100,000 states; make test explores smaller models")
 def test_two_robots_with_two_notices_under_way() -> None:
     run, states, complete = Model(robots=2, cells=1, claims=2, in_flight=2).explore()
     assert run is None
@@ -45,7 +45,7 @@ def test_three_robots_never_hold_one_cell_within_some_steps() -> None:
     assert states > 20_000
 
 
-@pytest.mark.slow
+@pytest.mark.long("every state of three robots; make test explores 20,000")
 def test_three_robots_never_hold_one_cell() -> None:
     run, _, complete = Model(robots=3, cells=1, claims=1, in_flight=0).explore()
     assert run is None

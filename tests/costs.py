@@ -1,0 +1,89 @@
+"""What tests cost: the marker of the long suite has a reason, and so does a test that computes for long.
+
+`make test` runs what is not marked `long`, `make test-all` everything. The cost of a test is the processor time of its
+process and of the processes that it has waited for, which does not grow while others use the machine as wall time does.
+"""
+
+import os
+from collections.abc import Generator, Iterable
+from typing import Final
+
+import pytest
+
+REASONED: Final = ("long", "costs")  # markers that take a reason
+DEAR: Final = 5.0  # s of processor time; a test of `make test` that takes more says why, or is told
+TOO_DEAR: Final = 3 * DEAR  # s; without a reason the run fails. Shared caches and cores cost a factor of 2 at most
+LONG_TIMEOUT: Final = 1200  # s; the end of a test of the long suite that hangs
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse markers without a reason; let long tests run longer."""
+    wrong = sorted(
+        {f'{item.nodeid}: expected a reason, as in @pytest.mark.{name}("...")' for item, name in _bare(items)}
+    )
+    if wrong:
+        raise pytest.UsageError("\n".join(wrong))
+    for item in items:
+        if item.get_closest_marker("long") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(LONG_TIMEOUT))
+
+
+def _bare(items: Iterable[pytest.Item]) -> Iterable[tuple[pytest.Item, str]]:
+    for item in items:
+        for name in REASONED:
+            for marker in item.iter_markers(name):
+                if len(marker.args) != 1 or not isinstance(marker.args[0], str) or " " not in marker.args[0]:
+                    yield item, name
+
+
+def _spent() -> float:
+    """Return the processor time [s] of this process and of its children that have ended."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Note what the test costs."""
+    before = _spent()
+    try:
+        return (yield)
+    finally:
+        item.user_properties.append(("cost", _spent() - before))
+
+
+def dear(reports: Iterable[pytest.TestReport]) -> list[tuple[float, str]]:
+    """Return cost [s] and name of the tests that cost more than ``DEAR`` and give no reason, the dearest first."""
+    costs = [
+        (cost, report.nodeid)
+        for report in reports
+        for name, cost in report.user_properties
+        if name == "cost" and isinstance(cost, float) and cost > DEAR and not set(REASONED) & set(report.keywords)
+    ]
+    return sorted(costs, reverse=True)
+
+
+def _all_reports(config: pytest.Config) -> Iterable[pytest.TestReport]:
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    if terminal is None:  # a worker of xdist
+        return []
+    return [one for group in ("passed", "failed") for one in terminal.stats.get(group, []) if one.when == "call"]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail the run if a test without a reason costs far too much."""
+    found = dear(_all_reports(session.config))
+    if found and found[0][0] > TOO_DEAR and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the tests that cost much and give no reason."""
+    found = dear(_all_reports(terminalreporter.config))
+    if found:
+        terminalreporter.section(f"more than {DEAR:g} s of processor time without a reason")
+        for cost, name in found:
+            terminalreporter.line(f"{cost:6.1f} s {name}")
+        terminalreporter.line(
+            f'mark it @pytest.mark.costs("why"), or @pytest.mark.long("why") for `make test-all`; above {TOO_DEAR:g} s the run fails'
+        )
