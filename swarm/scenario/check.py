@@ -14,7 +14,7 @@ from swarm.scenario.prepare import Mission, check_grid_size, planning_grid, sett
 from swarm.scenario.starts import names, starts
 from swarm.settings import Settings
 from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import cells_of, comes_near, lattices_tried, short_of
+from swarm.traffic.cells_of import cells_of, comes_near, lattices_tried, short_of, traffic_settings
 from swarm.traffic.settings import least_range
 
 MOST_STOPS: Final = 20_000  # of all robots
@@ -141,13 +141,19 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
             "`traffic.cell`"
         )
     _apart(settings, cells, poses)
+    for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
+        if not any(cell != NOWHERE and cells.stands[cell] for cell in cells.touched(x, y, settings.robot.radius)):
+            raise ConfigError(
+                f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place in a traffic cell, which is "
+                f"{cells.side:g} m wide, got a nook between cells; {_nearest(cells, (x, y), settings)}"
+            )
     number_of = pieces(cells)
     for where, here, there in _legs(scenario, poses, grid):
         if (short := short_of(cells, there, settings)) > settings.reach:
             raise ConfigError(
                 f"{where}: expected a place that "
-                f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, the nearest is "
-                f"{short:.2f} m off; raise `reach`, or set `traffic.cell` or `traffic.offset`"
+                f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, got one "
+                f"{short:.2f} m off; {_nearest(cells, there, settings)}"
             )
         joined = number_of[cells.cell_of(*here)] == number_of[cells.cell_of(*there)] != NOWHERE
         if not joined and not comes_near(cells, here, there, settings):
@@ -156,6 +162,15 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
                 f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
                 "`traffic.cell` or `traffic.offset`"
             )
+
+
+def _nearest(cells: CellMap, place: Point, settings: Settings) -> str:
+    """Return what to do about a place without a cell: where the nearest is, if there is any."""
+    cell = cells.nearest_standable(*place)
+    if cell == NOWHERE:
+        return "open the map, or set `traffic.cell` or `traffic.offset`"
+    x, y = cells.moved_inside(cell, place, traffic_settings(settings).standing_room)
+    return f"the nearest place is ({x:.2f}, {y:.2f}); move it there, or set `traffic.cell` or `traffic.offset`"
 
 
 def _apart(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:

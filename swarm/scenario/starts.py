@@ -75,6 +75,7 @@ def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
         spare = cells.side / 2 - settings.robot.radius - GAP
         reach = max(0.0, min(spare, GAP))
         dx, dy, yaw = (float(value) for value in chance.uniform((-reach, -reach, -pi), (reach, reach, pi)))
-        at = (x + dx, y + dy) if cells.fits((room[number],), x + dx, y + dy, settings.robot.radius + 0.05) else (x, y)
+        px, py = (min(max(at, min(a, b)), max(a, b)) for at, a, b in ((x + dx, *area[::2]), (y + dy, *area[1::2])))
+        at = (px, py) if cells.fits((room[number],), px, py, settings.robot.radius + 0.05) else (x, y)
         poses.append(Pose(*at, yaw))
     return poses

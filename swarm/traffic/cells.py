@@ -74,6 +74,12 @@ class CellMap:
     def __len__(self) -> int:
         return self.rows * self.columns
 
+    @property
+    def leaves_out(self) -> bool:
+        """True if free floor lies in cells that a wall reaches into: a way over the drawing may be none over cells."""
+        free = np.count_nonzero(~self._solid) * self.occupancy.resolution**2
+        return bool(sum(self._open) * self.side**2 < free - 0.5 * self.occupancy.resolution**2)
+
     # ---- geometry
 
     def centre(self, cell: int) -> Point:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from math import ceil, inf, log
+from math import ceil, inf, isclose, log
 from typing import Any, Final
 
 import msgspec
@@ -19,6 +19,8 @@ from swarm.traffic.sight import without_unheard
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
+OWN: Final = (4.0, 10.0)  # radii; a map whose squares are of such a side is its own lattice, which loses no floor
+ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
 PHASES: Final = 4  # lattice offsets tried along each axis
 OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
@@ -68,33 +70,42 @@ def _place(settings: Settings) -> tuple[float, Point]:
 def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     """Return the settings with the lattice's place, fixed for the whole run: edits and learned walls must not shift it.
 
-    The side of a cell is the largest, from 6 radii down to 4, at which a robot can reach every stop from the starts
-    over cells. If none serves, the largest side is taken, and the check of the scenario refuses it.
+    A map drawn in squares that a robot can turn in is its own lattice. Otherwise the side of a cell is the largest,
+    from 6 radii down to 4, at which a robot can reach every stop from the starts over cells. If none serves, the first
+    is taken, and the check of the scenario refuses it.
     """
-    traffic = settings.traffic
-    largest = traffic.cell or RADII[0] * settings.robot.radius
+    traffic, sides = settings.traffic, _sides(settings, floor)
     if traffic.offset is not None:
-        return _settled(settings, largest, traffic.offset)
-    sides = [side for side, _ in lattices_tried(settings, floor)]
+        return _settled(settings, sides[0], traffic.offset)
     fits = settings.robot.radius + OFF_LINE
-    first: Point | None = None
+    tried: list[tuple[float, Point]] = []
     for side in sides:
         offset = (
-            (0.0, 0.0)  # a map with cells of this size is its own lattice
+            (0.0, 0.0)
             if side == floor.resolution
             else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
         )
-        first = offset if first is None else first
+        tried.append((side, offset))
         if _serves(_lattice(floor, side, fits, offset, _lean(settings)), settings):
             return _settled(settings, side, offset)
-    return _settled(settings, largest, first)
+    return _settled(settings, *tried[0])
+
+
+def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
+    """List the sides of cells to try [m], the first choice first; one that is meant to be the map's is the map's."""
+    radius, own = settings.robot.radius, floor.resolution
+    if settings.traffic.cell:
+        sides = [settings.traffic.cell]
+    else:
+        fits = settings.traffic.offset is None and OWN[0] - ALIKE <= own / radius <= OWN[1] + ALIKE
+        sides = [own] * fits + [radii * radius for radii in RADII]
+    return list(dict.fromkeys(own if isclose(side, own, rel_tol=ALIKE) else side for side in sides))
 
 
 def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:
     """Return the sides of cells [m] that ``with_lattice`` tries, each with the number of its lattices."""
-    traffic = settings.traffic
-    sides = [traffic.cell] if traffic.cell else [radii * settings.robot.radius for radii in RADII]
-    if traffic.offset is not None:
+    sides = _sides(settings, floor)
+    if settings.traffic.offset is not None:
         return [(sides[0], 1)]
     return [(side, 1 if side == floor.resolution else PHASES * PHASES) for side in sides]
 

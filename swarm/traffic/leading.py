@@ -5,6 +5,7 @@ The functions named in the table of ``joint`` return the result of a transition,
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import Order
 from swarm.traffic.following import SETTLE
 from swarm.traffic.joint_search import Outcome, Result
@@ -83,10 +84,20 @@ def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
         return Move(Free())
     part.reported.add(who)
     if proven:
-        said = Event("unsolvable", who, f"no way exists for {', '.join(who)} to reach their targets together")
+        said = Event("unsolvable", who, _proof(who, part.cells))
     else:
         said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
     return Move(Free(), events=(said,))
+
+
+def _proof(who: tuple[str, ...], cells: CellMap) -> str:
+    """Return what a proof over cells says: of the floor itself only if the cells leave no floor out."""
+    if not cells.leaves_out:
+        return f"no way exists for {', '.join(who)} to reach their targets together"
+    return (
+        f"no plan exists for {', '.join(who)} on this lattice of {cells.side:g} m, which leaves free floor out; "
+        "try another `traffic.offset` or `traffic.cell`"
+    )
 
 
 def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:

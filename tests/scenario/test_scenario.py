@@ -196,7 +196,7 @@ LONG_AND_NARROW = """\
     [
         (1.2, {}, 1.2, ""),
         (0.6, {}, 1.2, ""),  # cells may reach into walls
-        (0.45, {}, 1.2, "expected a place that is reached within"),  # no room to stray in
+        (0.45, {}, 1.2, "expected a place in a traffic cell"),  # no room to stray in
         (1.2, {"radio": {"range": 3.0}}, 0.8, ""),  # two that claim a cell must hear each other
         (1.2, {"radio": {"range": 2.5}}, 1.2, "radio.range: expected 3.88 m or more for cells of 1.2 m, got 2.5 m"),
     ],

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from swarm.errors import ConfigError
@@ -321,3 +323,40 @@ def test_cells_within_a_box_are_those_with_their_middle_in_it() -> None:
             assert cells_within(drawn.cells, (x0, y0, x1, y1)) == sorted(drawn.at("bcg"))
     assert cells_within(drawn.cells, (1.5, 0.2, 3.4, 1.6)) == sorted(drawn.at("jkg"))
     assert cells_within(drawn.cells, (0.6, 0.6, 1.4, 1.4)) == []
+
+
+SQUARES = """\
+#######
+#.#...#
+#.#.#.#
+#...#.#
+#######
+"""  # 11 free squares in one piece, one robot wide
+
+
+@given(side=st.floats(0.81, 1.95), radius=st.sampled_from([0.2, 0.15, 0.25, 0.1 + 0.1, 0.3 - 0.1]))
+def test_a_map_of_squares_that_a_robot_can_turn_in_is_its_own_lattice_and_leaves_no_floor_out(
+    side: float, radius: float
+) -> None:
+    """Also if the side of a square, 6 x 0.2 m as a number, is not the square's of the map in its last digit."""
+    for given_side in (side, 6 * radius):
+        shape = {"radius": radius, "track_width": 1.9 * radius}
+        if not 4.0 * radius <= given_side <= 10.0 * radius:
+            continue
+        drawn = scenario_of(
+            SQUARES, map={"text": SQUARES, "cell": round(given_side, 3)}, robot=shape, return_home=False,
+            start={"poses": [[1.5 * given_side, 1.5 * given_side, 0.0]]}, targets=[[5.5 * given_side, 1.5 * given_side]],
+        )  # fmt: skip
+        cells = cells_of(drawn.map, drawn.settings)
+        assert sum(cells.stands) == 11
+        assert not cells.leaves_out
+        assert comes_near(
+            cells, (1.5 * given_side, 1.5 * given_side), (5.5 * given_side, 1.5 * given_side), drawn.settings
+        )
+
+
+def test_a_lattice_that_a_wall_reaches_into_leaves_floor_out() -> None:
+    shifted = scenario_of(SQUARES, map={"text": SQUARES, "cell": 1.2}, traffic={"cell": 1.2, "offset": [0.0, 0.0]})
+    assert not cells_of(shifted.map, shifted.settings).leaves_out
+    shifted = scenario_of(SQUARES, map={"text": SQUARES, "cell": 1.2}, traffic={"cell": 1.2, "offset": [-0.3, 0.0]})
+    assert cells_of(shifted.map, shifted.settings).leaves_out

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Refusal
 from swarm.traffic import leading
 from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.cells import CellMap
 from swarm.traffic.dependencies import After, Order
 from swarm.traffic.joint_search import Outcome, Result
 from swarm.traffic.question import Question
@@ -193,6 +194,22 @@ def test_that_there_is_no_plan_is_said_once_and_the_robot_waits_200_ticks(name: 
     assert second == Move(Free())
     assert memory.leads_from == NOW + 205
     assert leading.gave_up(memory, searching(), situation()) is None
+
+
+def test_a_proof_over_cells_speaks_of_the_floor_only_if_they_leave_no_floor_out() -> None:
+    answer = searching(result(Outcome.UNSOLVABLE, who=(1,)))
+    whole, lossy = part(), part()
+    lossy.cells = CellMap(FLOOR.cells.occupancy, side=1.2, radius=0.25, offset=(-0.3, 0.0))
+    texts = [
+        event.text
+        for one in (whole, lossy)
+        for event in (leading.gave_up(one, answer, situation()) or Move(Free())).events
+    ]
+    assert texts == [
+        "no way exists for r2 to reach their targets together",
+        "no plan exists for r2 on this lattice of 1.2 m, which leaves free floor out; "
+        "try another `traffic.offset` or `traffic.cell`",
+    ]
 
 
 # --- who follows the plan ---
