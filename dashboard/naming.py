@@ -97,6 +97,19 @@ def trouble(event: Event) -> str:
     return f"{event.robot} {words}" if words and event.robot is not None else words
 
 
+# what somebody asked for, and what became of it: kinds of events
+ASKED: Final = frozenset({"order", "stop", "go_on", "home", "cancel", "cancelled", "edit", "pool"})
+
+
+def asked(event: Event) -> str:
+    """Return an event about a request that somebody made in words for people; "" for another one.
+
+    >>> asked(Event(run=0, tick=9, time=0.45, robot="r1", kind="stop", text="stops by request"))
+    'r1: stops by request'
+    """
+    return f"{event.robot or event.kind}: {event.text}" if event.kind in ASKED else ""
+
+
 def same_touch(one: Event, other: Event) -> bool:
     """Return True if two events tell the contact of the same two robots, each as one of them sees it."""
     there_and_back = f"touches robot {other.robot}", f"touches robot {one.robot}"

@@ -34,12 +34,19 @@ class Terminal:
     """The progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
 
     def __init__(
-        self, console: Console, *, home: bool = True, quiet: bool = False, clock: Callable[[], float] = monotonic
+        self,
+        console: Console,
+        *,
+        home: bool = True,
+        quiet: bool = False,
+        held: bool = False,
+        clock: Callable[[], float] = monotonic,
     ) -> None:
         self.progress = Progress()
         self._console = console
         self._home = home
         self._quiet = quiet  # no progress, only trouble
+        self._held = held  # the robots start when somebody says so
         self._clock = clock
         self._live: Live | None = None
         self._drawn_at = float("-inf")
@@ -52,6 +59,7 @@ class Terminal:
             set()
         )  # robot, kind of an event that somebody tells in other words
         self._phase_told: tuple[int, Phase] | None = None
+        self._line_told = ""
 
     def __enter__(self) -> "Terminal":
         if self._console.is_terminal and not self._quiet:
@@ -69,6 +77,7 @@ class Terminal:
     def start_again(self, run: int, *, home: bool) -> None:
         """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
         self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
+        self._held = True
 
     def explain(self, robots: Iterable[str], kinds: Iterable[str]) -> None:
         """Leave out the next event of each of these kinds about each of these robots: somebody else tells it."""
@@ -103,17 +112,21 @@ class Terminal:
                 self._drawn_at = now
                 self._live.update(self.renderable(), refresh=True)
         elif not self._console.is_terminal and (final or now - self._drawn_at >= LINE_EVERY):
-            self._drawn_at = now
-            tell(self._console, self.line())
+            self._drawn_at, line = now, self.line()
+            if line != self._line_told:  # the clock stands, and nothing has changed: it was said
+                tell(self._console, line)
+            self._line_told = line
 
     def _words(self, event: Event) -> str:
-        """Return the words for an event; "" for one that is no trouble, as the end of the process of who is done."""
+        """Return the words for trouble or a request; "" for another event, as the end of the process of who is done."""
         if (event.robot, event.kind) in self._explained:
             self._explained.remove((event.robot, event.kind))
             return ""
         if any(naming.same_touch(event, other) for other in self.progress.events):
             return ""
         over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
+        if words := naming.asked(event):
+            return "" if self._quiet else words
         return "" if over and event.kind in LEAVING else naming.trouble(event)
 
     def _is_done(self, name: str) -> bool:
@@ -197,7 +210,8 @@ class Terminal:
         ticks = [robot.tick for robot in progress.robots.values()]  # a robot's message may be newer than the world's
         now = max(progress.time, progress.seconds(max(ticks, default=0)))
         pool = f", {progress.pool.done} of {progress.pool.given} pool targets done" if progress.pool else ""
-        return f"{now:6.1f} s  {progress.phase.value}, {progress.way:4.0%} of the way{pool}{factor}"
+        held = " for `swarm go`" if self._held and progress.phase is Phase.WAITING else ""
+        return f"{now:6.1f} s  {progress.phase.value}{held}, {progress.way:4.0%} of the way{pool}{factor}"
 
     def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:
         """Return what a robot does, the style of it, and the word under which it is counted."""

@@ -1,6 +1,7 @@
 """The answers to requests: buttons, edits of the map, and robots that want to join."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from msgspec.structs import replace
 
@@ -19,13 +20,18 @@ from swarm.messages import (
     Places,
     PoolTargets,
     RobotAction,
+    RobotDo,
     Welcome,
 )
 from swarm.messages.naming import shortened
 from world.controls import already, pressed
 from world.course import Course
+from world.cutting import looked_ahead, told
+from world.report import listed
 from world.roll import LOST
 from world.welcome import welcome
+
+NAMES: Final = 60  # characters for the robots that a run waits for
 
 
 def answer(request: Request, course: Course, bus: Bus) -> None:
@@ -79,7 +85,18 @@ def _request(name: str, request: Order | RobotAction, course: Course) -> Accepte
         raise PeerError(f"{name}: expected a robot that is here, it is lost: absent for {LOST:g} s; start it again")
     with course.changing():
         reply, events = world.request(name, request)
+    if events and isinstance(request, RobotAction) and request.do is RobotDo.CANCEL:
+        reply = replace(reply, text=f"{reply.text}; {_what_follows(name, course)}")
     return _carried_out(reply, events, f"{name} was given an order or an action", course)
+
+
+def _what_follows(name: str, course: Course) -> str:
+    """Return what becomes of a run in which a robot's targets were just cancelled."""
+    if course.stays:
+        return "the fleet stays, and takes orders until `swarm stop` ends it"
+    awaited = [other for other in course.world.unfinished if other != name]
+    when = f"when {listed(awaited, ', ', NAMES)} {'are' if len(awaited) > 1 else 'is'} done" if awaited else "now"
+    return f"the run ends {when}{', as not complete' if course.world.missions.dropped else ''}"
 
 
 def _put_in(targets: PoolTargets, course: Course) -> Accepted:
@@ -110,14 +127,17 @@ def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Co
 
 
 def _edit(edit: Edit, course: Course) -> Accepted:
-    """Add or remove walls, and send the new map to all listeners."""
-    text = f"{edit.kind.value} from {edit.low} to {edit.high}"
-    with course.changing():
-        changed = course.world.edit(edit, sensed=course.in_tick)
+    """Add or remove walls, and send the new map to all listeners; say whom that leaves without a way."""
+    changed, lost = looked_ahead(course.world, edit, sensed=course.in_tick)
+    text = f"{edit.kind.value} from {edit.low} to {edit.high}{told(lost)}"
     if not changed:
         return Accepted(text=f"{text}: it changes nothing")
+    if edit.dry_run:
+        return Accepted(text=f"{text}; a dry run: nothing has changed", cuts=lost)
+    with course.changing():
+        course.world.edit(edit, sensed=course.in_tick)
     events = [course.world.event("edit", text)]
-    reply = _carried_out(Accepted(text=text), events, "the map was edited by a request", course)
+    reply = _carried_out(Accepted(text=text, cuts=lost), events, "the map was edited by a request", course)
     course.tell_map()
     return reply
 

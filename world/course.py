@@ -17,7 +17,7 @@ from swarm.scenario.prepare import prepare
 from swarm.settings import Pace
 from world.account import Shortest
 from world.answers import LastMessages
-from world.ending import is_lost, waits_for
+from world.ending import is_lost, rests, waits_for
 from world.lobby import BACK, HAS_LEFT, Lobby
 from world.outside import check_outside
 from world.pace import Stopwatch, Times, Timetable
@@ -67,7 +67,7 @@ class Course:
         self.roll = Roll(self.world.robots, self.awake.now())
         self._moving = Lock()  # held while bodies move: others read the poses of one tick
         self.repeatable = Repeatable(lockstep=self.lockstep, outside=self.outside)
-        self.phase, self.held = Phase.WAITING, wait  # held: it waits until somebody presses go
+        self.phase, self.held, self._attended = Phase.WAITING, wait, wait  # held until go; attended: go was waited for
         self.last = LastMessages()
         self._given_up, self._reason, self._shortest = given_up, "", Shortest()
         self._lost: list[str] = []
@@ -95,20 +95,20 @@ class Course:
 
     @property
     def stands(self) -> bool:
-        """True if the clock stands: in a phase without it, until robots are back, or since nobody has anything to do.
-
-        The last is so in lockstep only, in a fleet that stays: else days would pass between two orders.
-        """
+        """True if the clock stands: in its phase, until robots are back, or in lockstep until the next order."""
         return self.phase is not Phase.RUNNING or self.lobby.expected or self._rests
+
+    @property
+    def stays(self) -> bool:
+        """True if the run does not end by itself: the fleet serves, or somebody who attends has cancelled a mission."""
+        return self.world.settings.serve or (self._attended and bool(self.world.missions.dropped))
 
     @property
     def _rests(self) -> bool:
         """True if nothing would happen until somebody asks for something, and no limit is waited for."""
-        world = self.world
-        if not (world.settings.serve and self.lockstep and isinf(self._limit)) or self.in_tick:
-            return False
-        awaited = waits_for(world, self.lobby.members) or world.planned.left or world.plans_matter
-        return not awaited and not any(map(any, world.wheels))
+        limited = self.world.settings.serve and not isinf(self._limit)
+        may_rest = self.stays and self.lockstep and not limited and not self.in_tick
+        return may_rest and rests(self.world, self.lobby.members)
 
     @property
     def waits(self) -> bool:
@@ -241,7 +241,7 @@ class Course:
         self._end_if_over()
 
     def _end_if_over(self) -> None:
-        world, unfinished, stays = self.world, self.world.unfinished, self.world.settings.serve
+        world, unfinished, stays = self.world, self.world.unfinished, self.stays
         away = {name: self.lobby.away(name) for name in unfinished}
         if not stays and world.finished:
             self.end(missing(world))

@@ -42,6 +42,12 @@ def waits_for(world: "World", present: Sequence[str]) -> list[str]:
     return [name for name in world.unfinished if name in here or not world.untouched(name)]
 
 
+def rests(world: "World", members: Sequence[str]) -> bool:
+    """Return True if nothing would happen in a run until somebody asks for something; ``members`` are there."""
+    awaited = waits_for(world, members) or world.planned.left or world.plans_matter
+    return not awaited and not any(map(any, world.wheels))
+
+
 def is_lost(away: Mapping[str, float], given_up: Path | None) -> bool:
     """Return True if robots have all been ``away`` [s] for too long; that is sooner for those that nobody starts again.
 

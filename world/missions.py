@@ -76,6 +76,11 @@ class Missions:
         return any(row.stopped for row in self.orders.rows)
 
     @property
+    def dropped(self) -> list[tuple[str, str]]:
+        """The robots from which `cancel` took targets that they had not reached, and what those were of."""
+        return [(name, row.dropped) for name, row in zip(self._robots, self.orders.rows, strict=True) if row.dropped]
+
+    @property
     def under_way(self) -> list[int | None]:
         """The stop that each robot should make progress to; None also for one that was told to stop."""
         return [None if row.stopped else left for row, left in zip(self.orders.rows, self.left, strict=True)]

@@ -8,6 +8,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Command, Event
 from swarm.messages.naming import long_id, shortened
 from world.progress import STALLED
+from world.standing import why
 
 if TYPE_CHECKING:
     from world.world import World
@@ -37,9 +38,8 @@ def stalls(world: "World", poses: Sequence[Pose]) -> list[Event]:
     events, stops = [], world.missions.under_way
     world.recorder.stood(stops, world.wheels)
     for number in world.progress.look(world.time, poses, stops):
-        stop, others = world.missions.label(number, world.missions.left[number] or 0), world.commands[number].waits
-        waits = f", waits for {' and '.join(others)}" if others else ""
-        text = f"made no progress towards {stop} for {STALLED:g} s{waits}"
+        stop, reason = world.missions.label(number, world.missions.left[number] or 0), why(world, number)
+        text = f"made no progress towards {stop} for {STALLED:g} s{f': {reason}' if reason else ''}"
         events.append(world.event("stalled", text, world.robots[number]))
     return events
 

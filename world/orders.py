@@ -53,6 +53,7 @@ class Row(Struct, kw_only=True, forbid_unknown_fields=True):
     order: bool = False  # they come from an order, not from the scenario or an action
     pooled: bool = False  # they are an errand of the pool, or none because it was taken back
     stopped: bool = False
+    dropped: str = ""  # "order" or "mission": what was cancelled, and no order has replaced
     given: dict[str, Given]  # by id, the newest last
     past: list[Past]
     older: dict[str, int]  # how many stops of each fate are no longer in ``past``
@@ -147,7 +148,7 @@ class Orders:
         stops = [*order.targets, *((home,) if order.home else ())]
         events = self._replace(robot, now, what, stops, order.home, "superseded")
         row = self.rows[robot]
-        row.order = True
+        row.order, row.dropped = True, ""
         row.given.pop(order.id, None)
         row.given[order.id] = given
         if len(row.given) > REMEMBERED:
@@ -202,7 +203,10 @@ class Orders:
                 if None not in now.reached:  # a patrol has stops left in each lap
                     return Outcome(f"{name} has no target left")
                 what, stops = "no targets", []
+        dropped = "" if row.pooled else "order" if row.order else "mission"
         events = self._replace(robot, now, what, stops, bool(stops), "cancelled")
+        if do is RobotDo.CANCEL and events:
+            row.dropped = row.dropped or dropped
         text = f"{name} has {what} now, number {self.last}"
         return Outcome(text, new_stops=True, changed=True, events=(*events, (do.value, text.removeprefix(f"{name} "))))
 

@@ -31,14 +31,22 @@ class Reachable:
         Raises:
             PeerError: a target is off the map, in or too near a wall, or has no way to it; the nearest place is named.
         """
-        if self._cells is not cells:
-            self._cells, self._pieces = cells, pieces(cells)
+        self._take(cells)
         for number, there in enumerate(targets, start=first):
             if wrong := self._wrong(name, here, there, floor, cells):
                 x, y = there
                 best = self._nearest(here, there, floor, cells)
                 do = f"the nearest place that it can reach is {best[0]:.2f},{best[1]:.2f}" if best else "move it"
                 raise PeerError(f"{name}: target {number} at ({x:g}, {y:g}): {wrong}; {do}")
+
+    def leads(self, here: Point, there: Point, floor: OccupancyMap, cells: CellMap) -> bool:
+        """Return True if a robot at ``here`` [m] can be sent to a target ``there`` [m]."""
+        self._take(cells)
+        return not self._wrong("", here, there, floor, cells)
+
+    def _take(self, cells: CellMap) -> None:
+        if self._cells is not cells:
+            self._cells, self._pieces = cells, pieces(cells)
 
     def _wrong(self, name: str, here: Point, there: Point, floor: OccupancyMap, cells: CellMap) -> str:
         """Return what was expected of a target and what came, "" if the robot can come there."""

@@ -12,7 +12,7 @@ from world.orders import FATES
 from world.world import World
 
 NAMED: Final = 200  # characters for the stops of one robot, and for errands, in the sentence on what is missing
-ROOM: Final = 440  # characters for each of at most four parts: a status message takes 2,000, whatever the fleet
+ROOM: Final = 440  # characters for each of at most four parts, half for what was cancelled: a status takes 2,000
 
 
 def report(
@@ -125,7 +125,7 @@ def _traffic(world: World) -> dict[str, Any]:
 
 
 def missing(world: World) -> str:
-    """Return in one sentence which stops were not reached, which of them had no path, and which robots stalled.
+    """Return in one sentence what was cancelled or not reached, what of that had no path, and which robots stalled.
 
     It names as many as fit into a status message; ``per_robot`` of the report has all.
     """
@@ -144,14 +144,15 @@ def missing(world: World) -> str:
             lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
     if left := list(world.dispatch.pool.left()):
         lacking.append(listed(left, ", ", NAMED))
-    if not lacking:
-        return ""
-    stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
-             for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
-    verdict = (world.verdict.text[:ROOM],) if world.verdict.text else ()
-    return "; ".join(
-        [*verdict, f"not reached: {listed(lacking, '; ', ROOM)}", *([listed(stuck, ", ", ROOM)] if stuck else [])]
-    )
+    cancelled = [f"{name}'s {what} was cancelled" for name, what in world.missions.dropped]
+    parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
+    if lacking:
+        stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
+                 for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
+        parts += [world.verdict.text[:ROOM]] if world.verdict.text else []
+        parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
+        parts += [listed(stuck, ", ", ROOM)] if stuck else []
+    return "; ".join(parts)
 
 
 def listed(parts: Sequence[str], separator: str, room: int) -> str:

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
 from world.account import accounts, clearance_min, contacts
+from world.standing import why
 from world.welcome import progress
 from world.world import World
 
@@ -48,7 +49,8 @@ def status(
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
                 waits=command.waits, event=last.get(name), account=measured[name],
+                why=why(world, number),
             )
-            for name, pose, command in rows
+            for number, (name, pose, command) in enumerate(rows)
         ],
     )  # fmt: skip

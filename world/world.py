@@ -109,8 +109,8 @@ class World:
 
     @property
     def complete(self) -> bool:
-        """True if every robot has been at all its stops, and the pool is empty."""
-        return self.recorder.complete and not self.dispatch.pool.open
+        """True if every robot has been at all its targets, none of which was cancelled, and the pool is empty."""
+        return self.recorder.complete and not self.dispatch.pool.open and not self.missions.dropped
 
     @property
     def finished(self) -> bool:

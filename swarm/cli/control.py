@@ -40,8 +40,9 @@ def edit(options: argparse.Namespace) -> int:
 
     if not all(abs(value) <= 1e6 for corner in (options.low, options.high) for value in corner):
         raise ConfigError(f"edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them")
+    asked = Edit(kind=Kind(options.kind), low=options.low, high=options.high, dry_run=options.dry_run)
     with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(EDIT, Edit(kind=Kind(options.kind), low=options.low, high=options.high)).text)
+        print(bus.ask(EDIT, asked).text)
     return 0
 
 
@@ -132,6 +133,8 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("kind", choices=("wall", "obstacle", "free"), help="what all cells of the rectangle become")
     one.add_argument("low", type=point, metavar="X,Y", help="m, a corner")
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
+    text = "only say what it would do: which robots would have no way to their targets any more"
+    one.add_argument("--dry-run", action="store_true", help=text)
     of_a_client(one)
     one.set_defaults(command=edit)
     one = commands.add_parser("setup", help="print what a running fleet drives, or start it again with another set-up")

@@ -119,7 +119,12 @@ def _free_port() -> int:
 def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
     endpoint = processes.endpoint
-    terminal = Terminal(console, home=processes.options.scenario.settings.return_home, quiet=processes.options.quiet)
+    terminal = Terminal(
+        console,
+        home=processes.options.scenario.settings.return_home,
+        quiet=processes.options.quiet,
+        held=processes.options.wait,
+    )
     say = partial(tell, console)
     bus: Bus | None = None
     trouble = ""

@@ -9,7 +9,7 @@ class Activity(StrEnum):
     READY = "ready"  # waits for its first task
     DRIVE = "drive"  # drives to its target, or has targets left and none of the following is true
     GIVE_WAY = "give_way"  # waits for another robot: for a cell, or in the call for a joint plan
-    BLOCKED = "blocked"  # has no way to its target now, because of walls, obstacles or silent robots; it tries again
+    BLOCKED = "blocked"  # has no way to its target now: walls, obstacles, silent or stopped robots shut it; it retries
     STOPPED = "stopped"  # was told to stop; it waits for the action `go_on`
     DONE = "done"  # all targets are finished, home included if the mission returns
 

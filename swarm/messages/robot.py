@@ -11,12 +11,13 @@ from swarm.messages.traffic import TrafficBroadcast
 MOST_STOPS: Final = 1000  # that one robot is assigned
 
 
-class Edit(Message, frozen=True, kw_only=True):
+class Edit(Message, frozen=True, kw_only=True, omit_defaults=True):
     """A change of the map while the fleet runs: all cells that a rectangle touches."""
 
     kind: Annotated[Kind, says("what the cells become")]
     low: Annotated[Point, says("m; one corner")]
     high: Annotated[Point, says("m; the opposite corner")]
+    dry_run: Annotated[bool, says("change nothing, only answer what the edit would do")] = False
 
 
 class Assigned(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -76,7 +77,7 @@ class Command(Message, frozen=True, kw_only=True):
     held: Annotated[list[Count], says("cells that it has reserved; the last is the head")] = []
     scale: Annotated[Scale, says("the fuzzy controller got the sensed distances divided by this")] = 1.0
     unconstrained: Annotated[bool, says("no robot is near: it reserves only the cells of its body and brake")] = False
-    waits: Annotated[list[Id], says("robots that it waits for")] = []
+    waits: Annotated[list[Id], says("robots that it waits for, or that shut its way: silent, or told to stop")] = []
     members: Annotated[list[Id], says("robots of the joint plan that it follows")] = []
     notes: Annotated[list[tuple[Id, Text]], says("events: (kind, text)")] = []
     sent: Annotated[bool, says("a broadcast of this tick was sent before this command")]
@@ -134,6 +135,7 @@ class State(Message, frozen=True, kw_only=True):
     replans: Annotated[Count, says("paths planned so far")]
     laps: Annotated[Count, says("rounds of a patrol that are complete")] = 0
     assignment: Annotated[Count, says("number of the targets that `reached` is about; 0: the scenario's")] = 0
+    waits: Annotated[list[Id], says("robots that it waits for, or that shut its way")] = []
 
 
 class Plan(Message, frozen=True, kw_only=True):

@@ -149,9 +149,10 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     since: Annotated[Seconds, says("s; time of the run at which that began; 0: before the run")]
     pose: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its true pose")]
     state: Annotated[State, says("its progress; before it has spoken, as the world has recorded it")]
-    waits: Annotated[list[Id], says("robots that it waits for")]
+    waits: Annotated[list[Id], says("robots that it waits for, or that shut its way")]
     event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
     account: Annotated[Account | None, says("what the world has measured")] = None
+    why: Annotated[Text, says("what it waits for, for people: who stands where; empty: nothing, or not known")] = ""
 
 
 class Status(Message, frozen=True, kw_only=True):
@@ -295,3 +296,4 @@ class Accepted(Message, frozen=True, kw_only=True):
     text: Annotated[Text, says("what was done, for people")]
     number: Annotated[Count | None, says("of an order: the `assignment` in the robot's state while it has it")] = None
     robots: Annotated[list[Id], says("of places: the robots that they are for")] = []
+    cuts: Annotated[list[tuple[Id, Text]], says("of an edit: (robot or `pool`, target) whose last way it takes")] = []

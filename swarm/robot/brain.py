@@ -284,7 +284,7 @@ class Robot:
             state = State(
                 robot=self.name, run=self.run, tick=sense.tick, activity=self._activity, target=mission.target,
                 reached=list(mission.reached), unreachable=list(mission.unreachable), distance=navigator.remaining,
-                replans=replans, laps=mission.laps, assignment=mission.number,
+                replans=replans, laps=mission.laps, assignment=mission.number, waits=list(move.waits),
             )  # fmt: skip
         if navigator.path is not None and navigator.path is not self._plan_told:
             self._plan_told = navigator.path

@@ -33,6 +33,7 @@ from swarm.traffic.settings import NEAR
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
+SHUT_OFF: Final = frozenset({TrafficActivity.CUT_OFF, TrafficActivity.LOOKING})  # by walls, or by who is silent
 GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
@@ -240,7 +241,7 @@ class CellPilot:
             return Activity.DONE
         if inputs.sense.stopped:
             return Activity.STOPPED
-        if granted.activity is TrafficActivity.CUT_OFF:
+        if granted.activity in SHUT_OFF:
             return Activity.BLOCKED
         return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE
 

@@ -4,13 +4,15 @@ from collections.abc import Collection, Sequence
 
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
-from swarm.traffic.cells import CellMap
+from swarm.traffic.breadth_first import FAR
+from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.doing import Doing
 from swarm.traffic.interface import TrafficActivity, TrafficOutputs
 from swarm.traffic.peer_records import Event, PeerRecords
 from swarm.traffic.presence import VIEW, Footprint
 from swarm.traffic.room import way_back
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.sightings import keeps
 
 
 def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
@@ -75,7 +77,35 @@ def activity(doing: Doing) -> TrafficActivity:
         return TrafficActivity.WAITING
     if not progress.route:
         return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
-    return TrafficActivity.DRIVING
+    return TrafficActivity.CUT_OFF if stands_before_body(doing) else TrafficActivity.DRIVING
+
+
+def stands_before_body(doing: Doing) -> bool:
+    """Return True if the robot is at its head, and a body stands in the next cell of its way: its goal, then."""
+    held, route = doing.progress.reservations.held, doing.progress.route
+    return len(held) == 1 and bool(route) and route[0] in doing.situation.blocked
+
+
+def hinderers(doing: Doing, cells: CellMap) -> tuple[str, ...]:
+    """Return the robots that a robot waits for, also those that shut its way: silent, or told to stop.
+
+    Decisions are made without those that shut its way: no claim and no joint plan moves them.
+    """
+    if doing.waits or activity(doing) is not TrafficActivity.CUT_OFF:
+        return doing.waits
+    situation, route = doing.situation, doing.progress.route
+    cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, cells)
+    return tuple([robot for robot, record in situation.others.items() if keeps(record, cell)])
+
+
+def first_shut(start: int, goal: int, shut: Collection[int], cells: CellMap) -> int:
+    """Return the first of the cells that are ``shut`` on a shortest way over the floor; OUTSIDE: there is none."""
+    steps, cell = cells.distances(goal), start
+    while cell != goal and steps[cell] < FAR:
+        cell = min(cells.neighbours[cell], key=steps.__getitem__)
+        if cell in shut:
+            return cell
+    return OUTSIDE
 
 
 def granted(
@@ -105,7 +135,7 @@ def granted(
         exactly=stops or to_look,
         looks=not stops and to_look,
         face=doing.face,
-        waits=doing.waits,
+        waits=hinderers(doing, cells),
         activity=activity(doing),
         events=tuple(events),
         way=(*held[place:], *doing.progress.route),

@@ -28,7 +28,7 @@ class TrafficActivity(StrEnum):
     LEADING = "leading"  # making a joint plan
     HALTED = "halted"  # before an unexpected obstacle
     LOOKING = "looking"  # checking whether the cell of a silent robot is empty
-    CUT_OFF = "cut_off"  # no way leads to the goal
+    CUT_OFF = "cut_off"  # no way leads to the goal, or a body stands in its cell
     ARRIVED = "arrived"  # in the goal's cell, or there is no goal
 
 
@@ -64,7 +64,7 @@ class TrafficOutputs(NamedTuple):
     looks: bool  # it drives slowly to a point from which it looks or claims
     exactly: bool  # the last waypoint must be reached: a stop, or a point to look from
     face: Point | None  # m, the point to turn to first
-    waits: tuple[str, ...]
+    waits: tuple[str, ...]  # robots that it waits for, or that shut its way
     activity: TrafficActivity
     events: tuple[Event, ...]
     way: tuple[int, ...]  # cells to come, held ones first

@@ -54,6 +54,7 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
     simulation = Simulation.of(load(small), ROBOTS, 1)
     simulation.world.request("r2", Order(id="a", update=2, targets=[(9.5, 4.0)], home=True))
     simulation.world.request("r3", RobotAction(do=RobotDo.CANCEL))
+    simulation.world.request("r3", Order(id="b", targets=[(9.5, 2.0)]))
     with Fleet(small, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         asked = ["order", "r2", "9.5,4.0", "--home", "--id", "a", "--update", "2"]
@@ -64,7 +65,11 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
         assert "expected update 2 or a newer one" in capsys.readouterr().err
         assert main(["order", "r9", "9.5,4.0"]) == 2
         assert "expected one of r1, r2, r3, got 'r9'" in capsys.readouterr().err
+        capsys.readouterr()
         assert main(["cancel", "r3"]) == 0
+        stays = "the fleet stays, and takes orders until `swarm stop` ends it"
+        assert capsys.readouterr().out == f"r3 has no targets now, number 2; {stays}\n"
+        assert main(["order", "r3", "9.5,2.0", "--id", "b"]) == 0
         assert main(["go"]) == 0
         assert fleet.end() == 0, fleet.text
         report = fleet.report()

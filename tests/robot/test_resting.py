@@ -73,6 +73,7 @@ SAYS = {  # idle, done, from the goal [m], what traffic says: what the robot say
     "done, and at its stop":          (False, True,  0.39, TrafficActivity.CUT_OFF,  Activity.DONE),
     "done, and away from it":         (False, True,  0.41, TrafficActivity.WAITING,  Activity.GIVE_WAY),
     "near its stop, and not done":    (False, False, 0.39, TrafficActivity.CUT_OFF,  Activity.BLOCKED),
+    "it looks at a silent robot":     (False, False, 3.0,  TrafficActivity.LOOKING,  Activity.BLOCKED),
     "it stands for another":          (False, False, 3.0,  TrafficActivity.STANDING, Activity.GIVE_WAY),
     "it leads others out":            (False, False, 3.0,  TrafficActivity.LEADING,  Activity.GIVE_WAY),
 }

@@ -8,7 +8,7 @@ from swarm.traffic.calls import Frozen
 from swarm.traffic.doing import Doing
 from swarm.traffic.following import Following
 from swarm.traffic.goal import Goal
-from swarm.traffic.granting import activity, looks, stops_in, way_ahead, waypoints
+from swarm.traffic.granting import activity, hinderers, looks, stops_in, way_ahead, waypoints
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.joint import JointPlanning
 from swarm.traffic.reservations import Reservations
@@ -25,15 +25,19 @@ HEARD = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=A)
 
 
 def doing(
-    held: str = "a", route: str = "bc", goal: str = "d", *, joint: JointPlanning | None = None, **changes: object
-) -> Doing:
-    """Return the decisions of a robot in a that drives to the middle of d, with r2 in hearing."""
-    aim, heard = Goal(), {"r2": HEARD}
+    held: str = "a", route: str = "bc", goal: str = "d", *, joint: JointPlanning | None = None,
+    shut: str = "", holds: str = "", **changes: object,
+) -> Doing:  # fmt: skip
+    """Return the decisions of a robot in a that drives to the middle of d, with r2 in hearing, which ``holds`` cells.
+
+    Bodies were seen in the cells that are ``shut``.
+    """
+    aim, heard = Goal(), {"r2": replace(HEARD, held=ROW.at(holds))}
     aim.cell, aim.wish = ROW.at(goal)[0], ROW.points(goal)[0]
     plain = Doing(
         inputs=TrafficInputs(5, ROW.pose(A), aim.wish),
         situation=Situation(
-            tick=5, head=A, goal=D, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
+            tick=5, head=A, goal=ROW.at(goal)[0], idle=False, moved=0, blocked=frozenset(ROW.at(shut)), cleared=frozenset(), others=heard,
             fresh=heard,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
@@ -68,8 +72,30 @@ ACTIVITIES: dict[str, tuple[Doing, str]] = {
     "waits, but has a cell to drive into":  (doing("ab", "c", waits=("r2",)),                      "driving"),
     "no way leads there":                   (doing("a", ""),                                       "cut_off"),
     "was sent aside":                       (doing("a", "", joint=following()),                    "waiting"),
+    "a body stands on its goal":            (doing("a", "b", "b", shut="b"),                       "cut_off"),
+    "and it waits for that robot":          (doing("a", "b", "b", shut="b", waits=("r2",)),        "waiting"),
+    "it drives up to that body":            (doing("ab", "c", "c", shut="c"),                      "driving"),
+    "a body stands farther on":             (doing("a", "bc", "c", shut="c"),                      "driving"),
 }
 # fmt: on
+
+# fmt: off
+HINDERED: dict[str, tuple[Doing, tuple[str, ...]]] = {  # whom a robot is said to wait for; r2 holds d
+    "whom it asks":                       (doing(waits=("r3",)),                                   ("r3",)),
+    "nobody, it drives":                  (doing("a", "bcd", "d", shut="d", holds="d"),            ()),
+    "who stands on its goal":             (doing("a", "b", "b", shut="b", holds="b"),              ("r2",)),
+    "a thing stands there":               (doing("a", "b", "b", shut="b", holds="d"),              ()),
+    "who shuts the only way":             (doing("a", "", "f", shut="d", holds="d"),               ("r2",)),
+    "the way is shut before that robot":  (doing("a", "", "f", shut="bd", holds="d"),              ()),
+    "nobody, a wall shuts it":            (doing("a", "", "f", holds="d"),                         ()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", HINDERED)
+def test_a_robot_that_is_shut_off_names_who_stands_there(name: str) -> None:
+    decisions, robots = HINDERED[name]
+    assert hinderers(decisions, ROW.cells) == robots
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)

@@ -237,3 +237,32 @@ def test_a_robot_is_at_its_next_stop_until_that_counts() -> None:
     assert there == len(world.missions.stops(0))
     assert not world.is_at_next_stop("r1"), "it has none"
     assert not world.is_at_next_stop("r9"), "the fleet has no such robot"
+
+
+# --- a robot whose mission is cancelled ---
+
+# fmt: off
+CANCELLED = {  # how the fleet was started, the robots that have targets left: what the answer says, whether the run ends
+    "the only one":                   (False, ("r1",),      "the run ends now, as not complete", True),
+    "one of two":                     (False, ("r1", "r2"), "the run ends when r2 is done, as not complete", False),
+    "it was started by hand":         (True, ("r1",), "the fleet stays, and takes orders until `swarm stop` ends it", False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", CANCELLED)
+def test_a_cancelled_mission_is_not_complete_and_the_answer_says_what_becomes_of_the_run(name: str) -> None:
+    by_hand, left, says, ends = CANCELLED[name]
+    one = course_of(wait=by_hand)
+    for robot, session in (("r1", "a"), ("r2", "b")):
+        come(one, robot, session)
+    one.held = False
+    one.go_to(Phase.RUNNING)
+    step(one, **{robot: {"activity": Activity.DRIVE} | ({} if robot in left else DONE) for robot in ("r1", "r2")})
+    answer = ask(one, ROBOT_ACTION, RobotAction(do=RobotDo.CANCEL), robot="r1")
+    assert answer == Accepted(text=f"r1 has no targets now, number 1; {says}")
+    step(one, r1={"activity": Activity.DONE, "assignment": 1}, r2={} if "r2" in left else DONE)
+    assert (one.phase is Phase.OVER) is ends
+    report = one.report()
+    assert not report["complete"]
+    assert "r1's mission was cancelled" in str(report["reason"])

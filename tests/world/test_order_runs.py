@@ -215,8 +215,9 @@ def test_home_and_cancel_drop_what_is_left() -> None:
         ("r1", "cancelled"), ("r1", "home"), ("r2", "cancelled"), ("r2", "cancel"),
     }  # fmt: skip
     assert not [1 for _, robot, kind in events if robot == "r2" and kind == "reached"]
-    assert simulation.world.complete
     report = simulation.report(1.0, 200.0)
+    assert report["reason"] == "r2's mission was cancelled"
+    assert not report["complete"]
     assert [one["fate"] for one in report["per_robot"]["r1"]["history"]] == ["cancelled", "done"]
     reached = report["per_robot"]["r1"]["reached"][0]
     assert reached is not None

@@ -155,7 +155,7 @@ def test_who_gets_nowhere_is_named_with_its_stop_and_whom_it_waits_for() -> None
         commands = {"r1": say(world, waits=["r2", "r3"]), "r2": say(world, unreachable=[0, 1])}
         events += [event for event in world.step(commands) if event.kind == "stalled"]
     assert [(event.robot, event.text) for event in events] == [
-        ("r1", "made no progress towards target 1 for 60 s, waits for r2 and r3")
+        ("r1", "made no progress towards target 1 for 60 s: r2 is in its way to target 1")
     ]
 
 

@@ -1,6 +1,6 @@
 """The laws of the mission: robots arrive, a robot that does not arrive is named, and the report is right."""
 
-from itertools import combinations, pairwise
+from itertools import chain, combinations, pairwise
 from math import floor
 from typing import Final
 
@@ -145,7 +145,9 @@ def report_agrees(history: History) -> Found:
 
     yield from differs("sim_time", report["sim_time"], last * history.dt)
     yield from differs("ticks", report["ticks"], last)
-    complete = all(time is not None for row in report["per_robot"].values() for time in row["reached"])
+    complete = not _cancelled(history) and all(
+        time is not None for row in report["per_robot"].values() for time in row["reached"]
+    )
     yield from differs("complete", report["complete"], complete)
     if not complete and not report["reason"]:
         yield last, (), "the report is not complete and does not say why"
@@ -166,6 +168,16 @@ def report_agrees(history: History) -> Found:
         yield last, (), f"the report says clearance_min {report['clearance_min']:g}, two robots were {gap:g} m apart"
     if gap < -1e-3 and not report["contacts"]["robot"]:
         yield last, (), "two bodies overlap and the report has no contact"
+
+
+def _cancelled(history: History) -> bool:
+    """Return True if some robot's targets were cancelled, by the events, and no order came after that."""
+    dropped: dict[str | None, bool] = {}
+    for event in chain.from_iterable(moment.events for moment in history.moments):
+        by_cancel = event.kind == "cancelled" and "cancelled by no targets" in event.text
+        if event.kind == "order" or (by_cancel and not event.text.startswith("pool target")):
+            dropped[event.robot] = by_cancel
+    return any(dropped.values())
 
 
 def _gap(moment: Moment, radius: float) -> float:

@@ -135,7 +135,8 @@ function preview(kind, { low, high, columns, rows }, at) {
 async function edit(kind, low, high) {
   const inside = state.floor.resolution * 0.01;
   const corner = ([u, v], by) => fromGrid(state.floor, [u + by, v + by]);
-  return (await ask("/edit", { kind, low: corner(low, inside), high: corner(high, -inside) })).text && null;
+  const { text, cuts } = await ask("/edit", { kind, low: corner(low, inside), high: corner(high, -inside) });
+  return cuts?.length ? text : null;
 }
 
 /** Take away a target or a start of the draft. */

@@ -18,7 +18,8 @@ function edited(text) {
   if (!found) return text;
   const [, kind, x0, y0, x1, y1] = found, size = (a, b) => Math.abs(b - a).toFixed(1);
   const what = { wall: "a wall was put up", obstacle: "an obstacle was put up", free: "the floor was cleared" }[kind] ?? kind;
-  return `${what}, ${size(x0, x1)} x ${size(y0, y1)} m at (${((+x0 + +x1) / 2).toFixed(1)}, ${((+y0 + +y1) / 2).toFixed(1)})`;
+  const at = `(${((+x0 + +x1) / 2).toFixed(1)}, ${((+y0 + +y1) / 2).toFixed(1)})`;
+  return `${what}, ${size(x0, x1)} x ${size(y0, y1)} m at ${at}${text.slice(found[0].length)}`;
 }
 
 /**
