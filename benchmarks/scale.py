@@ -35,6 +35,7 @@ from benchmarks.scaling.rows import DENSITIES, RATE, ROWS, Row
 from swarm.errors import SwarmError
 
 LATE: Final = 0.01  # share of late commands, at most
+SLOWEST: Final = 1.5  # times real time: a fleet that is slower is ended, and its row says so
 
 
 FAULTS: Final = (NotMeasured, SwarmError, psutil.Error, subprocess.SubprocessError, OSError, ValueError, LookupError)
@@ -47,7 +48,13 @@ def in_real_time(row: Row, seconds: float, python: str) -> realtime.Punctual:
         where = realtime.at_rate(row.where, row.robots, row.rate, Path(folder))
         limit = max(seconds, realtime.TICKS / row.rate)
         with fleet(row._replace(where=where), limit, "realtime", "--report", str(file), python=python) as (launcher, _):
-            launcher.wait(PATIENCE + 10 * limit)
+            longest = PATIENCE + SLOWEST * limit
+            try:
+                launcher.wait(longest)
+            except psutil.TimeoutExpired:
+                raise NotMeasured(
+                    f"it did not keep its rate: {limit:g} s were not over after {longest:.0f} s"
+                ) from None
         return realtime.punctual(json.loads(file.read_text(encoding="utf-8")))
 
 

@@ -1,14 +1,16 @@
 """The benchmark of large fleets: its rows come one by one, and what it computes can be worked out by hand."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
 
 from benchmarks import scale
 from benchmarks.measure import printed
-from benchmarks.scaling import beside, realtime, why, wire
+from benchmarks.scaling import beside, fleets, realtime, why, wire
 from benchmarks.scaling.fleets import NotMeasured
 from benchmarks.scaling.rows import ROWS
 from swarm.robot.brain import Robot
@@ -140,3 +142,13 @@ def test_every_table_has_an_option(name: str, monkeypatch: pytest.MonkeyPatch, c
 def test_a_run_that_was_interrupted_is_not_called_punctual() -> None:
     with pytest.raises(NotMeasured, match="ended early: interrupted"):
         realtime.punctual({"complete": False, "reason": "interrupted"})
+
+
+def test_a_fleet_that_does_not_end_when_told_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fleets, "LEAVING", 0.2)
+    code = "import signal, subprocess, sys; signal.signal(15, signal.SIG_IGN); print(flush=True); subprocess.run([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE)"
+    stubborn = psutil.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    stubborn.stdout.readline()
+    fleets.end(stubborn)
+    assert not stubborn.is_running()
+    stubborn.stdout.close()

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from tempfile import TemporaryDirectory
 from time import monotonic
@@ -19,6 +19,8 @@ from swarm.messages import CLOCK, Clock, Phase
 FLEET: Final = "scale"
 WARMED: Final = 40  # ticks after which the measurement begins: all kernels have run
 PATIENCE: Final = 120.0  # s for a fleet to start
+LONGEST: Final = 600.0  # s of the wall clock for a fleet in lockstep; a row of fewer ticks is taken then
+LEAVING: Final = 60.0  # s for a fleet to end that was told to; 256 processes take about ten
 
 
 class NotMeasured(Exception):  # noqa: N818, no error of the project
@@ -49,9 +51,21 @@ def fleet(
         try:
             yield process, endpoint
         finally:
-            if process.is_running():
-                process.terminate()
-            process.wait()
+            end(process)
+
+
+def end(launcher: psutil.Process) -> None:
+    """End a fleet and wait for its end; kill what is left of one that does not end."""
+    members = launcher.children(recursive=True) if launcher.is_running() else []
+    if launcher.is_running():
+        launcher.terminate()
+    try:
+        launcher.wait(LEAVING)
+    except psutil.TimeoutExpired:
+        for one in (launcher, *members):
+            with suppress(psutil.NoSuchProcess):
+                one.kill()
+        launcher.wait()
 
 
 def connected(endpoint: Endpoint) -> Bus:
@@ -120,10 +134,12 @@ def lockstep(row: Row, seconds: float, python: str, size: int = 1) -> Ran:
                 if not samples and clock.tick >= WARMED:
                     memory = largest(launcher)
                     samples.append(sample(clock.tick, launcher))
-                elif samples and clock.tick - samples[0].tick >= seconds * RATE:
+                elif samples and (clock.tick - samples[0].tick >= seconds * RATE or monotonic() - began > LONGEST):
                     samples.append(sample(clock.tick, launcher))
                     memory = max(memory, largest(launcher))
                     break
+                elif monotonic() - began > LONGEST:
+                    raise NotMeasured(f"after {LONGEST:g} s it was at tick {clock.tick}, before the measurement begins")
         finally:
             bus.__exit__(None, None, None)
     if start is None or len(samples) < 2:
