@@ -12,7 +12,14 @@ MOST_STOPS: Final = 1000  # that one robot is assigned
 
 
 class Edit(Message, frozen=True, kw_only=True, omit_defaults=True):
-    """A change of the map while the fleet runs: all cells that a rectangle touches."""
+    """A change of the map while the fleet runs: all cells that a rectangle touches.
+
+    The cells are those of the map (`packed`), in the map's own frame: rows and columns from ``floor(low / resolution)``
+    up to, but not including, ``ceil(high / resolution)``, low and high being the least and the greatest coordinate of
+    the rectangle's four corners there. So an edge that lies on a cell's edge does not touch the cell beyond it. At
+    least one row and one column: a rectangle without width that lies on a cell's edge takes the higher one. For
+    rounding, 1e-9 of a cell is added to low and taken from high.
+    """
 
     kind: Annotated[Kind, says("what the cells become")]
     low: Annotated[Point, says("m; one corner")]
@@ -52,7 +59,10 @@ class Sense(Message, frozen=True, kw_only=True):
         list[tuple[Id, Count]],
         says("broadcasts (robot, tick) that reach this robot: those of the tick before; it heeds no others"),
     ]
-    rays: Annotated[list[Length], says("m; free distance along each ray: left, front, right sector, right to left")]
+    rays: Annotated[
+        list[Length],
+        says("m; free distance along each ray, from the robot's edge: left, front, right sector, each right to left"),
+    ]
     edits_before: Annotated[Count, says("number of edits before those in `edits`")] = 0
     edits: Annotated[list[Edit], says("edits of the last second")] = []
     assigned: Annotated[

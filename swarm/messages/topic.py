@@ -21,7 +21,7 @@ def encoding_of(kind: type[Message], as_json: bool = False) -> str:
 
 
 class Sequence(NamedTuple):
-    """What is attached to each message, so that a receiver tells a lost message from silence."""
+    """What is attached to each message, packed by MessagePack: so a receiver tells a lost message from silence."""
 
     sender: Annotated[
         int,

@@ -81,7 +81,11 @@ class Refusal(NamedTuple):
 
     epoch: Annotated[Epoch, says("epoch of that plan")]
     shut: Annotated[
-        tuple[tuple[Cell, Cell], ...], Meta(max_length=MOST_SHUT, description="steps of its way that its map shuts")
+        tuple[tuple[Cell, Cell], ...],
+        Meta(
+            max_length=MOST_SHUT,
+            description="joins that its map lacks, each as two cells (from, to), those of its own way first",
+        ),
     ]
 
 
