@@ -12,6 +12,7 @@ from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
 SAID_AGAIN: Final = 3  # last answers, said again after the router was away: others are a tick behind at most
+EARLIER: Final = "the robot has answered a later one; the world goes on from before that"
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
 
 
@@ -33,6 +34,11 @@ class Repeats:
     def to(self, sense: Sense) -> Given | None:
         """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
+
+    def after(self, sense: Sense) -> Given | None:
+        """Return the first answer kept that is later than a sense, in the same run, or None."""
+        later = [key for key in self._given if key[0] == sense.run and key[1] > sense.tick]
+        return self._given[min(later)] if later else None
 
     def last(self) -> list[Given]:
         """Return the last few answers, oldest first."""
@@ -58,6 +64,7 @@ class Seat:
         self._repeats = Repeats(kept)
         self._log = log
         self._born: tuple[int, int] | None = None  # run and tick of the first sense
+        self._newest = (-1, -1)  # run and tick of the newest sense that the robot has stepped with
         self._until: float | None = None  # s; lockstep waits for missing broadcasts until then
         self._named: set[str] = set()
 
@@ -78,6 +85,8 @@ class Seat:
         fault = self._robot.fault_of(sense) if sense.world == self._world else "it is of another world"
         if fault is not None:
             self._log_once(f"the sense was dropped: {fault}", f"tick {sense.tick}: ")
+        elif (sense.run, sense.tick) <= self._newest and self._repeats.to(sense) is None:
+            self._log_once(f"the sense was dropped: {EARLIER}", f"tick {sense.tick}: ")
         elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
             self.sense, self._until = sense, None
             self._born = self._born or (sense.run, sense.tick)
@@ -85,8 +94,26 @@ class Seat:
                 self._ear.begin(sense.run)
 
     def repeat(self, sense: Sense) -> Given | None:
-        """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it."""
-        return self._repeats.to(sense) if sense.world == self._world else None
+        """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it.
+
+        A robot never steps back in time. A tick that it left out before the world came back it leaves out again. In
+        lockstep, where the world waits, it answers that it stands.
+        """
+        if sense.world != self._world:
+            return None
+        given = self._repeats.to(sense)
+        if given is None and sense.lockstep and (sense.run, sense.tick) < self._newest:
+            given = self._standing(sense)
+        return given
+
+    def _standing(self, sense: Sense) -> Given | None:
+        """Return an answer that stands, and else says what the robot said next; None if nothing later was kept."""
+        later = self._repeats.after(sense)
+        if later is None:
+            return None
+        still = {"tick": sense.tick, "left": 0.0, "right": 0.0, "sent": False, "notes": []}
+        command = msgspec.structs.replace(later.outputs.command, **still)
+        return later._replace(outputs=Outputs(command, None, None, None))
 
     def said(self) -> list[Given]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
@@ -129,6 +156,7 @@ class Seat:
                 self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
         zone = self._ear.tune(sense.x, sense.y)
         outputs = self._robot.step(Inputs(sense, heard))
+        self._newest = sense.run, sense.tick
         if overdue:
             text = f"went on without a broadcast that did not arrive in {OVERDUE:g} s"
             self._log(f"{self.name}: tick {sense.tick}: {text}")

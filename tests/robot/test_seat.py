@@ -9,7 +9,7 @@ from swarm.bus import Bus
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
 from swarm.robot.brain import Inputs
 from swarm.robot.radio import Ear, Radio
-from swarm.robot.seat import MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
+from swarm.robot.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)
@@ -169,6 +169,42 @@ def test_a_sense_that_comes_again_gets_the_same_answer_and_no_second_step() -> N
     assert one.answer(sense) is first
     assert one.robot.step.call_count == 1  # type: ignore[attr-defined]
     assert one.said == []
+
+
+def resumed() -> Chair:
+    """Make a robot that answered ticks 7, 9 and 10 in real time; it left out 8."""
+    one = Chair(kept=10)
+    for ticks in (0, 2, 3):
+        one.answer(later(LIVE, ticks))
+    return one
+
+
+def test_a_robot_does_not_step_back_in_time_when_its_world_goes_on_from_before() -> None:
+    one = resumed()
+    for ticks, kept in ((0, True), (1, False), (2, True), (3, True)):
+        sense = later(LIVE, ticks)
+        assert (one.seat.repeat(sense) is not None) is kept
+        if not kept:
+            one.seat.take(sense)
+            assert one.seat.sense is None, "in real time the world waits for nobody"
+    assert one.robot.step.call_count == 3  # type: ignore[attr-defined]
+    assert one.said == [f"r2: tick 8: the sense was dropped: {EARLIER}"]
+    assert one.answer(later(LIVE, 4)).outputs.command.tick == 11, "then it goes on"
+    one.seat.take(msgspec.structs.replace(LIVE, run=1, tick=0))
+    assert one.seat.sense is not None, "a new run begins before any tick"
+
+
+def test_in_lockstep_a_robot_stands_at_a_tick_that_it_left_out() -> None:
+    one = resumed()
+    given = one.seat.repeat(later(FITS, 1))
+    assert given is not None
+    command, after = given.outputs.command, one.seat.repeat(later(FITS, 2))
+    assert after is not None
+    assert (command.tick, command.left, command.right, command.sent) == (8, 0.0, 0.0, False)
+    assert (command.held, command.reached) == (after.outputs.command.held, after.outputs.command.reached)
+    assert given.outputs[1:] == (None, None, None)
+    assert one.robot.step.call_count == 3  # type: ignore[attr-defined]
+    assert one.seat.repeat(later(FITS, 9)) is None, "a tick to come is stepped"
 
 
 def test_a_new_run_forgets_the_broadcasts_of_the_run_before_it_and_keeps_its_own() -> None:
