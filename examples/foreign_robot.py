@@ -130,7 +130,7 @@ class Brain:
         self.tick_length, self.every, self.slot = 1.0 / rate, radio["every"], number
         self.radius = settings["robot"]["radius"]
         self.claim_radius = (radio["range"] - 1.0) / 2
-        self.asking = 2 * min(self.claim_radius, 4 * self.lattice.side) + 1.5
+        self.asking = min(radio["range"], 2 * min(self.claim_radius, 4 * self.lattice.side) + 1.5)
         row = ceil(log(3e-4) / log(min(radio["loss"], 0.9))) if radio["loss"] else 0
         quiet = ceil(log(3e-5) / log(min(radio["loss"], 0.9))) if radio["loss"] else 0
         self.fresh_for, self.listen_for = max(40, self.every * row), max(30, 2 * quiet)

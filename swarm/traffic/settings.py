@@ -76,8 +76,13 @@ class TrafficSettings:
         return (self.radio_range - 1.0) / 2
 
     def asking_distance(self, side: float) -> float:
-        """Return how far off [m] a robot may be that could claim a cell that this one can claim; ``side`` of a cell."""
-        return 2 * min(self.claim_radius, (self.horizon + 1) * side) + 1.5
+        """Return how far off [m] a robot may be that could claim a cell that this one can claim; ``side`` of a cell.
+
+        Both are then within their claims' reach of that cell. The rest is what both may have driven since the record:
+        1.5 m, or 1 m where the radio reaches no farther. Beyond the radio nobody could acknowledge: a claim would wait
+        for ever for a robot that stands there.
+        """
+        return min(self.radio_range, 2 * min(self.claim_radius, (self.horizon + 1) * side) + 1.5)
 
     @property
     def standing_room(self) -> float:

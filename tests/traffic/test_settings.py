@@ -52,6 +52,17 @@ def test_two_that_claim_one_cell_hear_each_other_wherever_they_are(reach: float)
     assert settings.claim_radius + a_second_of_two <= settings.alone <= settings.claim_radius + 3 * a_second_of_two
 
 
+@pytest.mark.parametrize("reach", [3.4, 5.0, 8.0, 9.0, 20.0, 50.0])
+@pytest.mark.parametrize("side", [0.9, 1.2, 2.0])
+def test_who_could_claim_the_same_cell_is_asked_and_nobody_out_of_hearing(reach: float, side: float) -> None:
+    settings = replace(SETTINGS, radio_range=reach)
+    asks = settings.asking_distance(side)
+    farthest = 2 * min(settings.claim_radius, (settings.horizon + 1) * side)  # from which two can claim one cell
+    assert asks <= reach
+    every = settings.every * settings.tick  # s
+    assert asks - farthest >= 1.0 > 2 * every * 2 * settings.speed, "they hear each other twice before they are there"
+
+
 def test_who_stands_fits_in_a_cell_of_four_radii_and_who_leans_in_one_of_six() -> None:
     assert SETTINGS.radius + SETTINGS.margin + NEAR < SETTINGS.standing_room < 2 * SETTINGS.radius
     assert SETTINGS.standing_room + ROLLS_ON < SETTINGS.leaning_room < 3 * SETTINGS.radius
