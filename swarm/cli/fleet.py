@@ -28,6 +28,7 @@ def run(options: argparse.Namespace) -> int:
     if source.file.is_file():
         warm_up(source, secure=options.secure is not None)
     from swarm.launch.options import Options
+    from swarm.launch.proxy import Delay
     from swarm.launch.run import run as launch
 
     scenario = source.read()
@@ -52,6 +53,7 @@ def run(options: argparse.Namespace) -> int:
             secure=options.secure,
             outside=options.body,
             quiet=options.quiet,
+            delay=None if options.delay is None else Delay.parse(options.delay),
         )
     )
 
@@ -192,6 +194,8 @@ def _of_a_launch(parser: Parser) -> None:
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     parser.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
     parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
+    text = "try a slow network: what robots send and receive is so much later, each way, give or take JITTER"
+    parser.add_argument("--delay", metavar="MS[,JITTER]", help=text)
     parser.add_argument("--fleet", help="name of the fleet; by default USER-SCENARIO")
     secure(parser)
 

@@ -6,6 +6,7 @@ from math import ceil
 from pathlib import Path
 
 from swarm.launch.fleet import check_open_files
+from swarm.launch.proxy import Delay
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
@@ -32,6 +33,7 @@ class Options:
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
     quiet: bool = False  # only trouble and the summary
+    delay: Delay | None = None  # of the network between robots and router; None: there is no proxy
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
 
     @property
@@ -46,8 +48,8 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router, dashboard and box."""
-        return 4 + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard, box, and a proxy if there is one."""
+        return 4 + (self.delay is not None) + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

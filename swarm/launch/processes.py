@@ -1,6 +1,7 @@
 """The processes of one launcher's fleet: start them, and start them again with another set-up."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from threading import Event as Flag
 from typing import Any, Final
@@ -10,7 +11,7 @@ from swarm.errors import ConfigError
 from swarm.launch.fleet import Fleet, check_open_files
 from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
-from swarm.launch.table import BOX, DASHBOARD, ROBOT, ROUTER, WORLD
+from swarm.launch.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import identity
 
@@ -35,7 +36,14 @@ class Processes:
         self.first_run = 0
         self._fleet, self._shown, self._box = fleet, shown, box
         self._sessions = options.sessions
-        self._robots = Newcomers(fleet, options.robots_per_process, self._common)
+        self._proxy = None if options.delay is None else replace(endpoint, port=0).claim()  # where the robots connect
+        self._robots = Newcomers(fleet, options.robots_per_process, self._common_of_robots)
+
+    def _common_of_robots(self, member: str) -> dict[str, Any]:
+        common = self._common(member)
+        if self._proxy is not None:
+            common["endpoint"] = replace(common["endpoint"], port=self._proxy.port)
+        return common
 
     def _common(self, member: str) -> dict[str, Any]:
         return {"endpoint": self.endpoint.seen_by(member), "fleet": self.name}
@@ -48,6 +56,9 @@ class Processes:
         """
         self._share(self.options.sessions)
         self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
+        if self._proxy is not None:
+            way = {"endpoint": self._proxy, "router": self.endpoint, "delay": self.options.delay}
+            self._fleet.start(PROXY, "proxy", way)
         if self._box is not None:
             self._fleet.start(BOX, "box", self._common(identity.OPERATOR) | self._box)
         self._begin()
@@ -95,7 +106,7 @@ class Processes:
         if self.endpoint.lease > lease:
             self._fleet.stop((ROUTER,))
             self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
-        self._robots = Newcomers(self._fleet, options.robots_per_process, self._common)
+        self._robots = Newcomers(self._fleet, options.robots_per_process, self._common_of_robots)
         self._begin()
 
     def let_finish(self, stop: Flag) -> None:

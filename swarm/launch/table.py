@@ -40,6 +40,13 @@ def router() -> Callable[..., int]:
     return serve
 
 
+def proxy() -> Callable[..., int]:
+    """`swarm.launch.proxy`."""
+    from swarm.launch.proxy import serve
+
+    return serve
+
+
 def world() -> Callable[..., int]:
     """`world.process`."""
     from world.process import run
@@ -96,6 +103,7 @@ FINISH, RESTART, REPORT, LOSE, LEAVE = EarlyEnd
 # fmt: off
 #                          name         load       on success  on failure  killed    too often
 ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,  FINISH)
+PROXY: Final     = Role("proxy",     proxy,     RESTART,    RESTART,    RESTART,  FINISH)
 WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH)
 ROBOT: Final     = Role("robot",     robot,     LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
@@ -103,6 +111,6 @@ BOX: Final       = Role("box",       box,       RESTART,    REPORT,     RESTART,
 # fmt: on
 
 CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)
-STOP_ORDER: Final = (WORLD, DASHBOARD, BOX, ROBOT, ROUTER)  # the world first: it writes the report
+STOP_ORDER: Final = (WORLD, DASHBOARD, BOX, ROBOT, PROXY, ROUTER)  # the world first: it writes the report
 RESTARTS: Final = 3  # most restarts of one process within WITHIN
 WITHIN: Final = 60.0  # s

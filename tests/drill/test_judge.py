@@ -19,7 +19,7 @@ GOOD = Seen(
     text="fleet drill: 2 robots, router tcp/127.0.0.1:1\ncomplete\n",
     report={
         "complete": True, "reason": "", "ticks": 400, "digest": "abc", "per_robot": robots(r1=[5.0, 9.0], r2=[4.0, 8.0]),
-        "contacts": {"robot": 0, "wall": 0, "obstacle": 0},
+        "contacts": {"robot": 0, "wall": 0, "obstacle": 0}, "traffic": {"overlaps": 0, "outside": 0},
     },
     told=(("r1", "is at target 1"), ("r1", "is at target 2"), ("r2", "is at target 1"), ("r2", "is at target 2")),
     digest="abc",
@@ -47,6 +47,8 @@ PLANTED: dict[str, tuple[Seen, Callable[[Seen], Seen], list[str]]] = {
     "stops out of order":        (GOOD, reporting(per_robot=robots(r1=[9.0, 5.0], r2=[4.0, 8.0])), ["nothing lost: r1's targets are out of order"]),
     "a stop told twice":         (GOOD, seeing(told=(("r1", "is at home"), ("r2", "is at home"), ("r1", "is at home"))), ["nothing doubled: told twice: r1 is at home"]),
     "a contact":                 (GOOD, reporting(contacts={"robot": 1, "wall": 0, "obstacle": 2}), ["no contact: contacts: 1 robot, 2 obstacle"]),
+    "a cell held twice":         (GOOD, reporting(traffic={"overlaps": 2, "outside": 0}), ["no overlap: overlaps: 2"]),
+    "a body outside its cells":  (GOOD, reporting(traffic={"overlaps": 0, "outside": 1}), ["no overlap: outside: 1"]),
     "another run":               (GOOD, seeing(digest="0123456789"), ["same run: digest abc instead of 01234567"]),
     "a process left":            (GOOD, seeing(processes=("process 17 (sleep 100)",)), ["nothing left: left: process 17 (sleep 100)"]),
     "a folder left":             (GOOD, seeing(files=("drill", ".r.json.part")), ["nothing left: left: drill; left: .r.json.part"]),

@@ -16,6 +16,7 @@ Fault = Callable[[Live], None]
 FROZEN: Final = 5.0  # s
 LATE: Final = 0.05  # s, 0.2 s of the mission at pace 4
 GAP: Final = 0.2  # s between two robots that are held up
+SHORT: Final = 0.02  # s between two times that one robot is: it then answers 0 to 4 ticks late, at pace 4
 HOUR: Final = 3600  # s
 FAKETIME: Final = tuple(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
 
@@ -75,24 +76,27 @@ def freeze(name: str) -> Fault:
     return inject
 
 
-def hold_up(live: Live) -> None:
-    """Hold up all robots in turn, again and again, so that their answers are late."""
+def hold_up(*robots: str, gap: float) -> Fault:
+    """Return the fault that holds up robots in turn, again and again, ``gap`` [s] apart: their answers are late."""
 
-    def work() -> None:
-        pids = [live.find(f"r{number}") for number in range(1, ROBOTS + 1)]
-        while True:
-            for pid in pids:
-                if live.over.wait(GAP):
-                    return
-                if pid is not None:
-                    try:
-                        os.kill(pid, signal.SIGSTOP)
-                        live.over.wait(LATE)
-                        os.kill(pid, signal.SIGCONT)
-                    except ProcessLookupError:
+    def inject(live: Live) -> None:
+        def work() -> None:
+            pids = [live.find(robot) for robot in robots]
+            while True:
+                for pid in pids:
+                    if live.over.wait(gap):
                         return
+                    if pid is not None:
+                        try:
+                            os.kill(pid, signal.SIGSTOP)
+                            live.over.wait(LATE)
+                            os.kill(pid, signal.SIGCONT)
+                        except ProcessLookupError:
+                            return
 
-    live.meanwhile(work)
+        live.meanwhile(work)
+
+    return inject
 
 
 def spoil_snapshot(live: Live) -> None:

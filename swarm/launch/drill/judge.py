@@ -64,6 +64,12 @@ def no_contact(seen: Seen) -> str:
     return f"contacts: {', '.join(touched)}" if touched else ""
 
 
+def no_overlap(seen: Seen) -> str:
+    """Check that no two robots ever held one cell, and that no body was outside the cells that its robot held."""
+    traffic = seen.report.get("traffic", {"overlaps": "no report", "outside": "no report"})
+    return ", ".join(f"{kind}: {traffic[kind]}" for kind in ("overlaps", "outside") if traffic[kind])
+
+
 def same_run(seen: Seen) -> str:
     """Check that the run is the one without a fault, bit for bit."""
     got = seen.report.get("digest", "none")
@@ -106,7 +112,7 @@ def said(seen: Seen) -> str:
 Law = Callable[[Seen], str]
 ALWAYS: Final[tuple[Law, ...]] = (ended, no_contact, nothing_left, no_traceback)
 WHOLE: Final[tuple[Law, ...]] = (complete, nothing_lost, nothing_doubled)
-LAWS: Final[tuple[Law, ...]] = (*ALWAYS, *WHOLE, same_run, only_lost_lack, in_order, said)
+LAWS: Final[tuple[Law, ...]] = (*ALWAYS, *WHOLE, no_overlap, same_run, only_lost_lack, in_order, said)
 
 
 def broken(laws: Sequence[Law], seen: Seen) -> list[str]:

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swarm.launch.drill.faults import (
+    GAP,
+    SHORT,
     Fault,
     clock_of,
     freeze,
@@ -22,7 +24,7 @@ from swarm.launch.drill.faults import (
     shift_clock,
     spoil_snapshot,
 )
-from swarm.launch.drill.floor import LOSSY, SCENARIO
+from swarm.launch.drill.floor import LOSSY, ROBOTS, SCENARIO
 from swarm.launch.drill.forgeries import (
     EDITS,
     again,
@@ -42,8 +44,19 @@ from swarm.launch.drill.forgeries import (
     pretend,
     unsolvable,
 )
-from swarm.launch.drill.judge import ALWAYS, WHOLE, Law, in_order, nothing_doubled, only_lost_lack, said, same_run
+from swarm.launch.drill.judge import (
+    ALWAYS,
+    WHOLE,
+    Law,
+    in_order,
+    no_overlap,
+    nothing_doubled,
+    only_lost_lack,
+    said,
+    same_run,
+)
 from swarm.messages import Kind
+from swarm.scenario.starts import names
 
 QUICK: Final = "4"  # times real time
 LOCKSTEP: Final = "max"
@@ -73,6 +86,7 @@ class Row(NamedTuple):
 
 
 SAME: Final = (*WHOLE, same_run)
+APART: Final = (*WHOLE, no_overlap)
 RELIVED: Final = tuple(law for law in SAME if law is not nothing_doubled)  # events of a second come again
 LOST: Final = "r1 was ended by signal 9; it is lost"
 RECORD: Final = ("--record", "{folder}/run.rrd")
@@ -105,7 +119,16 @@ TABLE: Final = (
         options=RECORD, lacks=lacks_rerun),
     Row("server-frozen",    "SIGSTOP of the fork server for 5 s",               freeze("fork server"),
         paces=LOCK, laws=SAME),
-    Row("late-and-lossy",   "30 % of broadcasts lost, robots held up by 0.2 s", hold_up, tick=1, scenario=LOSSY),
+    Row("late-and-lossy",   "30 % of broadcasts lost, robots held up by 0.2 s", hold_up(*names(ROBOTS), gap=GAP),
+        tick=1, scenario=LOSSY),
+    Row("slow-robot",       "a robot held up by 0.2 s most of the time",        hold_up("r1", gap=SHORT),
+        tick=1, laws=APART),
+    Row("slow-network",     "30 ms between robots and router, each way",        nothing,
+        tick=1, laws=APART, paces=("1",), options=("--delay", "30")),
+    Row("slower-network",   "60 ms between robots and router, each way",        nothing,
+        tick=1, laws=APART, paces=("1",), options=("--delay", "60")),
+    Row("uneven-network",   "30 ms, give or take 20, each way",                 nothing,
+        tick=1, laws=APART, paces=("1",), options=("--delay", "30,20")),
     Row("twin",             "two robots of one name",                           second_of_a_name,
         laws=(*WHOLE, said), paces=("1",), tick=1, expected=("is here already",)),  # it takes seconds to start
     Row("second-world",     "a second world in the fleet",                      second_world, tick=1),
