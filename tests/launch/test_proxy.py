@@ -5,8 +5,6 @@ from collections.abc import Awaitable, Callable
 from random import Random
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from swarm.bus import Endpoint
 from swarm.cli import main
@@ -94,11 +92,21 @@ def test_what_is_under_way_is_bounded() -> None:
     assert UNDER_WAY * 65_536 <= 64 * 2**20, "64 MiB in one direction"
 
 
-@given(delay=st.floats(0.0, LONGEST), share=st.floats(0.0, 1.0))
-def test_any_delay_with_no_more_jitter_is_read(delay: float, share: float) -> None:
-    jitter = delay * share
-    assert Delay.parse(f"{delay},{jitter}") == Delay(delay / 1000.0, jitter / 1000.0)
-    assert Delay.parse(f"{delay}") == Delay(delay / 1000.0)
+# fmt: off
+READ = {
+    "0":             Delay(0.0),
+    "30":            Delay(0.03),
+    "28.5":          Delay(0.0285),
+    "30,20":         Delay(0.03, 0.02),
+    "30,30":         Delay(0.03, 0.03),
+    f"{LONGEST:g}":  Delay(LONGEST / 1000.0),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("text", READ)
+def test_a_delay_is_read_in_milliseconds(text: str) -> None:
+    assert Delay.parse(text) == READ[text]
 
 
 @pytest.mark.parametrize("text", ["", "x", "-1", "30,40", "30,x", "1,2,3", "nan", "inf", "10001", "30,-1"])
