@@ -8,20 +8,20 @@ ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 NUMBA_CACHE_DIR=/opt/numb
 WORKDIR /src
 RUN python -m venv /opt/swarm
 COPY pyproject.toml requirements.lock ./
-# Install the dependencies of pyproject.toml without Rerun, in the versions of requirements.lock.
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if not name.startswith(('rerun', 'aiohttp'))))" > needed.txt \
+# The dependencies first, in a layer of their own, so that a change of the code does not install them again.
+RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies']))" > needed.txt \
     && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
 COPY swarm swarm
 COPY world world
 COPY dashboard dashboard
 COPY scenarios scenarios
 COPY README.md ./
+# From another folder: in /src, Python would take and compile the package of /src instead of the installed one.
 RUN /opt/swarm/bin/pip install --no-deps . \
-    && /opt/swarm/bin/python -m swarm.compiled
+    && cd / && /opt/swarm/bin/python -m swarm.compiled
 
 FROM build AS build-dashboard
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(name for name in tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'] if name.startswith(('rerun', 'aiohttp'))))" > needed-dashboard.txt \
-    && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed-dashboard.txt
+RUN /opt/swarm/bin/pip install --constraint requirements.lock 'zenoh-swarm[rerun]'
 
 FROM python:${PYTHON}-slim AS base
 # a volume for keys that is mounted at /keys becomes the user's

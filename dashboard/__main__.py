@@ -6,8 +6,9 @@ import sys
 from pathlib import Path
 
 from dashboard.ending import end_with_us
-from dashboard.mode import choose, missing
+from dashboard.mode import choose
 from swarm.errors import SwarmError
+from swarm.installed import without_rerun
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -31,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
         end_with_us()
         if os.getppid() != given.ends_with:  # it has ended meanwhile
             return 0
-    if lacking := missing():
+    if lacking := without_rerun():
         print(lacking, file=sys.stderr)
         return 2
     from dashboard import process

@@ -17,17 +17,10 @@ SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def resolved(asked: str, environ: Mapping[str, str]) -> str:
-    """Return what ``auto`` is for a fleet on this machine: the viewer where there is a display, else the box.
-
-    Where aiohttp is not installed, it is the web viewer; where Rerun is not installed either, it is ``off``.
-    """
+    """Return what ``auto`` means on this machine: the viewer if there is a display and Rerun, else the box."""
     if asked != "auto":
         return asked
-    if has_screen(environ) and find_spec("rerun_cli"):
-        return "viewer"
-    if missing_for_box() is None:
-        return BOX
-    return "web" if missing() is None else "off"
+    return "viewer" if has_screen(environ) and find_spec("rerun_cli") else BOX
 
 
 def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> Mode | None:
@@ -54,20 +47,6 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
 def has_screen(environ: Mapping[str, str]) -> bool:
     """Return True if there is a display on which a window can be opened."""
     return any(environ.get(name) for name in SCREENS)
-
-
-def missing() -> str | None:
-    """Return a sentence that says what is not installed, or None if the dashboard has all that it needs."""
-    if find_spec("rerun") is None:
-        return "the dashboard needs Rerun, which is not installed: pip install rerun-sdk, or run without"
-    return None
-
-
-def missing_for_box() -> str | None:
-    """Return a sentence that says what is not installed, or None if the box has all that it needs."""
-    if find_spec("aiohttp") is None:
-        return "the box needs aiohttp, which is not installed: pip install aiohttp, or run without"
-    return None
 
 
 def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:

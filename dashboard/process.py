@@ -137,7 +137,7 @@ def _rerun() -> Path:
     """
     program = viewer_program()
     if program is None:
-        raise ConfigError("dashboard: expected the program `rerun`, found none; install rerun-sdk, or run without")
+        raise ConfigError("dashboard: expected the program `rerun`, found none; install rerun-sdk again")
     return program
 
 

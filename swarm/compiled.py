@@ -2,8 +2,12 @@
 
 import importlib
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import Final
+
+from swarm.errors import ConfigError, SwarmError
+from swarm.installed import check
 
 KERNELS: Final = (  # a test compares this list with the code
     "swarm.fuzzy.kernel",
@@ -23,12 +27,48 @@ KERNELS: Final = (  # a test compares this list with the code
     "swarm.traffic.hearing",
     "world.rays",
 )
+COMPILING: Final = "compiling the kernels of planning, steering and traffic for this processor (once, under a minute)"
 
 
-def load() -> None:
-    """Import every kernel. The first import compiles, up to a minute for all; numba caches the result."""
-    for name in KERNELS:
-        importlib.import_module(name)
+def announce() -> None:
+    """Say it on stderr, once, if this process compiles kernels that are in no cache; call it before they are imported.
+
+    Raises:
+        ConfigError: there is no folder for the cache.
+    """
+    from numba.core.event import Event, Listener, register
+
+    class Teller(Listener):
+        said = False
+
+        def on_start(self, event: Event) -> None:
+            if not self.said:
+                self.said = True
+                print(COMPILING, file=sys.stderr, flush=True)
+
+        def on_end(self, event: Event) -> None:
+            """Do nothing."""
+
+    register("numba:compile", Teller())  # type: ignore[no-untyped-call]  # numba declares no types here
+    load(KERNELS[:1])
+
+
+def load(kernels: Sequence[str] = KERNELS) -> None:
+    """Import every kernel. The first import compiles, up to a minute for all; numba caches the result.
+
+    Raises:
+        ConfigError: there is no folder for the cache.
+    """
+    try:
+        for name in kernels:
+            importlib.import_module(name)
+    except RuntimeError as fault:
+        if "no locator available" not in str(fault):  # numba's words, for which it has no class
+            raise
+        raise ConfigError(
+            "kernels: expected a folder for compiled code that can be written, neither that of the package nor the "
+            "user's cache can; set NUMBA_CACHE_DIR to one"
+        ) from None
 
 
 def by_mypyc() -> bool:
@@ -38,5 +78,9 @@ def by_mypyc() -> bool:
 
 
 if __name__ == "__main__":
-    print("compiling the numba kernels (once, under a minute)", file=sys.stderr)
-    load()
+    try:
+        check()
+        announce()
+        load()
+    except SwarmError as fault:
+        sys.exit(str(fault))

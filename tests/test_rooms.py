@@ -17,6 +17,7 @@ LONGEST: Final = 300  # lines of a file
 # a room imports only rooms that stand before it
 ORDER: Final = (
     "swarm.errors",
+    "swarm.installed",
     "swarm.stopping",
     "swarm.process_name",
     "swarm.awake",

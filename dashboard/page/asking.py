@@ -84,7 +84,8 @@ class Asking:
             message = msgspec.json.decode(body, type=topic.message)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:
             raise ConfigError(
-                f"/{name}: expected {topic.message.__name__} as JSON, {fault}; see docs/wire.md"
+                f"/{name}: expected {topic.message.__name__} as JSON, {fault}; "
+                f"`swarm schema {topic.message.__name__}` prints the type"
             ) from None
         return msgspec.json.encode(self._bus.ask(topic, message, ANSWER, robot=asked))
 

@@ -8,9 +8,9 @@ from threading import Lock, Thread
 from types import TracebackType
 from typing import Final
 
-from dashboard.mode import missing
 from swarm.bus import Endpoint
 from swarm.errors import PeerError
+from swarm.installed import without_rerun
 from swarm.secure.identity import WATCHER
 
 ENDS: Final = 3.0  # s, wall time for a dashboard that was told to stop
@@ -47,7 +47,7 @@ class RerunPage:
         Raises:
             PeerError: it is not installed, or it did not start.
         """
-        if (lacks := missing()) is not None:
+        if (lacks := without_rerun()) is not None:
             raise PeerError(f"viewer: {lacks}")
         with self._lock:
             if self._process is None or self._process.poll() is not None:

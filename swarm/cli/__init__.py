@@ -23,7 +23,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    # imported here, so that a Ctrl-C meanwhile is one sentence too
+    # imported here, so that a Ctrl-C meanwhile is one sentence too, and so is what an installation lacks
+    from swarm import installed
+    from swarm.errors import SwarmError
+
+    try:
+        installed.check()
+    except SwarmError as fault:
+        print(f"swarm: {fault}", file=sys.stderr)
+        return 2
     from swarm.cli import (
         analyze,
         control,
@@ -42,7 +50,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         watch,
     )
     from swarm.cli.parsing import Parser, Version, joined
-    from swarm.errors import SwarmError
     from swarm.process_name import name_process
 
     top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")

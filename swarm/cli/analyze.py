@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from swarm.cli.columns import aligned
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
+from swarm.installed import without_rerun
 
 if TYPE_CHECKING:
     from dashboard.account import Saved
@@ -18,9 +19,8 @@ STARTS: Final = 20  # of a dashboard, whose files are looked for
 def analyze(options: argparse.Namespace) -> int:
     """Print what a recorded run was like."""
     from dashboard import analysis
-    from dashboard.mode import missing
 
-    if lacking := missing():
+    if lacking := without_rerun():
         raise ConfigError(f"analyze: {lacking}")
     from dashboard.view.reader import read_account
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
+    from swarm.compiled import announce
     from swarm.launch.fleet import warm_up
     from swarm.scenario.shipped import found, shipped
     from swarm.scenario.source import Source
@@ -26,6 +27,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     source = Source(found(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
+        announce()
         warm_up(source, secure=options.secure is not None)
     from swarm.launch.options import Options
     from swarm.launch.proxy import Delay
@@ -79,6 +81,9 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Run the world."""
+    from swarm.compiled import announce
+
+    announce()
     from swarm.launch.running import named
     from swarm.scenario.check import check
     from swarm.scenario.load import load
@@ -112,6 +117,9 @@ def world(options: argparse.Namespace) -> int:
 def robot(options: argparse.Namespace) -> int:
     """Run one robot, or more of them in this process."""
     from swarm.cli.finding import awaited
+    from swarm.compiled import announce
+
+    announce()
     from swarm.robot.process import run as be_robots
 
     count = _at_least_one("--count", options.count)

@@ -18,6 +18,9 @@ LARGEST: Final = 2**53
 
 def storm(options: argparse.Namespace) -> int:
     """Run the plans of seeds, or plan files, and print every broken law."""
+    from swarm.compiled import announce
+
+    announce()
     from swarm.launch.storm import perform_both
     from world.storm import command
 

@@ -17,6 +17,9 @@ CHECKOUT: Final = Path(__file__).parents[2]  # the folder of the package: in a c
 
 def explain(options: argparse.Namespace) -> int:
     """Print the fuzzy controller's output for one reading, rule by rule."""
+    from swarm.compiled import announce
+
+    announce()
     from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)
@@ -26,6 +29,9 @@ def explain(options: argparse.Namespace) -> int:
 
 def plan(options: argparse.Namespace) -> int:
     """Plan one path on a map, or every row of a benchmark file."""
+    from swarm.compiled import announce
+
+    announce()
     from swarm.planning.solve import solve_one, solve_scen
 
     if options.scen is not None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
+from swarm.installed import without_rerun
 from swarm.secure.identity import WATCHER
 
 if TYPE_CHECKING:
@@ -84,13 +85,13 @@ def rerun(options: argparse.Namespace, endpoint: "Endpoint", fleet: str) -> Iter
     Raises:
         ConfigError: it is wanted and not installed.
     """
-    from dashboard.mode import choose, missing
+    from dashboard.mode import choose
 
     mode = choose(options.dashboard, os.environ)
     if mode is None:
         yield
         return
-    if (lacks := missing()) is not None:
+    if (lacks := without_rerun()) is not None:
         raise ConfigError(f"--dashboard {options.dashboard}: {lacks}")
     keys = [] if options.secure is None else ["--secure", str(options.secure)]
     command = [sys.executable, "-m", "dashboard", "--connect", str(endpoint), "--fleet", fleet, FLAGS[mode], *keys]

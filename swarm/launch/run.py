@@ -11,11 +11,12 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, choose, has_screen, missing, missing_for_box, page_address, resolved
+from dashboard.mode import BOX, choose, has_screen, page_address, resolved
 from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
+from swarm.installed import without_rerun
 from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
@@ -38,7 +39,7 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    options = replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
+    asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
     for flag, path in (("--report", options.report), ("--record", options.record)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
@@ -47,10 +48,10 @@ def run(options: Options) -> int:
                 f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
             )
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
-    if mode is not None and (lacks := missing()) is not None:
-        raise ConfigError(f"--dashboard {options.dashboard}: {lacks}; or use --dashboard off")
-    if options.dashboard == BOX and (lacks := missing_for_box()) is not None:
-        raise ConfigError(f"--dashboard box: {lacks}")
+    lacks = without_rerun()
+    if mode is not None and lacks is not None:
+        flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
+        raise ConfigError(f"{flag}: {lacks}, or run without it")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
@@ -71,6 +72,8 @@ def run(options: Options) -> int:
         if options.dashboard == BOX:
             port, secret = _free_port(), token()
             box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
+            if asked == "auto" and box["open_page"] and lacks is not None:
+                say(f"{lacks}; the box shows the fleet")
             say(f"box: {address(port, secret)}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:

@@ -37,13 +37,12 @@ def test_a_display_without_the_viewer_program_gets_the_web_viewer(monkeypatch: p
 @pytest.mark.parametrize(
     ("asked", "screen", "installed", "expected"),
     [
-        ("auto", True, {"rerun", "rerun_cli", "aiohttp"}, "viewer"),
-        ("auto", False, {"rerun", "rerun_cli", "aiohttp"}, "box"),
-        ("auto", True, {"rerun", "aiohttp"}, "box"),
-        ("auto", False, {"rerun"}, "web"),
-        ("auto", False, set(), "off"),
-        ("web", True, {"aiohttp"}, "web"),
-        ("fly", True, {"aiohttp"}, "fly"),
+        ("auto", True, {"rerun", "rerun_cli"}, "viewer"),
+        ("auto", False, {"rerun", "rerun_cli"}, "box"),
+        ("auto", True, set(), "box"),
+        ("auto", False, set(), "box"),
+        ("web", True, set(), "web"),
+        ("fly", True, set(), "fly"),
     ],
 )
 def test_auto_of_a_fleet_is_the_viewer_where_there_is_a_display_else_the_box(
@@ -61,13 +60,6 @@ def test_the_page_is_on_loopback_unless_asked_otherwise() -> None:
 def test_an_unknown_word_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected one of auto, viewer, web, box, off, got 'of'"):
         mode.choose("of", {})
-
-
-def test_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mode, "find_spec", lambda name: None)
-    assert "pip install rerun-sdk" in str(mode.missing())
-    monkeypatch.setattr(mode, "find_spec", lambda name: object())
-    assert mode.missing() is None
 
 
 def test_a_host_without_rerun_can_import_all_but_the_view() -> None:

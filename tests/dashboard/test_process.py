@@ -146,7 +146,7 @@ def test_what_cannot_be_done_is_said(endpoint: Endpoint, arguments: list[str], e
 
 def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process, "viewer_program", lambda: None)
-    with pytest.raises(ConfigError, match="install rerun-sdk, or run without"):
+    with pytest.raises(ConfigError, match="expected the program `rerun`"):
         process.run(endpoint, "test", "viewer")
 
 

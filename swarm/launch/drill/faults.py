@@ -3,12 +3,12 @@
 import os
 import signal
 from collections.abc import Callable, Iterable
-from importlib.util import find_spec
 from math import dist
 from pathlib import Path
 from shutil import rmtree
 from typing import Final
 
+from swarm.installed import without_rerun
 from swarm.launch.drill.floor import AT_DOOR, DOOR, ROBOTS
 from swarm.launch.drill.live import Live
 
@@ -162,4 +162,4 @@ def lacks_faketime() -> str:
 
 def lacks_rerun() -> str:
     """Return what is missing for a dashboard, "" for nothing."""
-    return "" if find_spec("rerun") else "the dashboard needs rerun-sdk, which is not installed"
+    return without_rerun() or ""

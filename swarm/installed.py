@@ -1,0 +1,55 @@
+"""What an installation needs beside this package: a sentence for what is missing, and for what is in its way."""
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from swarm.errors import ConfigError
+
+# the dependencies of pyproject.toml, and the name that each is imported by; a test compares them with both
+LIBRARIES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "aiohttp": "aiohttp",
+        "cryptography": "cryptography",
+        "eclipse-zenoh": "zenoh",
+        "msgpack": "msgpack",
+        "msgspec": "msgspec",
+        "numba": "numba",
+        "numpy": "numpy",
+        "pillow": "PIL",
+        "pymunk": "pymunk",
+        "pyyaml": "yaml",
+        "rich": "rich",
+        "shapely": "shapely",
+    }
+)
+EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType({"rerun": {"rerun-sdk": "rerun"}})
+TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
+HOME: Final = Path(__file__).parents[1]
+
+
+def check() -> None:
+    """Check that all libraries are installed and that nothing hides a part of this package.
+
+    Raises:
+        ConfigError: one is missing, or another module comes before ours on Python's path.
+    """
+    for name in TOPS:
+        spec = find_spec(name)
+        found = Path(spec.origin) if spec is not None and spec.origin is not None else None
+        if found is None or found.resolve() != (HOME / name / "__init__.py").resolve():
+            raise ConfigError(
+                f"{name}: expected {HOME / name}, a part of zenoh-swarm, got {found}, which is first on Python's path; "
+                "rename that, or take its folder out of PYTHONPATH"
+            )
+    for library, name in LIBRARIES.items():
+        if find_spec(name) is None:
+            raise ConfigError(f"{library}: expected it with zenoh-swarm, found none; run `pip install {library}`")
+
+
+def without_rerun() -> str | None:
+    """Return a sentence that says how to install Rerun, or None if it is installed."""
+    missing = any(find_spec(name) is None for name in EXTRAS["rerun"].values())
+    return "Rerun is not installed: pip install 'zenoh-swarm[rerun]'" if missing else None

@@ -1,0 +1,134 @@
+"""What is declared is what is imported, and a start says in one sentence what an installation lacks."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+from swarm.installed import EXTRAS, LIBRARIES, TOPS
+from tests.shared import ROOT
+
+PRODUCT: Final = ("swarm", "scenarios", *TOPS)
+OWN: Final = {"swarm", "tests", "benchmarks", "docs", "examples", *TOPS}
+IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy"}  # others of `dev` have one name
+TOOLS: Final = {  # of `dev`, and what for, since no test imports them
+    "zenoh-swarm": "the extras",
+    "mypy": "make check",
+    "packaging": "scikit-fuzzy imports it",
+    "pytest-timeout": "pyproject.toml: timeout",
+    "pytest-xdist": "-n auto",
+    "ruff": "make check",
+    "setuptools": "the build",
+    "types-psutil": "mypy",
+    "types-PyYAML": "mypy",
+    "types-shapely": "mypy",
+}
+
+
+def project() -> dict[str, Any]:
+    found: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return found
+
+
+def names(requirements: Iterable[str]) -> set[str]:
+    return {re.split(r"[\[<>=]", requirement)[0] for requirement in requirements}
+
+
+def imported(folders: Iterable[str]) -> set[str]:
+    """Return the top-level names of other projects that the files of folders import, anywhere in a file."""
+    found = set()
+    for file in (file for folder in folders for file in (ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                found.add(str(node.module))
+            elif isinstance(node, ast.Import):
+                found |= {alias.name for alias in node.names}
+    return {name.split(".")[0] for name in found} - sys.stdlib_module_names - OWN
+
+
+def test_what_is_declared_is_what_the_table_has() -> None:
+    assert names(project()["dependencies"]) == set(LIBRARIES)
+    extras = {extra: names(of) for extra, of in project()["optional-dependencies"].items() if extra != "dev"}
+    assert extras == {extra: set(of) for extra, of in EXTRAS.items()}
+
+
+def test_what_the_product_imports_is_declared_and_nothing_else_is() -> None:
+    extras = {name for of in EXTRAS.values() for name in of.values()}
+    assert imported(PRODUCT) == {*LIBRARIES.values(), *extras}
+
+
+def test_what_the_tests_import_is_declared_and_nothing_else_is() -> None:
+    extras = {name for of in EXTRAS.values() for name in of.values()}
+    dev = {IMPORTED_AS.get(name, name) for name in names(project()["optional-dependencies"]["dev"]) - set(TOOLS)}
+    assert imported(["tests"]) - {*LIBRARIES.values(), *extras} == dev
+
+
+def swarm(folder: Path, *arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
+    """Run `swarm` with a folder first on Python's path, after some code."""
+    start = f"import sys; {code}; from swarm.cli import main; sys.exit(main({list(arguments)!r}))"
+    return subprocess.run(
+        [sys.executable, "-c", start],
+        cwd=ROOT, env=os.environ | {"PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TOPS)
+@pytest.mark.parametrize("place", ["{}.py", "{}/__init__.py"])
+def test_a_module_of_the_same_name_in_the_way_is_named(tmp_path: Path, name: str, place: str) -> None:
+    file = tmp_path / place.format(name)
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("raise RuntimeError('imported')")
+    done = subprocess.run(
+        [Path(sys.executable).with_name("swarm"), "run"],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"swarm: {name}: expected {ROOT / name}, a part of zenoh-swarm, got {file}, which")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_a_library_that_is_missing_is_named(tmp_path: Path, library: str) -> None:
+    done = swarm(tmp_path, "run", "paper", code=f"sys.modules['{LIBRARIES[library]}'] = None")
+    expected = f"swarm: {library}: expected it with zenoh-swarm, found none; run `pip install {library}`\n"
+    assert (done.returncode, done.stderr) == (2, expected)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["run", "paper", "--dashboard", "viewer"], "--dashboard viewer: {}, or run without it"),
+        (["run", "paper", "--record", "run.rrd"], "--record run.rrd: {}, or run without it"),
+        (["analyze", "run.rrd"], "analyze: {}"),
+    ],
+)
+def test_what_needs_rerun_names_the_extra(tmp_path: Path, arguments: list[str], expected: str) -> None:
+    done = swarm(tmp_path, *arguments, code="sys.modules['rerun'] = sys.modules['rerun_cli'] = None")
+    said = expected.format("Rerun is not installed: pip install 'zenoh-swarm[rerun]'")
+    assert (done.returncode, done.stderr) == (2, f"swarm: {said}\n")
+
+
+def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:
+    code = "from swarm import compiled; compiled.announce(); compiled.load(['swarm.motion.drive'])"
+    for expected in ("compiling the kernels of planning, steering and traffic", ""):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=ROOT, env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert done.stderr.startswith(expected)
+        assert done.stderr.count("\n") == bool(expected)
+
+
+def test_a_machine_without_a_folder_for_the_cache_is_told_so(tmp_path: Path) -> None:
+    code = "import numba.core.caching as c; c.CacheImpl._locator_classes = []"
+    done = swarm(tmp_path, "explain", "1", "1", "1", "0", code=code)
+    assert done.returncode == 2
+    assert "set NUMBA_CACHE_DIR to one" in done.stderr
+    assert done.stderr.count("\n") == 1
