@@ -12,12 +12,13 @@ from swarm.settings import MOST_ROBOTS
 
 if TYPE_CHECKING:
     from swarm.scenario.load import Scenario
+    from swarm.scenario.source import Source
 
 
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.compiled import announce
-    from swarm.launch.fleet import warm_up
+    from swarm.launch.fleet import call_off, warm_up
     from swarm.scenario.shipped import found, shipped
     from swarm.scenario.source import Source
 
@@ -25,18 +26,26 @@ def run(options: argparse.Namespace) -> int:
         print("swarm run SCENARIO: a scenario file, or one of these:")
         print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
         return 0
+    _check_launch(options)
     source = Source(found(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
         announce()
         warm_up(source, secure=options.secure is not None)
+    try:
+        return _launched(options, source)
+    except ConfigError:
+        call_off()
+        raise
+
+
+def _launched(options: argparse.Namespace, source: "Source") -> int:
+    """Read the scenario and launch the fleet, while the fork server gets ready."""
     from swarm.launch.options import Options
     from swarm.launch.proxy import Delay
     from swarm.launch.run import run as launch
 
     scenario = source.read()
     robots, _, _ = _numbers(options, scenario)
-    if not 0 <= options.port <= 65535:
-        raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
     return launch(
         Options(
             scenario=scenario,
@@ -132,7 +141,7 @@ def robot(options: argparse.Namespace) -> int:
         )
     router = endpoint(options.connect, options.secure, options.id)
     fleet = options.fleet or awaited(router)
-    return 0 if fleet is None else be_robots(router, fleet, [options.id] * count)
+    return 0 if fleet is None else be_robots(router, fleet, [options.id] * count, once=options.once)
 
 
 def _at_least_one(option: str, robots: int) -> int:
@@ -141,18 +150,31 @@ def _at_least_one(option: str, robots: int) -> int:
     return robots
 
 
+def _check_launch(options: argparse.Namespace) -> None:
+    """Check what can be known without the scenario, before anything is read or started."""
+    if not 0 <= options.port <= 65535:
+        raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
+    _at_least_one("--robots-per-process", options.robots_per_process)
+    pace(options.pace)
+    _check_given(options)
+
+
+def _check_given(options: argparse.Namespace) -> None:
+    """Check the numbers of a run that the command line gives instead of the scenario."""
+    if options.robots is not None and not 1 <= options.robots <= MOST_ROBOTS:
+        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
+    if options.seed is not None and not 0 <= options.seed <= 2**53:
+        raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
+    if options.limit is not None and not 0 < options.limit <= 1e6:
+        raise ConfigError(f"--limit: expected seconds above 0, at most 1e6, got {options.limit:g}")
+
+
 def _numbers(options: argparse.Namespace, scenario: "Scenario") -> tuple[int, int, float]:
     """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
+    _check_given(options)
     robots = scenario.settings.robots if options.robots is None else options.robots
     seed = scenario.settings.seed if options.seed is None else options.seed
-    limit = scenario.limit(options.limit)
-    if not 1 <= robots <= MOST_ROBOTS:
-        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {robots}")
-    if not 0 <= seed <= 2**53:
-        raise ConfigError(f"--seed: expected 0 to 2**53, got {seed}")
-    if not 0 < limit <= 1e6 and options.limit is not None:
-        raise ConfigError(f"--limit: expected seconds above 0, at most 1e6, got {limit:g}")
-    return robots, seed, limit
+    return robots, seed, scenario.limit(options.limit)
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -187,6 +209,8 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
     one.add_argument("--id", help="its name, such as r1; by default the first free one")
     one.add_argument("--count", type=int, default=1, metavar="K", help="robots in this process, 1 by default")
+    text = "end when the run is over, or 30 s after its world has gone; by default wait for the next run"
+    one.add_argument("--once", action="store_true", help=text)
     _of_a_process(one, "the only one on the router; the robot waits for it")
     one.set_defaults(command=robot)
 

@@ -24,7 +24,6 @@ from swarm.scenario.source import Source
 
 LOOK: Final = 0.1  # s between two looks at the processes
 LAST_LINES: Final = 12
-GRACE: Final = 5.0  # s between SIGTERM and SIGKILL
 REAP: Final = 1.0  # s that the fork server has to tell the exit status of a process that has ended
 FORK_SERVER_DIED: Final = 255  # the exit status that multiprocessing makes up then
 PRELOAD: Final = ("swarm.launch.preload",)
@@ -46,6 +45,15 @@ def warm_up(source: Source, secure: bool = False) -> None:
         forkserver.ensure_running()
     finally:
         del os.environ[SOURCE]
+
+
+def call_off() -> None:
+    """End the fork server before any process was forked: it would import for seconds, and hold the output open."""
+    server: Any = forkserver._forkserver  # multiprocessing has no public way to end it
+    if server._forkserver_pid is not None:
+        with suppress(ProcessLookupError):
+            os.kill(server._forkserver_pid, signal.SIGKILL)
+        server._stop()
 
 
 def allow_open_files() -> int:
@@ -234,12 +242,12 @@ class Fleet:
             file.write_text(" ".join(self.lost))
 
     def stop(self, roles: Sequence[Role] = STOP_ORDER) -> None:
-        """End every process with SIGTERM, and with SIGKILL after ``GRACE``; the router ends last, for last messages."""
+        """End every process with SIGTERM, and with SIGKILL after a while; the router ends last, for last messages."""
         for role in roles:
             processes = [running for running in self._running.values() if running.role is role]
             for running in processes:
                 running.send(signal.SIGTERM)
-            deadline = monotonic() + GRACE
+            deadline = monotonic() + role.grace
             for running in processes:
                 if not running.wait(max(0.0, deadline - monotonic())):
                     running.send(signal.SIGKILL)

@@ -31,6 +31,7 @@ class Role(NamedTuple):
     again: Callable[[dict[str, Any], int], dict[str, Any]] = lambda arguments, number: (
         arguments
     )  # those of start `number`
+    grace: float = 5.0  # s between SIGTERM and SIGKILL
 
 
 def router() -> Callable[..., int]:
@@ -99,12 +100,13 @@ def numbered(record: Path, number: int) -> Path:
 
 
 FINISH, RESTART, REPORT, LOSE, LEAVE = EarlyEnd
+REPORTS: Final = 20.0  # s in which a world that was told to end writes its report, also at a load of 10 for each core
 
 # fmt: off
 #                          name         load       on success  on failure  killed    too often
 ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,  FINISH)
 PROXY: Final     = Role("proxy",     proxy,     RESTART,    RESTART,    RESTART,  FINISH)
-WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH)
+WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH, grace=REPORTS)
 ROBOT: Final     = Role("robot",     robot,     LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
 BOX: Final       = Role("box",       box,       RESTART,    REPORT,     RESTART,  REPORT, again=without_window)

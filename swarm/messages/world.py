@@ -84,7 +84,7 @@ class PoolCounts(Message, frozen=True, kw_only=True):
 
 
 class Clock(Message, frozen=True, kw_only=True):
-    """The state of the run: sent on change and once a second."""
+    """The state of the run: sent on change and once a second; one that says `over` is the last message of its run."""
 
     run: Annotated[Count, says("increases with each restart")]
     tick: Annotated[Count, says("ticks since the run began")]

@@ -9,8 +9,22 @@ from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
-from swarm.messages import COMMAND, JOIN, LEAVE, MAP, PLAN, RADIO, SENSE, STATE, Join, Leave, Welcome
+from swarm.messages import (
+    CLOCK,
+    COMMAND,
+    JOIN,
+    LEAVE,
+    MAP,
+    PLAN,
+    RADIO,
+    SENSE,
+    STATE,
+    Join,
+    Leave,
+    Welcome,
+)
 from swarm.robot.brain import Robot
+from swarm.robot.ending import Ending
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Given, Seat
 from swarm.scenario.load import Scenario
@@ -27,16 +41,23 @@ ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others co
 
 
 def run(
-    endpoint: Endpoint, fleet: str, robots: Sequence[str | None] = (None,), log: Callable[[str], None] = print
+    endpoint: Endpoint,
+    fleet: str,
+    robots: Sequence[str | None] = (None,),
+    log: Callable[[str], None] = print,
+    once: bool = False,
 ) -> int:
     """Run robots of a fleet until told to stop, and return the exit status; each None takes any free place.
+
+    With ``once`` they end when the run is over that they were in, or when its world has gone for long.
 
     Raises:
         ConfigError: no router answers.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         bus.watch_presence("world")
-        crew = Crew(bus, robots, log)
+        bus.listen(CLOCK)
+        crew = Crew(bus, robots, log, once=once)
         crew.serve(stop)
         crew.say_goodbye()
     return 0
@@ -122,8 +143,11 @@ class Place:
 class Crew:
     """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
 
-    def __init__(self, bus: Bus, robots: Sequence[str | None], log: Callable[[str], None]) -> None:
-        self._bus, self._log, self._awake = bus, log, Awake()
+    def __init__(
+        self, bus: Bus, robots: Sequence[str | None], log: Callable[[str], None], *, once: bool = False
+    ) -> None:
+        self._bus, self._log, self._awake, self._once = bus, log, Awake(), once
+        self._ending = Ending(once=once)
         self._places = [Place(asked) for asked in robots]
         self._worlds: set[str] = set()  # sessions
         self._world: str | None = None  # identity
@@ -137,6 +161,8 @@ class Crew:
         while not stop.is_set():
             arrived = self._bus.receive(wait)
             now = self._awake.now()
+            if self._once and self._ending.done(now):
+                return
             wait = 0.0
             if arrived is not None:
                 self._take(arrived, now)
@@ -154,8 +180,13 @@ class Crew:
 
     def _take(self, arrived: Arrival | Presence | Link | Request, now: float) -> None:
         match arrived:
+            case Arrival(topic=topic, message=message, sender=sender) if topic is CLOCK:
+                if self._is_ours(sender) and (said := self._ending.hear(message)):
+                    self._log(said)
             case Presence(role="world", session=session, alive=alive):
                 (self._worlds.add if alive else self._worlds.discard)(session)
+                if session in [place.session for place in self._places] and (said := self._ending.look(alive, now)):
+                    self._log(said)
                 for place in self._places:
                     place.hurry()
             case Link(up=up):
@@ -165,6 +196,10 @@ class Crew:
             case _:
                 if (again := self._inbox.sort(arrived)) is not None:
                     self._say(*again)
+
+    def _is_ours(self, sender: int | None) -> bool:
+        """Return True if a message comes from the world of these robots, as far as one can tell."""
+        return any(seat.speaker in {None, sender} for seat in self._inbox.seats.values())
 
     # --- joining ---
 
@@ -191,6 +226,7 @@ class Crew:
                 self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
         else:
             place.session = welcome.session
+            self._log(self._ending.joined(welcome))
             self._inbox.seats[welcome.robot].speaker = welcome.sender
             bus.announce("robot", welcome.robot)
 
@@ -223,6 +259,8 @@ class Crew:
 
     def say_goodbye(self) -> None:
         """Give the places back: the world waits for none of these robots any more, and others may take them."""
+        if self._ending.over:
+            return  # the world ends, and waits for nobody
         present = [place for place in self._places if place.name is not None and place.session in self._worlds]
         worlds = self._bus.sessions("world") if present else set()  # this process may not have heard that it has gone
         for place in present:

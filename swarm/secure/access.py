@@ -69,7 +69,7 @@ RIGHTS: Final = {
     ROBOT: Rights(
         sends=(RADIO, COMMAND, STATE, PLAN, BODY),  # the body of a robot has the keys of its robot
         answers=(),
-        hears=(RADIO, SENSE, COMMAND),
+        hears=(RADIO, SENSE, COMMAND, CLOCK),
         asks=(JOIN, LEAVE, MAP),
         present_as="robot",
         sees="world",

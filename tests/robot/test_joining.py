@@ -9,7 +9,7 @@ import pytest
 from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
-from swarm.messages import COMMAND, JOIN, SENSE, Welcome
+from swarm.messages import COMMAND, JOIN, SENSE, Topic, Welcome
 from swarm.robot.process import ECHOES, FIRST, LONGEST, Crew, Place
 from tests.robot.shared import AT, FITS, scenario
 
@@ -27,11 +27,19 @@ class Ship:
 
     def __init__(self, *names: str | None) -> None:
         self.bus = Mock(spec=Bus, id="me")
-        self.said: list[str] = []
-        self.crew = Crew(self.bus, names or ("r1",), self.said.append)
+        self.said: list[str] = []  # all but the joins
+        self.joined: list[str] = []
+        self.crew = Crew(self.bus, names or ("r1",), self.log)
+
+    def log(self, line: str) -> None:
+        (self.joined if line.startswith("joined as ") else self.said).append(line)
 
     def world(self, session: str, alive: bool = True) -> None:
         self.crew._take(Presence("world", "world", session, alive), 0.0)
+
+    def hear(self, topic: Topic[Any], message: Any, sender: int | None = None) -> None:  # noqa: ANN401
+        """Let a message arrive."""
+        self.crew._take(Arrival(topic, {}, message, sender), 0.0)
 
     def join(self, *answers: Welcome | PeerError) -> list[Any]:
         """Let everybody ask who wants to, once for each answer; return what was asked."""
