@@ -11,7 +11,7 @@ import msgspec
 
 from dashboard.page.saving import scenario_file
 from swarm.bus import Bus
-from swarm.errors import ConfigError, PeerError
+from swarm.errors import ConfigError, PeerError, nearest
 from swarm.messages import (
     ACTION,
     EDIT,
@@ -87,6 +87,7 @@ class Asking:
                 f"/{name}: expected {topic.message.__name__} as JSON, {fault}; "
                 f"`swarm schema {topic.message.__name__}` prints the type"
             ) from None
+        _check_fields(name, topic.message, body)
         return msgspec.json.encode(self._bus.ask(topic, message, ANSWER, robot=asked))
 
     def status(self) -> bytes:
@@ -130,3 +131,15 @@ class Asking:
             PeerError: it is not installed, or it did not start.
         """
         return msgspec.json.encode({"address": self._viewer()})
+
+
+def _check_fields(name: str, kind: type[msgspec.Struct], body: bytes) -> None:
+    """Check that a request says nothing else than its type: on the wire newer fields pass, but who types here errs.
+
+    Raises:
+        ConfigError: a field is unknown.
+    """
+    known, what = kind.__struct_fields__, kind.__name__
+    for field in msgspec.json.decode(body, type=dict[str, Any]):
+        if field not in {*known, "v"}:
+            raise ConfigError(f"/{name}: expected the fields of {what}, got {field!r:.100}; {nearest(field, known)}")

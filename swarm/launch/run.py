@@ -6,12 +6,13 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
+from socket import create_connection
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, choose, has_screen, page_address, resolved
+from dashboard.mode import BOX, LOOPBACK, choose, has_screen, page_address, resolved
 from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
@@ -74,7 +75,6 @@ def run(options: Options) -> int:
             box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
             if asked == "auto" and box["open_page"] and lacks is not None:
                 say(f"{lacks}; the box shows the fleet")
-            say(f"box: {address(port, secret)}")
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
             processes = Processes(
@@ -82,7 +82,7 @@ def run(options: Options) -> int:
             )
             try:
                 processes.start()
-                trouble = _watch(fleet, processes, entry, stop, console)
+                trouble = _watch(fleet, processes, entry, stop, console, box)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
                 elif mode is not None and not stop.is_set():
@@ -119,8 +119,13 @@ def _free_port() -> int:
     return Endpoint("127.0.0.1", 0).claim().port
 
 
-def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console) -> str:
-    """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing."""
+def _watch(
+    fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console, box: dict[str, Any] | None
+) -> str:
+    """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing.
+
+    The address of the ``box`` is said once it answers.
+    """
     endpoint = processes.endpoint
     terminal = Terminal(
         console,
@@ -136,6 +141,9 @@ def _watch(fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
+            if box is not None and _answers(box["port"]):
+                say(f"box: {address(box['port'], box['token'])}")
+                box = None
             for request in _show(bus, terminal):
                 _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
@@ -197,6 +205,15 @@ def _listens(endpoint: Endpoint) -> bool:
     except ConfigError:
         return True
     return False
+
+
+def _answers(port: int) -> bool:
+    """Return True if somebody listens on a port of this machine."""
+    try:
+        with create_connection((LOOPBACK, port), ANSWERS):
+            return True
+    except OSError:
+        return False
 
 
 def _show(bus: Bus | None, terminal: Terminal) -> list[Request]:

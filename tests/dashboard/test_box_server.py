@@ -106,6 +106,7 @@ TABLE: Final = {  # what comes: method, path, body, headers -> status, a part of
     "no robot":         ("POST", "/order", b'{"id":"a","targets":[]}', BEARER, 400, "expected ?robot=NAME"),
     "all robots":       ("POST", "/order?robot=*", b'{"id":"a","targets":[]}', BEARER, 400, "expected ?robot=NAME"),
     "another version":  ("POST", "/action", b'{"v":2,"do":"go"}', BEARER, 400, "Invalid value 2"),
+    "an unknown field": ("POST", "/order?robot=r3", b'{"id":"a","targets":[[1,2]],"hom":true}', BEARER, 400, "got 'hom'; did you mean 'home'?"),
     "too long":         ("POST", "/edit", b" " * (LONGEST + 1), BEARER, 413, "expected at most"),
     "a wrong method":   ("GET", "/action", b"", BEARER, 405, "see /topics"),
     "no such path":     ("GET", "/nothing", b"", BEARER, 404, "see /topics"),
