@@ -4,9 +4,8 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import pytest
 
@@ -27,40 +26,43 @@ WALKS: Final = {  # title: language: the block in it
 ROOMS: Final = ("swarm", "world", "dashboard", "docs")
 
 
-class Change(NamedTuple):
-    """Lines of a file, there exactly once, that become others."""
-
-    file: str
-    before: str
-    after: str
-
-
-def changes(progress: str) -> Iterator[Change]:
-    """Take the diff of a progress apart, place by place."""
-    for part in WALKS[progress]["diff"].split("--- ")[1:]:
-        file, _, rest = part.partition("\n")
-        for place in rest.split("@@\n"):
-            lines = place.splitlines(keepends=True)
-            kept = ["".join(line[1:] or line for line in lines if line[0] != other) for other in "+-"]
-            yield Change(file, *kept)
+def apply(progress: str, folder: Path, *how: str) -> str:
+    """Apply the diff of a progress to the code in a folder, as the page says; return what git has against it."""
+    done = subprocess.run(
+        ["git", "apply", *how], input=WALKS[progress]["diff"], cwd=folder, capture_output=True, text=True, timeout=60
+    )
+    return done.stderr if done.returncode else ""
 
 
-CHANGES: Final = [(progress, change) for progress in WALKS if "diff" in WALKS[progress] for change in changes(progress)]
+def copy_of_the_code(folder: Path) -> Path:
+    """Copy the code, with what numba has compiled."""
+    for room in ROOMS:
+        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns("pictures"))
+    return folder
 
 
-@pytest.mark.parametrize(("progress", "change"), CHANGES, ids=lambda value: str(value)[:40])
-def test_each_change_has_its_place_in_the_code_of_today(progress: str, change: Change) -> None:
-    text = (ROOT / change.file).read_text(encoding="utf-8")
-    assert text.count(change.before) == 1, f"the progress '{progress}' has to follow {change.file}"
+def follow(progress: str, folder: Path) -> None:
+    """Make a progress's changes in a folder; those of who has made them in this checkout are there already."""
+    if apply(progress, folder, "--reverse", "--check"):
+        assert not (fault := apply(progress, folder)), f"the progress '{progress}' has to follow the code: {fault}"
+
+
+DIFFS: Final = [progress for progress in WALKS if "diff" in WALKS[progress]]
+
+
+def test_the_changes_of_the_page_are_taken_by_git_and_found_again(tmp_path: Path) -> None:
+    """Whoever follows the page in a checkout has the changes there: they are no reason for a red test."""
+    code = copy_of_the_code(tmp_path)
+    for progress in DIFFS:
+        follow(progress, code)
+        before = {file: file.read_bytes() for file in code.rglob("*.py")}
+        follow(progress, code)
+        assert {file: file.read_bytes() for file in code.rglob("*.py")} == before
 
 
 def followed(progress: str, tmp_path: Path, code: str) -> str:
     """Make a progress's changes in a copy of the code, run some Python there, and return what it prints."""
-    for room in ROOMS:  # with what numba has compiled
-        shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("pictures"))
-    for file, before, after in changes(progress):
-        path = tmp_path / file
-        path.write_text(path.read_text(encoding="utf-8").replace(before, after), encoding="utf-8")
+    follow(progress, copy_of_the_code(tmp_path))
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -48,7 +48,7 @@ class Do(StrEnum):
     GO = "go"  # start the run
     PAUSE = "pause"  # stop the clock
     RESUME = "resume"  # start the clock again
-    RESTART = "restart"  # put all robots back to their starts and clear their progress
+    RESTART = "restart"  # put all robots back to their starts, clear their progress, and drive at once if `go` has come
     STOP = "stop"  # end the run
 
 
