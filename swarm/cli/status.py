@@ -34,9 +34,14 @@ def _row(robot: RobotStatus) -> tuple[str, ...]:
         robot.liveness.value + since,
         f"{x:.2f}, {y:.2f}",
         f"{degrees(yaw):.0f}",
-        state.activity.value,
+        _does(robot),
         f"{state.target + 1} of {len(state.reached)}" if left else "none left",
         f"{state.distance:.1f}" if left else "",
-        ", ".join(robot.waits),
+        robot.why or ", ".join(robot.waits),
         f"{event.time:.1f} s: {event.text}" if event is not None else "",
     )
+
+
+def _does(robot: RobotStatus) -> str:
+    """Return what a robot does; of one that is not there, nothing: what it said last is over."""
+    return robot.state.activity.value if robot.liveness in {Liveness.ALIVE, Liveness.STALE} else "-"

@@ -264,3 +264,31 @@ def test_the_end_is_told_once() -> None:
 )
 def test_bar(robot: Robot, expected: str) -> None:
     assert bar(robot) == expected
+
+
+def test_a_fleet_that_waits_for_go_says_so_once_and_again_when_something_changes() -> None:
+    out, wall = StringIO(), Wall()
+    terminal = Terminal(Console(file=out, force_terminal=False, width=80), held=True, clock=wall)
+    waiting = clock(0, phase=Phase.WAITING)
+    terminal.fold(arrival(waiting))
+    for _ in range(30):
+        wall.now += 1.0
+        terminal.refresh()
+    assert out.getvalue().count("waiting for `swarm go`") == 1
+    terminal.fold(arrival(state(0, robot="a")))
+    for _ in range(30):
+        wall.now += 1.0
+        terminal.refresh()
+    assert out.getvalue().count("waiting for `swarm go`") == 2
+
+
+@pytest.mark.parametrize("kind", ["order", "edit", "stop", "go_on", "home", "cancel", "cancelled", "pool"])
+@pytest.mark.parametrize("quiet", [False, True])
+def test_what_somebody_asked_for_is_in_the_log_unless_only_trouble_is(kind: str, quiet: bool) -> None:
+    out = StringIO()
+    terminal = Terminal(Console(file=out, force_terminal=False, width=80), quiet=quiet)
+    terminal.fold(arrival(clock(20)))
+    robot = None if kind in {"edit", "pool"} else "a"
+    terminal.fold(arrival(Event(run=1, tick=20, time=1.0, robot=robot, kind=kind, text="was asked")))
+    terminal.refresh()
+    assert (f"{robot or kind}: was asked" in out.getvalue()) is not quiet
