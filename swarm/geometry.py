@@ -49,6 +49,12 @@ def chord(yaw: float, twist: Twist, dt: float) -> tuple[float, float]:
     return length * cos(heading), length * sin(heading)
 
 
+def on_circle(x: float, y: float, diameter: float, count: int) -> list[Pose]:
+    """Return ``count`` poses evenly spaced on a circle around (x, y) [m], each facing the centre."""
+    turns = [2 * pi * number / count for number in range(count)]
+    return [Pose(x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), wrap(turn + pi)) for turn in turns]
+
+
 def distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
     """Return the distance [m] between two points; only their first two coordinates count."""
     return hypot(a[0] - b[0], a[1] - b[1])

@@ -1,12 +1,12 @@
 """The start poses of robots: listed by the scenario, spread on a circle, or drawn in an area with the seed."""
 
-from math import cos, pi, sin
+from math import pi
 from typing import Final
 
 import numpy as np
 
 from swarm.errors import ConfigError
-from swarm.geometry import Pose, wrap
+from swarm.geometry import Pose, on_circle, wrap
 from swarm.scenario.load import Scenario
 from swarm.traffic.cells_of import cells_of, cells_within
 
@@ -49,10 +49,7 @@ def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
             )
         return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
     if settings.start.circle is not None:
-        x, y, diameter = settings.start.circle
-        around = (2 * pi * number / robots for number in range(robots))
-        middles = ((x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), turn) for turn in around)
-        return [Pose(px, py, wrap(turn + pi)) for px, py, turn in middles]
+        return on_circle(*settings.start.circle, robots)
     assert area is not None  # swarm.scenario.load has checked that one of the three is given
     return _in_cells(scenario, robots, seed)
 

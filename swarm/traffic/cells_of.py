@@ -9,7 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from swarm.errors import ConfigError
-from swarm.geometry import distance
+from swarm.geometry import distance, on_circle
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.breadth_first import FAR
@@ -116,8 +116,10 @@ def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
 
 
 def _stops(settings: Settings) -> list[Point]:
-    """List the places to go to that are known before the start poses are drawn [m]."""
+    """List the places to go to that are known before the start poses are drawn [m]; on a circle, starts are targets."""
     stops = [*settings.targets, *settings.pool, *(stop for stops in settings.own_targets for stop in stops)]
+    if settings.start.circle is not None:
+        return [*stops, *(pose[:2] for pose in on_circle(*settings.start.circle, settings.robots))]
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
 

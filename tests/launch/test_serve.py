@@ -114,7 +114,7 @@ def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, wait
         fleet.member("r2").terminate()
         gone = await_status(bus, lambda status: row(status, "r2").liveness is Liveness.GONE)
         assert "left" in [event.kind for event in gone.events]
-        assert main(["order", "r1", "4.0,2.0"]) == 0
+        assert main(["order", "r1", "4.5,2.5"]) == 0
         await_done(bus, "r1", 2)
         where = ("--connect", str(fleet.endpoint), "--fleet", fleet.name)
         with Command("robot", "--id", "r2", *where, runtime=tmp_runtime) as other:

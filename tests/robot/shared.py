@@ -17,7 +17,7 @@ STOPS = [[7.5, 3.5], [7.5, 2.5], [4.5, 2.5]]
 
 
 def scenario() -> Scenario:
-    return scenario_of(targets=STOPS)
+    return scenario_of(targets=STOPS, traffic={"cell": 1.2})
 
 
 def robot(name: str = "r2") -> Robot:

@@ -104,7 +104,7 @@ def floor_of(width: float, height: float) -> OccupancyMap:
 
 
 def mission(**fields: Any) -> Settings:  # noqa: ANN401
-    usual: dict[str, Any] = {"start": StartSettings(circle=(2.0, 1.5, 1.0)), "return_home": False, "reach": 1.0}
+    usual: dict[str, Any] = {"start": StartSettings(poses=[]), "return_home": False, "reach": 1.0}
     return Settings(name="lattice", map=MapSettings(), **(usual | fields))
 
 

@@ -199,13 +199,14 @@ def alone_with(away: float, settings: TrafficSettings, *, acks_from: int) -> Ite
         yield tick, granted
 
 
-# a claim reaches `claim_radius` or the horizon and one cell, whichever is less; two of them, and 1.5 m, is who is asked
+# a claim reaches `claim_radius` or the horizon and one cell, whichever is less; two of them, and 1.5 m, is who is asked,
+# but nobody whom the radio does not reach
 # fmt: off
 ASKED = [  # radio range, horizon, and how far off r2 stands [m]: just who has to acknowledge, just who need not
-    (8.0,  3,  2 * 3.5 + 1.4,               2 * 3.5 + 1.6),
+    (8.0,  3,  7.9,                         8.1),
     (20.0, 3,  2 * 4 * SIDE + 1.4,          2 * 4 * SIDE + 1.6),
     (20.0, 1,  2 * 2 * SIDE + 1.4,          2 * 2 * SIDE + 1.6),
-    (12.0, 9,  2 * 5.5 + 1.4,               2 * 5.5 + 1.6),
+    (12.0, 9,  11.9,                        12.1),
 ]
 # fmt: on
 

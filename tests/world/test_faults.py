@@ -136,7 +136,7 @@ def test_a_robot_held_up_for_ever_gets_nowhere() -> None:
 
 
 def test_only_who_tells_a_joint_plan_leads() -> None:
-    alone = Simulation.of(scenario_of(), 2, 1, Faults(kill_leader_at=0.0))
+    alone = Simulation.of(scenario_of(traffic={"cell": 1.2}), 2, 1, Faults(kill_leader_at=0.0))
     alone.run(10.0)
     assert alone.drill.dead == {}, "they drive, and tell no plan"
     swap = BAY.fleet("ab", "ba", faults=Faults(kill_leader_at=0.0))

@@ -18,10 +18,11 @@ from world.faults import Faults
 from world.simulate import Simulation
 from world.world import REST, World
 
-MOVERS = [
+MOVERS: list[dict[str, Any]] = [
     {"radius": 0.3, "waypoints": [[6.0, 1.6], [6.0, 4.4]], "speed": 0.5},
     {"size": [0.4, 0.3], "waypoints": [[3.5, 1.6], [3.5, 4.4]], "speed": 0.3},
 ]
+FAST = [mover | {"speed": mover["speed"] + 0.5} for mover in MOVERS]
 EDITS = [
     {"at": 3.0, "kind": "wall", "low": [6.2, 1.2], "high": [6.8, 1.8]},
     {"at": 9.0, "kind": "free", "low": [6.2, 1.2], "high": [6.8, 1.8]},
@@ -41,7 +42,7 @@ RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenari
     "plain":                   ({}, 4, Faults()),
     "noise and loss":          (NOISE, 3, Faults()),
     "edits":                   ({"edits": EDITS}, 4, Faults()),
-    "movers that run into robots": ({"movers": MOVERS}, 4, Faults(held_up=4.0)),
+    "movers that run into robots": ({"movers": FAST}, 4, Faults(held_up=3.0)),
     "suspended, dead, late":   (NOISE, 4, Faults(suspended=8.0, killed={"r2": 6.0}, late=0.1)),
     "patrol":                  (NOISE | {"patrol": True, "targets": [[7.5, 2.5], [4.5, 4.5]]}, 3, Faults()),
     "orders":                  ({"orders": ORDERS}, 4, Faults()),
