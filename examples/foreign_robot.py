@@ -276,7 +276,7 @@ class Brain:
             elif way and way[0] == self.held[-1]:
                 self.plan, self.route, self.step_in_plan = plan, way[1:], 0
                 self.adopted = self.moved = self.tick
-        elif leader.get("collect", [None])[0] != self.frozen or self.tick - self.frozen_since > 200:
+        elif (leader.get("collect") or [None])[0] != self.frozen or self.tick - self.frozen_since > 200:
             self.leave_call()
 
     def shut(self, ways):

@@ -159,7 +159,16 @@ def silence(stamp: int, **fields: Any) -> Record:  # noqa: ANN401
     return record("r1", 0, stamp=stamp, **fields)
 
 
-STORIES: Final[dict[str, list[tuple[str, int, Broadcast | None]]]] = {
+def with_nulls(broadcast: Broadcast) -> bytes:
+    """Return a payload whose record has null where nothing is to say."""
+    message = msgpack.unpackb(encode(broadcast))
+    absent = ("epoch", "frozen", "need", "collect", "plan", "refusal")
+    message["traffic"]["own"] = dict.fromkeys(absent) | message["traffic"]["own"]
+    packed: bytes = msgpack.packb(message)
+    return packed
+
+
+STORIES: Final[dict[str, list[tuple[str, int, Broadcast | bytes | None]]]] = {
     "Calls of two leaders, and a plan that r2 relays.": [
         ("r2 calls others: nothing.", 996, said(calls(HIGHER, 996, "r1"))),
         ("r2 calls me: I stand.", 1000, said(calls(HIGHER, 1000, "r1", "r3"))),
@@ -173,6 +182,10 @@ STORIES: Final[dict[str, list[tuple[str, int, Broadcast | None]]]] = {
         ("r1's old call comes once more: I have stood for it.", 1016, said(calls(LOWER, 1016, "r2", "r3"))),
         ("r1 calls again: I stand, and still follow.", 1030, said(calls(AGAIN, 1030, "r2", "r3"))),
         ("r1 has given that call up: I go on.", 1034, said(silence(1034))),
+    ],
+    "A call that is given up by a robot that says null for what it has not.": [
+        ("r1 calls me.", 1004, with_nulls(said(calls(LOWER, 1004, "r2", "r3")))),
+        ("r1 calls no more: I go on.", 1008, with_nulls(said(silence(1008)))),
     ],
     "A call that lasts too long.": [
         ("r1 calls me.", 1004, said(calls(LOWER, 1004, "r3"))),
@@ -196,7 +209,7 @@ STORIES: Final[dict[str, list[tuple[str, int, Broadcast | None]]]] = {
 }
 
 
-def told(events: Sequence[tuple[str, int, Broadcast | None]]) -> list[Json]:
+def told(events: Sequence[tuple[str, int, Broadcast | bytes | None]]) -> list[Json]:
     """Return what r3 says after each event, in cell 22."""
     peers, joint, found = PeerRecords("r3", CELLS, SETTINGS), JointPlanning("r3", CELLS, SETTINGS), []
     for about, tick, broadcast in events:

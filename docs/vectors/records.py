@@ -43,9 +43,9 @@ def said(own: Record, *others: Relayed) -> Broadcast:
     )  # fmt: skip
 
 
-def heard(broadcast: Broadcast) -> tuple[TrafficBroadcast, Json]:
+def heard(broadcast: Broadcast | bytes) -> tuple[TrafficBroadcast, Json]:
     """Return the traffic of a broadcast as it comes over the wire, and the vector of both."""
-    packed = encode(broadcast)
+    packed = broadcast if isinstance(broadcast, bytes) else encode(broadcast)
     came = decode(packed, Broadcast, RADIO.limit).traffic
     assert came is not None
     return came, {"hex": packed.hex(), "traffic": msgpack.unpackb(packed)["traffic"]}
