@@ -1,8 +1,8 @@
 """Writes the parts of the documentation that are made from the code: ``python -m docs.generate``.
 
 In a page, a generated part is between ``<!-- generated: NAME -->`` and ``<!-- end -->``; NAME is a key of ``PARTS``.
-``FILES`` are files that are generated as a whole: pictures and the JSON Schema. With ``--check`` nothing is written;
-exit status 1 means that a page or file is out of date.
+``FILES`` are files that are generated as a whole: pictures, the JSON Schema and the test vectors. With ``--check``
+nothing is written; exit status 1 means that a page or file is out of date.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, contract, fields, figure5, speeds
+from docs import concepts, contract, fields, figure5, speeds, vectors
 from docs.markdown import rows, said
 from swarm.launch import table as processes
 from swarm.launch.drill import judge
@@ -176,6 +176,7 @@ FILES: Final[dict[str, Callable[[], str]]] = {
     "speeds.svg": speeds.svg,
     "../schemas/wire.json": schema.index,
     **{f"../schemas/{name}.json": partial(schema.schema_of, kind) for name, kind in schema.kinds().items()},
+    **vectors.FILES,
     **concepts.PICTURES,
 }
 

@@ -20,6 +20,52 @@ import zenoh
 BEHIND, TURNING, NEAR = 0.25, 0.5, 0.04  # rad, a heading error for driving at all; m/s, rims in a turn; m, arrived
 
 
+def due(tick, number, every):
+    """Return True if robot r1 (number 0), r2 (1)... broadcasts at a tick."""
+    return (tick + number) % every == 0
+
+
+def zone_of(x, y, side):
+    """Return the zone of a place, as it is in the keys of the radio [m]."""
+    return f"{floor(x / side)}/{floor(y / side)}"
+
+
+def fan(middle, half, count):
+    """Return the angles of a sector's rays [rad], from right to left."""
+    return [middle + (2 * k / (count - 1) - 1) * half if count > 1 else middle for k in range(count)]
+
+
+def end_of(pose, yaw, radius, angle, measured):
+    """Return the point where a ray ends [m]."""
+    away = radius + measured
+    return pose[0] + away * cos(yaw + angle), pose[1] + away * sin(yaw + angle)
+
+
+def unpacked(payload):
+    """Return a broadcast, or None if it is not what docs/wire.md says: as far as this robot reads it."""
+    try:
+        said = msgpack.unpackb(payload)
+        traffic = said.get("traffic")
+        records = [traffic["own"], *[one for _, one in traffic.get("others", [])]] if traffic else []
+        good = said["v"] == 1 and is_whole(said["run"], said["tick"]) and is_number(said["yaw"])
+        good = good and all(is_number(one["x"], one["y"]) and isinstance(one["robot"], str) for one in [said, *records])
+        for one in records:
+            claims = [number for claim in one.get("claims", []) for number in claim]
+            good = good and all(len(claim) == 3 for claim in one.get("claims", []))
+            good = good and is_whole(one["stamp"], one["goal"], *one.get("held", []), *claims)
+    except (ValueError, KeyError, TypeError, AttributeError, msgpack.UnpackException):
+        return None
+    return said if good else None
+
+
+def is_whole(*values):
+    return all(isinstance(value, int) and -1 <= value <= 2**53 for value in values)
+
+
+def is_number(*values):
+    return all(isinstance(value, int | float) and abs(value) <= 1e6 for value in values)
+
+
 class Lattice:
     """The cells of the floor: which can be stood in, and which neighbours are joined."""
 
@@ -33,15 +79,14 @@ class Lattice:
         self.columns = max(0, ceil((columns * self.fine - self.corner[0]) / self.side - 0.5 - 1e-9))
         radius = settings["robot"]["radius"] + 0.05
         count = self.rows * self.columns
-        stands = [self.clear(*self.inside(cell), radius) for cell in range(count)]
+        self.stands = stands = [self.clear(*self.inside(cell), radius) for cell in range(count)]
         self.near = [[] for _ in range(count)]
         for cell in range(count):
             for other in (cell + 1,) * ((cell + 1) % self.columns > 0) + (cell + self.columns,) * (
                 cell + self.columns < count
             ):
                 (x, y), (u, v) = self.inside(cell), self.inside(other)
-                way = all(self.clear(x + (u - x) * k / 10, y + (v - y) * k / 10, radius) for k in range(11))
-                if stands[cell] and stands[other] and way:
+                if stands[cell] and stands[other] and self.clear(x, y, radius, u - x, v - y):
                     self.near[cell].append(other)
                     self.near[other].append(cell)
 
@@ -50,14 +95,17 @@ class Lattice:
         row, column = divmod(cell, self.columns)
         return self.corner[0] + (column + 0.5) * self.side, self.corner[1] + (row + 0.5) * self.side
 
-    def clear(self, x, y, radius):
-        """Return True if no solid fine cell is nearer than radius to a point in the map's own frame [m]."""
-        for row in range(floor((y - radius) / self.fine), ceil((y + radius) / self.fine)):
-            for column in range(floor((x - radius) / self.fine), ceil((x + radius) / self.fine)):
-                dx = max(column * self.fine - x, x - (column + 1) * self.fine, 0.0)
-                dy = max(row * self.fine - y, y - (row + 1) * self.fine, 0.0)
+    def clear(self, x, y, radius, right=0.0, up=0.0):
+        """Return True if no solid fine cell is nearer than radius to a point in the map's own frame [m].
+
+        With ``right`` or ``up`` [m], to the line from the point to there: along an axis, so its distance is exact.
+        """
+        for row in range(floor((y - radius) / self.fine), ceil((y + up + radius) / self.fine)):
+            for column in range(floor((x - radius) / self.fine), ceil((x + right + radius) / self.fine)):
+                dx = max(column * self.fine - x - right, x - (column + 1) * self.fine, 0.0)
+                dy = max(row * self.fine - y - up, y - (row + 1) * self.fine, 0.0)
                 known = 0 <= row < len(self.solid) and 0 <= column < len(self.solid[0])
-                if hypot(dx, dy) < radius and (not known or self.solid[row][column]):
+                if dx * dx + dy * dy < radius * radius - 1e-12 and (not known or self.solid[row][column]):
                     return False
         return True
 
@@ -86,7 +134,10 @@ class Lattice:
         ]
 
     def cell_of(self, x, y):
-        return next(iter(self.touched(x, y, 1e-9)), -1)
+        """Return the cell of a point [m]; -1 beyond the lattice."""
+        x, y = self.own(x, y)
+        row, column = floor((y - self.corner[1]) / self.side), floor((x - self.corner[0]) / self.side)
+        return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else -1
 
     def place(self, cell, wish, room):
         """Return the point of a cell nearest to a wish where a disc fits, or the middle of the cell [m]."""
@@ -142,7 +193,7 @@ class Brain:
         self.reached = [False] * len(self.stops)
         self.others, self.held, self.route, self.claims = {}, [], [], []
         self.goal, self.wants, self.moved, self.plans = -1, 0, 0, 0
-        self.plan = self.frozen = None
+        self.plan = self.frozen = self.refused = None
         self.step_in_plan, self.adopted, self.frozen_since, self.spent = 0, 0, 0, {}
         self.waits, self.number, self.seen = [], 0, {}
 
@@ -155,13 +206,33 @@ class Brain:
     def hear(self, broadcasts):
         for said in broadcasts:
             traffic = said.get("traffic")
-            for record in [traffic["own"], *[one for _, one in traffic.get("others", [])]] if traffic else []:
+            relayed = [one for hops, one in traffic.get("others", []) if hops <= 3] if traffic else []
+            for record in [traffic["own"], *relayed] if traffic else []:
                 known = self.others.get(record["robot"])
-                if record["robot"] != self.me and (known is None or record["stamp"] > known["stamp"]):
+                newer = record["robot"] != self.me and (known is None or record["stamp"] > known["stamp"])
+                if newer and self.believes(record, known):
                     self.others[record["robot"]] = record
                     for cell, empty, tick in record.get("seen", []):
-                        if tick <= self.tick and tick >= self.seen.get(cell, (True, -1))[1]:
+                        if self.seen.get(cell, (True, -1))[1] < tick <= self.tick:
                             self.seen[cell] = empty, tick
+
+    def believes(self, record, known):
+        """Return True if a record can be true; ``known`` is that robot's record before, or None."""
+        lattice, place = self.lattice, (record["x"], record["y"])
+        held = record.get("held", [])
+        cells = [*held, *[claim[0] for claim in record.get("claims", [])]]
+        if record["stamp"] > self.tick + 20 or len(cells) > 64 or not all(0 <= c < len(lattice.near) for c in cells):
+            return False
+        farthest = max(self.claim_radius, 2 * lattice.side) + 2 * lattice.side
+        if any(hypot(x - place[0], y - place[1]) > farthest for x, y in map(lattice.middle, cells)):
+            return False
+        if known is not None:
+            may = (
+                4 * self.settings["robot"]["speed_scale"] * self.tick_length * (record["stamp"] - known["stamp"]) + 0.5
+            )
+            if hypot(known["x"] - place[0], known["y"] - place[1]) > may:
+                return False
+        return lattice.cell_of(*place) in [-1, *held]
 
     def fresh(self):
         return {name: one for name, one in self.others.items() if one["stamp"] >= self.tick - self.fresh_for}
@@ -200,11 +271,22 @@ class Brain:
         if plan and plan["epoch"] == self.frozen:
             way = plan["ways"].get(self.me)
             self.leave_call()
-            if way and way[0] == self.held[-1] and all(b in self.lattice.near[a] for a, b in itertools.pairwise(way)):
+            if way and way[0] == self.held[-1] and self.shut([way]):
+                self.refused = self.tick, [plan["epoch"], self.shut([way, *plan["ways"].values()])[:16]]
+            elif way and way[0] == self.held[-1]:
                 self.plan, self.route, self.step_in_plan = plan, way[1:], 0
                 self.adopted = self.moved = self.tick
-        elif leader.get("collect", [None])[0] != self.frozen or self.tick - self.frozen_since > 200:
+        elif (leader.get("collect") or [None])[0] != self.frozen or self.tick - self.frozen_since > 200:
             self.leave_call()
+
+    def shut(self, ways):
+        """List the joins of some ways that the map lacks, each once."""
+        joins = dict.fromkeys(join for way in ways for join in itertools.pairwise(way))
+        return [[a, b] for a, b in joins if b not in self.lattice.near[a]]
+
+    def refusal(self):
+        """Return the refusal to tell: for 100 ticks."""
+        return self.refused[1] if self.refused is not None and self.tick - self.refused[0] <= 100 else None
 
     def leave_call(self):
         if self.frozen is not None:
@@ -239,8 +321,10 @@ class Brain:
                 continue
             here = record.get("epoch") == plan["epoch"]
             coming = here or self.about_to_follow(record)
+            arrived = here and record.get("left", 0) >= len(way) - 1
             first = way[-1] == self.goal and record["goal"] == self.goal and not record.get("idle")
-            makes_room = name in plan.get("until", []) and not (here and record.get("left", 0) >= len(way) - 1)
+            first = first and not (record.get("done") and arrived)
+            makes_room = name in plan.get("until", []) and not arrived
             if coming and (first or makes_room):
                 return True
             if any(claim[0] in self.held[:-1] for claim in record.get("claims", [])):
@@ -299,7 +383,9 @@ class Brain:
                 continue
             queues = place == 0 and all(name in fresh for name in holders)
             hindered = [first] if first else [name for _, name in self.claimants(cell)] or holders
-            if cell in self.held or hypot(x - pose[0], y - pose[1]) > self.claim_radius:
+            empty, seen = self.seen.get(cell, (True, 0))
+            stands_there = not empty and self.tick - seen < 400
+            if cell in self.held or stands_there or hypot(x - pose[0], y - pose[1]) > self.claim_radius:
                 break
             if first or self.claimants(cell) or (holders and not queues):
                 self.waits = hindered if place == 0 else []
@@ -382,13 +468,10 @@ class Brain:
         if abs(error) > 0.05:
             rim = min(TURNING, max(0.03, abs(error) * 0.5)) * (1 if error > 0 else -1)
             return -rim, rim, error
-        sensors = self.settings["sensors"]
-        count, half = sensors["rays"], sensors["front_half_width_deg"] * pi / 180
-        empty = True
-        for k, measured in enumerate(sense["rays"][count : 2 * count]):
-            angle = sense["yaw"] + (2 * k / (count - 1) - 1 if count > 1 else 0) * half
-            away = self.radius + measured
-            hit = pose[0] + away * cos(angle), pose[1] + away * sin(angle)
+        sensors, empty = self.settings["sensors"], True
+        angles = fan(0.0, sensors["front_half_width_deg"] * pi / 180, sensors["rays"])
+        for measured, angle in zip(sense["rays"][len(angles) : 2 * len(angles)], angles, strict=True):
+            hit = end_of(pose, sense["yaw"], self.radius, angle, measured)
             on_wall = not self.lattice.clear(*self.lattice.own(*hit), 0.1 + 3 * sensors["noise"])
             if measured < sensors["range"] - 0.01 and cell in self.lattice.touched(*hit, 0.1) and not on_wall:
                 empty = False
@@ -439,7 +522,7 @@ class Brain:
         at_home = done and hypot(pose[0] - wish[0], pose[1] - wish[1]) <= self.settings["reach"]
         activity = "done" if at_home else "give_way" if self.frozen or (self.waits and len(self.held) == 1) else "drive"
         often = listens or any(one.get("listens") for one in self.fresh().values())
-        sends = (self.tick + self.slot) % (2 if often else self.every) == 0
+        sends = due(self.tick, self.slot, 2 if often else self.every)
         stop = len(self.stops) if target is None else target
         state = {
             "v": 1,
@@ -493,7 +576,11 @@ class Brain:
                 left_cells = max(0, self.step_in_plan - len(self.held) + 1)
                 record |= {"epoch": self.plan["epoch"], "left": left_cells, "entered": self.step_in_plan}
             elif self.waits and not self.frozen and self.tick - self.moved > 60:
-                record["need"] = min(self.fresh(), default=None)
+                record["need"] = min(
+                    (name for name, one in self.fresh().items() if not one.get("stands")), default=None
+                )
+            if self.refusal():
+                record["refusal"] = self.refusal()
             shared = {name: state[name] for name in ("v", "robot", "run", "tick", "activity", "target", "reached")}
             broadcast = shared | {
                 "x": pose[0],
@@ -562,8 +649,11 @@ def main(endpoint, fleet, name=None):
                 if sample.kind == zenoh.SampleKind.DELETE:
                     break  # the run is over, or the world has died
                 continue
-            said = msgpack.unpackb(sample.payload.to_bytes())
-            if "hears" not in said:
+            by_radio = str(sample.key_expr).startswith(wire.below + "radio/")
+            said = unpacked(sample.payload.to_bytes()) if by_radio else msgpack.unpackb(sample.payload.to_bytes())
+            if said is None:
+                continue  # it is no broadcast
+            if by_radio:
                 arrived[said["robot"], said["tick"]] = said
             elif said["world"] == welcome["world"]:
                 if (said["run"], said["tick"]) in answers:
@@ -585,8 +675,7 @@ def main(endpoint, fleet, name=None):
             arrived = {pair: said for pair, said in arrived.items() if pair[1] > old}
             command, broadcast, state = brain.step(sense, heard)
             if broadcast is not None:
-                zone = f"{floor(sense['x'] / side)}/{floor(sense['y'] / side)}"
-                wire.send(f"radio/{zone}/{me}", "Broadcast", broadcast)
+                wire.send(f"radio/{zone_of(sense['x'], sense['y'], side)}/{me}", "Broadcast", broadcast)
             wire.send(f"robot/{me}/cmd", "Command", command)
             if sense["tick"] % 20 == 0:
                 wire.send(f"robot/{me}/state", "State", state)
