@@ -101,7 +101,7 @@ def _case(name: str) -> Any:  # noqa: ANN401, pytest's own type is private
     return pytest.param(name, marks=[] if name in QUICK else [long])
 
 
-@pytest.mark.parametrize("name", map(_case, ALL))
+@pytest.mark.parametrize("name", [_case(name) for name in ALL])
 def test_a_fixed_run_has_the_digest_that_it_had(name: str) -> None:
     assert digest(name) == json.loads(EXPECTED.read_text(encoding="utf-8"))[name]
 
