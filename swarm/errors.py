@@ -27,5 +27,10 @@ class PeerError(SwarmError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return ``"did you mean 'radius'?"`` for the most similar known word, or a list of them if none is similar."""
     known = sorted(known)
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+    return similar(word, known) or f"known: {', '.join(known)}"
+
+
+def similar(word: str, known: Iterable[str]) -> str:
+    """Return ``"did you mean 'radius'?"`` for the most similar known word, "" if none is similar."""
+    close = get_close_matches(word, sorted(known), n=1)
+    return f"did you mean {close[0]!r}?" if close else ""

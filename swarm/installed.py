@@ -23,6 +23,7 @@ LIBRARIES: Final[Mapping[str, str]] = MappingProxyType(
         "pyyaml": "yaml",
         "rich": "rich",
         "shapely": "shapely",
+        "shtab": "shtab",
     }
 )
 EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType({"rerun": {"rerun-sdk": "rerun"}})

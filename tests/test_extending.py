@@ -152,7 +152,7 @@ finally:
 @pytest.mark.processes
 def test_a_message_of_ones_own_crosses_the_bus_and_is_checked(tmp_path: Path) -> None:
     refused, heard = followed("A message", tmp_path, MESSAGE).splitlines()
-    assert refused == "refused: battery: Expected `float` >= 0.0 - at `$.lasts`"
+    assert refused == "refused: battery: lasts: expected float >= 0.0, got -1.0"
     assert heard == "heard: r1 1800.0 ['robot/{robot}/battery']"
 
 

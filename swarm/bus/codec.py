@@ -10,6 +10,7 @@ from msgspec.msgpack import Decoder, Encoder
 from swarm.bus.records import OpenedRecords
 from swarm.errors import PeerError
 from swarm.messages import Broadcast, Message, Relayed, TrafficBroadcast
+from swarm.messages.faults import explained
 
 M = TypeVar("M", bound=Message)
 ENCODER: Final = Encoder()
@@ -93,4 +94,6 @@ def _reason(payload: bytes, fault: Exception) -> str:
         whole = msgpack.unpackb(payload, max_ext_len=0)
     except (ValueError, msgpack.UnpackException, RecursionError) as broken:
         return f"expected a MessagePack map, got {payload[:16]!r} ({broken})"
-    return str(fault) if isinstance(whole, dict) else f"expected a MessagePack map, got {type(whole).__name__}"
+    if not isinstance(whole, dict):
+        return f"expected a MessagePack map, got {type(whole).__name__}"
+    return str(explained(str(fault), whole))

@@ -131,7 +131,7 @@ class Bus:
         Raises:
             PeerError: the request is refused (with the reason), or no answer comes within ``timeout`` [s].
         """
-        reason = "expected an answer, got none; is that process running?"
+        reason = f"expected an answer, got none; is the fleet's {topic.answerer} running?"
         every = zenoh.ConsolidationMode.NONE  # by default only the last of several answers would come
         key, payload = self._prefix + topic.key.format(**ids), encode(message)
         for reply in self._session.get(
@@ -148,7 +148,7 @@ class Bus:
                 reason = "expected an answer of the process that was asked, got one of another"
             elif reply.err is not None:
                 reason = reply.err.payload.to_bytes().decode(errors="replace")[:2000]
-        raise PeerError(f"{topic.key}: {reason}")
+        raise PeerError(topic.refused(reason, **ids))
 
     def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
         """Return the last messages of a topic from processes that keep them; key parts left out match everything."""

@@ -32,35 +32,11 @@ def _run(arguments: Sequence[str] | None) -> int:
     except SwarmError as fault:
         print(f"swarm: {fault}", file=sys.stderr)
         return 2
-    from swarm.cli import (
-        analyze,
-        control,
-        drill,
-        echo,
-        fleet,
-        hz,
-        keys,
-        ls,
-        orders,
-        pool,
-        schema,
-        storm,
-        tools,
-        topics,
-        watch,
-    )
-    from swarm.cli.parsing import Parser, Version, joined
+    from swarm.cli.top import read
     from swarm.process_name import name_process
 
-    top = Parser(prog="swarm", description="N robots, each its own process, in one shared world, shown in Rerun.")
-    top.add_argument(
-        "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
-    )
-    commands = top.add_subparsers(required=True, dest="called", metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, keys, control, orders, pool, ls, topics, echo, hz, watch, analyze, drill, storm, schema, tools):
-        room.add(commands)
     try:
-        options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))
+        options = read(sys.argv[1:] if arguments is None else arguments)
         robot = options.id if options.called == "robot" else None  # others have an --id that names an order
         name_process(robot or options.called)
         return int(options.command(options))

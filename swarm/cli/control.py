@@ -38,8 +38,6 @@ def edit(options: argparse.Namespace) -> int:
     """Add walls or obstacles to the floor of a running fleet, or remove them."""
     from swarm.messages import EDIT, Edit, Kind
 
-    if not all(abs(value) <= 1e6 for corner in (options.low, options.high) for value in corner):
-        raise ConfigError(f"edit: expected corners within 1e6 m, got {options.low} and {options.high}; correct them")
     asked = Edit(kind=Kind(options.kind), low=options.low, high=options.high, dry_run=options.dry_run)
     with fleet_bus(options, OPERATOR) as bus:
         print(bus.ask(EDIT, asked).text)
@@ -50,6 +48,9 @@ def add_robots(options: argparse.Namespace) -> int:
     """Open places for more robots; the launcher of the fleet starts a process for each."""
     from swarm.messages import PLACES, Places
 
+    if not len(options.at) <= options.count >= 1:
+        many = f" with {len(options.at)} starts" if options.at else ""
+        raise ConfigError(f"add-robots: expected 1 robot or more, and one for each --at, got {options.count}{many}")
     starts = [(x, y, 0.0) for x, y in options.at]
     asked = _converted({"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots")
     with fleet_bus(options, OPERATOR) as bus:
@@ -93,10 +94,12 @@ def _converted(parts: dict[str, Any], kind: type[M], command: str) -> M:
     Raises:
         ConfigError: a part is not what the request may say.
     """
+    from swarm.messages.faults import explained
+
     try:
         return msgspec.convert(parts, kind)
     except msgspec.ValidationError as fault:
-        raise ConfigError(f"{command}: {fault}; correct it") from None
+        raise ConfigError(f"{command}: {explained(str(fault), parts)}; correct it") from None
 
 
 def status(options: argparse.Namespace) -> int:
@@ -107,7 +110,10 @@ def status(options: argparse.Namespace) -> int:
     with fleet_bus(options, WATCHER) as bus:
         found = bus.fetch(STATUS)
     if not found:
-        raise ConfigError("status: expected a world in that fleet, found none; start one with `swarm world`")
+        raise ConfigError(
+            "status: expected a world in that fleet, found none; if `swarm run` is just starting it, ask again in a "
+            "few seconds, else start one with `swarm world`"
+        )
     print(msgspec.json.encode(found[0]).decode() if options.json else shown(found[0]))
     return 0
 
@@ -137,7 +143,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--dry-run", action="store_true", help=text)
     of_a_client(one)
     one.set_defaults(command=edit)
-    one = commands.add_parser("setup", help="print what a running fleet drives, or start it again with another set-up")
+    one = commands.add_parser("setup", help="print what a running fleet drives, or give it another set-up")
     one.add_argument("--scenario", metavar="NAME", help="one that comes with the project")
     one.add_argument("--robots", type=int, metavar="N", help="how many")
     one.add_argument("--speed", type=float, metavar="SHARE", help="of the paper's wheel speeds, up to 1")

@@ -57,7 +57,7 @@ def add(commands: "Commands[Parser]") -> None:
         one.add_argument("robot", metavar="ROBOT")
         of_a_client(one)
         one.set_defaults(command=act, action=name.replace("-", "_"))
-    one = commands.add_parser("stop", help="end the run; with ROBOT, stop that robot until `swarm go-on ROBOT`")
+    one = commands.add_parser("stop", help="end the run; with ROBOT, stop only that robot until `swarm go-on`")
     one.add_argument("robot", nargs="?", metavar="ROBOT")
     of_a_client(one)
     one.set_defaults(command=stop, button="stop", action="stop")

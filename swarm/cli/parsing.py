@@ -5,10 +5,10 @@ import re
 from collections.abc import Sequence
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from swarm.compiled import by_mypyc
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, similar
 from swarm.settings import Pace
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 DEFAULT_PLACE: Final = "127.0.0.1:7447"
 PACES: Final[dict[str, Pace]] = {"realtime": 1.0, "max": "max"}
+FAR: Final = 1e6  # m; no message names a place beyond
 POINTS: Final = ("--from", "--to", "--at", "--start", "--target")
 
 Commands = argparse._SubParsersAction  # argparse gives it no public name
@@ -29,6 +30,15 @@ class Parser(argparse.ArgumentParser):
         """Raise a ``ConfigError`` that says what is wrong and how to get help."""
         command = self.prog.removeprefix("swarm").strip()  # none: it is the parser of `swarm` itself
         raise ConfigError(f"{command}{': ' * bool(command)}{message}; see {self.prog} --help")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401, as argparse has it
+        """Read what is known; refuse the rest here, where the command is known and may have an option like it."""
+        found, others = super().parse_known_args(args, namespace)
+        if others:
+            options = [name for action in self._actions for name in action.option_strings]
+            meant = similar(others[0], options)
+            self.error(f"unrecognized arguments: {' '.join(others)}{'; ' * bool(meant)}{meant}")
+        return found, others
 
 
 class Version(argparse.Action):
@@ -63,12 +73,14 @@ def point(text: str) -> "Point":
     """Read ``X,Y`` [m].
 
     Raises:
-        ConfigError: the text does not have that form.
+        ConfigError: the text does not have that form, or is not a place: not a number, or too far away.
     """
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
-        raise ConfigError(f"expected a point X,Y in metres, got {text.strip()!r}; for example 1.5,2") from None
+        x = y = nan
+    if not (abs(x) <= FAR and abs(y) <= FAR):
+        raise ConfigError(f"expected a point X,Y, each within 1e6 m, got {text.strip()!r}; for example 1.5,2")
     return x, y
 
 

@@ -26,6 +26,6 @@ def schema(options: argparse.Namespace) -> int:
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command to the command line."""
-    one = commands.add_parser("schema", help="print the JSON Schema of a message of the wire, or list all messages")
+    one = commands.add_parser("schema", help="print the JSON Schema of a message of the wire, or list them")
     one.add_argument("message", nargs="?", metavar="MESSAGE", help="such as Sense; by default all names are listed")
     one.set_defaults(command=schema)

@@ -92,7 +92,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--surface", type=Path, metavar="FILE.png", help="draw the control surface through this reading")
     one.set_defaults(command=explain)
 
-    one = commands.add_parser("plan", help="plan a path on a map, or solve and check every row of a benchmark file")
+    one = commands.add_parser("plan", help="plan a path on a map, or check all rows of a benchmark file")
     one.add_argument("map", type=Path, help="ROS .yaml, MovingAI .map or a scenario")
     one.add_argument("--from", dest="start", type=point, metavar="X,Y", help="m")
     one.add_argument("--to", dest="goal", type=point, metavar="X,Y", help="m")

@@ -52,7 +52,7 @@ def shown(rows: "list[Row]", lasted: float) -> str:
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command to the command line."""
-    one = commands.add_parser("topics", help="list the keys on which a fleet talks: rate, bytes, age, losses, who")
+    one = commands.add_parser("topics", help="list the keys on which a fleet talks: rate, bytes, losses, who")
     text = "s to listen, 3 by default; a rate is a mean over them"
     one.add_argument("--seconds", type=seconds, default=3.0, metavar="S", help=text)
     one.add_argument("--json", action="store_true")

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from swarm.bus import Request
-from swarm.errors import ConfigError, PeerError, SwarmError
+from swarm.errors import ConfigError, PeerError, SwarmError, nearest
 from swarm.launch.options import Options, ready
 from swarm.maps.text import from_text
 from swarm.messages import DRAWING_LIMIT, Accepted, Clock, Phase, Setup
@@ -111,5 +111,7 @@ def _shipped(name: str, serve: bool) -> Scenario:
     """Return a scenario that comes with the project; no other file is read for a request."""
     known = shipped()
     if name not in known:
-        raise ConfigError(f"setup: scenario: expected one of {', '.join(known)}, got {name!r}")
+        raise ConfigError(
+            f"setup: scenario: expected one that comes with the project, got {name!r}; {nearest(name, known)}"
+        )
     return load(file_of(name), serve=serve)

@@ -7,7 +7,8 @@ from msgspec import Meta, Struct
 
 VERSION: Final = 1  # of the wire: `v` in every payload
 
-Id = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z")]
+ID_PATTERN: Final = r"^[A-Za-z0-9_.:-]{1,64}\Z"
+Id = Annotated[str, Meta(pattern=ID_PATTERN)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Length = Annotated[float, Meta(ge=0, le=1e6)]
 Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]

@@ -6,6 +6,7 @@ from typing import Annotated, Generic, NamedTuple, TypeVar
 from msgspec import Meta
 
 from swarm.messages.fields import VERSION, Count, Message, says
+from swarm.messages.naming import shortened
 
 M = TypeVar("M", bound=Message)
 
@@ -50,3 +51,20 @@ class Topic(Generic[M]):
     def encoding(self) -> str:
         """The encoding of its messages."""
         return encoding_of(self.message, self.json)
+
+    @property
+    def answerer(self) -> str:
+        """The process that answers requests on it."""
+        return "launcher" if self.key.startswith("fleet/") else "world"
+
+    def refused(self, reason: str, **ids: str) -> str:
+        """Return the sentence about a request that was refused, or not answered, as whoever asked understands it.
+
+        It names no key, and nothing twice.
+        """
+        what, named = self.key.rsplit("/", 1)[1], [one for one in ids.values() if one]
+        for known in (*named, self.message.__name__.lower()):
+            reason = reason.removeprefix(f"{known}: ")
+        if not named and reason.startswith((f"{what} ", f"{what}: ")):
+            return shortened(reason)
+        return shortened(f"{what}{''.join(f' of {one}' for one in named)}: {reason}")

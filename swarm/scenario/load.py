@@ -1,7 +1,6 @@
 """The loader of scenario files: it returns checked values, and says in one sentence what is wrong with a file."""
 
 import re
-import reprlib
 from collections.abc import Hashable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,11 +22,10 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
 from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
+from swarm.messages.faults import explained, shown
 from swarm.scenario.shipped import shipped
 from swarm.settings import Section, Settings
 
-SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
-SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
 SIZE_LIMIT: Final = 4_000_000  # bytes
 EVENTS_LIMIT: Final = 60_000  # values, lists and ends of lists in YAML; a target is four; read in about a second
 DEPTH_LIMIT: Final = 50  # lists in lists
@@ -104,7 +102,7 @@ def checked(raw: object, where: str) -> Settings:
     """
     if isinstance(raw, dict) and isinstance(traffic := raw.get("traffic"), dict) and "rule" in traffic:
         raise ConfigError(
-            f"{where}: traffic.rule: expected no such field, got {_shown(traffic['rule'])}: robots hold cells on every "
+            f"{where}: traffic.rule: expected no such field, got {shown(traffic['rule'])}: robots hold cells on every "
             "floor, known or not; leave it out"
         )
     try:
@@ -204,34 +202,25 @@ def _read(path: Path) -> dict[str, Any]:
         said = getattr(fault, "problem", None) or str(fault).split("\n")[0]
         raise ConfigError(f"{path}: {at}expected YAML, got {said}; correct that line") from None
     if not isinstance(raw, dict):
-        raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {_shown(raw)}")
+        raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {shown(raw)}")
     if odd := [key for key in raw if not isinstance(key, str)]:
-        raise ConfigError(f"{path}: expected names of fields, got {_shown(odd[0])}; see scenarios/paper.yaml")
+        raise ConfigError(f"{path}: expected names of fields, got {shown(odd[0])}; see scenarios/paper.yaml")
     return raw
 
 
 def _explain(fault: str, raw: object) -> str:
     """Return msgspec's error in this project's form: where, what was expected, what came, what to do."""
-    said, _, at = fault.partition(" - at ")
-    steps = re.findall(r"\.(\w+)|\[(\d+)\]", at.strip("`"))
-    value: Any = raw
-    for name, index in steps:
-        try:
-            value = value[name] if name else value[int(index)]
-        except (KeyError, IndexError, TypeError):
-            break
-    where = "".join(f".{name}" if name else f"[{index}]" for name, index in steps).lstrip(".")
-    section, unit = _described([name for name, _ in steps if name])
+    where, names, said, value = wrong = explained(fault, raw)
+    section, unit = _described(names)
     if match := re.match(r"Object contains unknown field `(.*)`", said):
         prefix = f"{where}: " if where else ""
         return f"{prefix}unknown field {match[1]!r}; {nearest(match[1], section.__struct_fields__)}"
     if match := re.match(r"Object missing required field `(.*)`", said):
         return f"{where + ': ' if where else ''}field {match[1]!r} is missing; add it"
-    expected = said.replace("`", "").replace("Expected", "expected").split(", got")[0]
     hint = f" ({unit})" if unit else ""
-    if isinstance(value, str) and ("float" in expected or "int" in expected):
+    if isinstance(value, str) and ("float" in said or "int" in said):
         hint += "; write the bare number, without a unit"
-    return f"{where}: {expected}, got {_shown(value)}{hint}"
+    return f"{wrong}{hint}"
 
 
 def _described(names: list[str]) -> tuple[type[Section], str]:
@@ -249,8 +238,3 @@ def _described(names: list[str]) -> tuple[type[Section], str]:
         if isinstance(info, msgspec.inspect.StructType):
             section = info.cls  # type: ignore[assignment]
     return section, text
-
-
-def _shown(value: object) -> str:
-    text = SHORT.repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

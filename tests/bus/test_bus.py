@@ -196,11 +196,11 @@ def test_a_question_is_accepted_or_refused_with_the_reason(make_bus: MakeBus) ->
         thread.join()
     assert answers[0] == Accepted(text="so be it")
     assert isinstance(answers[1], PeerError)
-    assert str(answers[1]) == "world/action: not today"
+    assert str(answers[1]) == "action: not today"
 
 
 def test_a_question_that_nobody_answers_says_so(make_bus: MakeBus) -> None:
-    with pytest.raises(PeerError, match="world/join: expected an answer, got none; is that process running"):
+    with pytest.raises(PeerError, match=r"^join: expected an answer, got none; is the fleet's world running"):
         make_bus().ask(JOIN, Join(robot=None, session="s", world=None), timeout=2.0)
 
 

@@ -259,7 +259,7 @@ def test_no_router_is_told_without_a_path_of_the_library(capsys: Capture) -> Non
 
 
 WRONG = {
-    "no such command": (["frob"], "swarm: argument COMMAND: invalid choice: 'frob'"),
+    "no such command": (["frob"], "swarm: expected a command, got 'frob'; did you mean 'robot'?"),
     "no key": (["echo"], "swarm: echo: the following arguments are required: KEY"),
     "a wrong time": (["topics", "--seconds", "0"], "swarm: --seconds: expected 0.1 to 1e6 s, got '0'"),
     "no scenario": (["run", "nosuch.yaml"], "swarm: nosuch.yaml: expected a scenario file, found none; check the path"),

@@ -1,6 +1,7 @@
 """Orders over real processes: given by command, kept when processes are killed, the same run bit for bit in lockstep."""
 
 from pathlib import Path
+from typing import Final
 
 import pytest
 
@@ -30,6 +31,21 @@ orders:
 - {at: 7.0, robot: r1, update: 1, targets: [[2.5, 6.0]], home: true}
 - {at: 20.0, robot: r2, do: go_on}
 """
+# fmt: off
+REFUSED: Final = {  # by a fleet that waits: the command, and the sentence
+    "order r9 9.5,4.0":           "order of r9: expected one of r1, r2, r3, got 'r9'; the fleet has no such robot",
+    "stop r9":                    "action of r9: expected one of r1, r2, r3, got 'r9'; the fleet has no such robot",
+    "order r1 9.5,4.0 99,4":      "order of r1: target 2 at (99, 4): expected a place on the map, got one outside; the nearest place that it can reach is 10.72,3.72",
+    "order r1 9.5,4.0 --update -1": "order of r1: update: expected int >= 0, got -1",
+    "order r1 9.5,4.0 --id a/b":  "order of r1: id: expected 1 to 64 letters, digits or _ . : -, got 'a/b'",
+    "pool 5.5,3.5":               "pool: r1: target 1 at (5.5, 3.5): expected free floor, got a wall or obstacle; the nearest place that it can reach is 5.50,2.72",
+    "add-robots 1 --id more":     "places more: expected a fleet that stays, got one that ends; start it with --serve",
+    "edit wall 90,90 91,91":      "edit: expected a rectangle on the map, got (90.0, 90.0) to (91.0, 91.0); move it",
+    "edit wall 2,2 3,3":          "edit: expected a free place for a wall, r1 stands there; wait",
+    "resume":                     "action: the run is waiting: expected one of (go, restart, stop), got resume",
+    "setup --scenario papr":      "setup: scenario: expected one that comes with the project, got 'papr'; did you mean 'paper'?",
+}
+# fmt: on
 
 
 @pytest.fixture
@@ -63,8 +79,9 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
             assert capsys.readouterr().out == "r2: order a update 2 is number 1: 1 target, then home\n"
         assert main(["order", "r2", "9.5,4.0", "--id", "a", "--update", "1"]) == 2
         assert "expected update 2 or a newer one" in capsys.readouterr().err
-        assert main(["order", "r9", "9.5,4.0"]) == 2
-        assert "expected one of r1, r2, r3, got 'r9'" in capsys.readouterr().err
+        for command, sentence in REFUSED.items():
+            assert main(command.split()) == 2
+            assert capsys.readouterr().err == f"swarm: {sentence}\n"
         capsys.readouterr()
         assert main(["cancel", "r3"]) == 0
         stays = "the fleet stays, and takes orders until `swarm stop` ends it"

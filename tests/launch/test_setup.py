@@ -77,7 +77,9 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
     with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         await_phase(bus, Phase.WAITING)
-        with pytest.raises(PeerError, match=r"setup: scenario: expected one of .*paper.*, got 'nowhere'"):
+        with pytest.raises(
+            PeerError, match=r"setup: scenario: expected one that comes with the project, got 'nowhere'; known: .*paper"
+        ):
             bus.ask(SETUP, Setup(scenario="nowhere"))
         with pytest.raises(PeerError, match="setup: cell: expected a map with it"):
             bus.ask(SETUP, Setup(scenario=None, cell=0.7))
@@ -87,9 +89,7 @@ def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
         faults = [str(one.exception()) for one in asked if one.exception() is not None]
         said = [one.result().text for one in asked if one.exception() is None]
         assert said == ["paper with 1 robot is set up; it waits for go"]
-        assert faults == [
-            "fleet/setup: setup: expected no other set-up in progress, got one; ask again once the fleet waits for go"
-        ]
+        assert faults == ["setup: expected no other set-up in progress, got one; ask again once the fleet waits for go"]
         await_clock(bus, lambda clock: clock.run == 1 and clock.present == ["r1"])
         world = fleet.member("world")
         assert main(["go"]) == 0

@@ -78,7 +78,7 @@ def test_a_plan_names_what_it_has(name: str) -> None:
 
 
 def test_a_profile_that_is_none_is_refused() -> None:
-    with pytest.raises(ConfigError, match="--profile: expected one of all, calm"):
+    with pytest.raises(ConfigError, match="--profile: expected the name of a profile"):
         draw("weather", 1)
 
 

@@ -67,4 +67,5 @@ def test_the_text_says_the_same() -> None:
     assert ("all", "4", "2", "50.0%", "15.0-85.0", "%", "1") in words
     assert ("no", "overlap", "4", "1", "25.0%", "4.6-69.9", "%", "1") in words
     assert "400 seeds an hour" in lines
+    assert lines[-2].startswith("laws were broken in 2 of 4 runs; in 1 a living robot did not arrive")
     assert lines[-1] == "interrupted: only these seeds were run"

@@ -6,7 +6,7 @@ from math import pi
 from random import Random
 from typing import Any, Final
 
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, nearest
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, Point
 from swarm.scenario.load import checked
 from swarm.scenario.starts import names
@@ -32,7 +32,7 @@ def draw(profile: str, seed: int) -> StormPlan:
         ConfigError: there is no such profile.
     """
     if profile not in PROFILES:
-        raise ConfigError(f"--profile: expected one of {', '.join(PROFILES)}, got {profile!r}")
+        raise ConfigError(f"--profile: expected the name of a profile, got {profile!r}; {nearest(profile, PROFILES)}")
     for attempt in count():
         chance = Random(f"storm 1 {profile} {seed} {attempt}")
         plan = _try(PROFILES[profile], profile, seed, chance)

@@ -33,7 +33,7 @@ def wilson(failed: int, runs: int) -> tuple[float, float]:
     """Compute Wilson's 95 % interval of a rate (JASA 22, 1927).
 
     >>> [round(bound, 4) for bound in wilson(16, 218)]
-    [0.0457, 0.1158]
+    [0.0457, 0.1159]
     """
     if runs == 0:
         return 0.0, 1.0
@@ -117,9 +117,24 @@ def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> s
     lines += ["", line(total), f"{per_hour(total.runs, wall_time):.0f} seeds an hour"]
     if len(results) > total.runs:
         lines.append(f"{len(results) - total.runs} left out: {next(r.left_out for r in results if r.left_out)}")
+    lines.append(verdict(total))
     if interrupted:
         lines.append("interrupted: only these seeds were run")
     return "\n".join(lines)
+
+
+def verdict(total: Row) -> str:
+    """Return what came out, in words.
+
+    >>> verdict(Row("all", 2, 0, 0))
+    'no law was broken in 2 runs'
+    >>> verdict(Row("all", 1, 1, 1))
+    'laws were broken in 1 of 1 run; in 1 a living robot did not arrive and nothing says who is stuck (silent)'
+    """
+    runs = f"{total.runs} run{'s' * (total.runs != 1)}"
+    said = f"laws were broken in {total.failed} of {runs}" if total.failed else f"no law was broken in {runs}"
+    stuck = f"; in {total.silent} a living robot did not arrive and nothing says who is stuck (silent)"
+    return said + stuck * bool(total.silent)
 
 
 def line(one: Row) -> str:

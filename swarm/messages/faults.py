@@ -1,0 +1,51 @@
+"""What msgspec finds wrong with values, in this project's form: where, what was expected, what came."""
+
+import re
+import reprlib
+from typing import Any, Final, NamedTuple
+
+from swarm.messages.fields import ID_PATTERN
+
+ID_IN_WORDS: Final = "1 to 64 letters, digits or _ . : -"
+SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would take years to print
+SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
+
+
+class Fault(NamedTuple):
+    """One fault of some values."""
+
+    where: str  # such as "targets[0].x"; "" if it is about all of them
+    names: list[str]  # of the fields on the way there
+    said: str  # by msgspec, without the place
+    value: object  # what is there
+
+    def __str__(self) -> str:
+        """Return the fault as a part of a sentence."""
+        said = self.said.replace("`", "").replace(f"str matching regex {ID_PATTERN!r}", ID_IN_WORDS)
+        if not said.startswith(("Object ", "Invalid enum")):  # those name what came, or what is missing
+            said = f"{said.replace('Expected', 'expected').split(', got')[0]}, got {shown(self.value)}"
+        return f"{self.where}{': ' * bool(self.where)}{said}"
+
+
+def explained(fault: str, raw: object) -> Fault:
+    """Return the fault that msgspec names in some plain values.
+
+    >>> print(explained("Expected `float` >= 0.0 - at `$.targets[1]`", {"targets": [1.0, -2.0]}))
+    targets[1]: expected float >= 0.0, got -2.0
+    """
+    said, _, at = fault.partition(" - at ")
+    steps = re.findall(r"\.(\w+)|\[(\d+)\]", at.strip("`"))
+    value: Any = raw
+    for name, index in steps:
+        try:
+            value = value[name] if name else value[int(index)]
+        except (KeyError, IndexError, TypeError):
+            break
+    where = "".join(f".{name}" if name else f"[{index}]" for name, index in steps).lstrip(".")
+    return Fault(where, [name for name, _ in steps if name], said, value)
+
+
+def shown(value: object) -> str:
+    """Return a value as text, cut to 60 characters."""
+    text = SHORT.repr(value[:60] if isinstance(value, bytes) else value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,60 @@
+"""What an operator types wrongly, and the whole sentence that comes: one line, status 2, in words of the command line.
+
+None of these needs a fleet; `tests/launch/test_orders.py` has what a fleet refuses.
+"""
+
+import shlex
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from swarm.cli import main
+
+# fmt: off
+SAID: Final = {  # command: the sentence, without "swarm: "
+    "":                                   "the following arguments are required: COMMAND; see swarm --help",
+    "statu":                              "expected a command, got 'statu'; did you mean 'status'?",
+    "Watch":                              "expected a command, got 'Watch'; did you mean 'watch'?",
+    "xyz":                                "expected a command, got 'xyz'; see swarm --help",
+    "help ordr":                          "expected a command, got 'ordr'; did you mean 'order'?",
+    "status --jsn":                       "status: unrecognized arguments: --jsn; did you mean '--json'?; see swarm status --help",
+    "go r1":                              "go: unrecognized arguments: r1; see swarm go --help",
+    "order":                              "order: the following arguments are required: ROBOT, X,Y; see swarm order --help",
+    "order r1 nan,3":                     "expected a point X,Y, each within 1e6 m, got 'nan,3'; for example 1.5,2",
+    "order r1 3":                         "expected a point X,Y, each within 1e6 m, got '3'; for example 1.5,2",
+    "order r1 -1,inf":                    "expected a point X,Y, each within 1e6 m, got '-1,inf'; for example 1.5,2",
+    "pool 1e9,2":                         "expected a point X,Y, each within 1e6 m, got '1e9,2'; for example 1.5,2",
+    "edit lava 1,1 2,2":                  "edit: argument kind: invalid choice: 'lava' (choose from 'wall', 'obstacle', 'free'); see swarm edit --help",
+    "add-robots -1":                      "add-robots: expected 1 robot or more, and one for each --at, got -1",
+    "add-robots 0":                       "add-robots: expected 1 robot or more, and one for each --at, got 0",
+    "add-robots 1 --at 1,1 --at 2,2":     "add-robots: expected 1 robot or more, and one for each --at, got 1 with 2 starts",
+    "add-robots two":                     "add-robots: argument N: invalid int value: 'two'; see swarm add-robots --help",
+    "add-robots 1 --id 'a b'":            "add-robots: id: expected 1 to 64 letters, digits or _ . : -, got 'a b'; correct it",
+    "setup --robots -3":                  "setup: robots: expected int >= 0, got -3; correct it",
+    "setup --speed 2":                    "setup: speed: expected float <= 1.0, got 2.0; correct it",
+    "setup --cell 20":                    "setup: cell: expected float <= 10.0, got 20.0; correct it",
+    "setup --map no.txt":                 "no.txt: expected a file, found none; check the path",
+    "hz robot/r1/sense --seconds x":      "--seconds: expected 0.1 to 1e6 s, got 'x'",
+    "run papr":                           "papr: expected a scenario file, found none; did you mean 'paper'?",
+    "run paper --robots 0":               "--robots: expected 1 to 1000, got 0",
+    "run paper --pace fast":              "--pace: expected realtime, max or a factor from 0.001 to 1000, got 'fast'",
+    "schema Sens":                        "schema: expected the name of a message, got 'Sens'; did you mean 'Sense'?",
+    "storm --profile calmm":              "--profile: expected the name of a profile, got 'calmm'; did you mean 'calm'?",
+    "drill --row robot-kiled":            "--row: expected a row of the drill, got 'robot-kiled'; did you mean 'robot-killed'?",
+    "completion tcsh":                    "completion: argument shell: invalid choice: 'tcsh' (choose from 'bash', 'zsh', 'fish'); see swarm completion --help",
+    "status":                             "expected a fleet running on this machine, found none; start one, or give --connect and --fleet",
+    "go --fleet mine":                    "--fleet: expected a running fleet, got 'mine'; none runs on this machine; start one with `swarm run`",
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("command", SAID)
+def test_what_is_typed_wrongly_is_one_sentence(
+    command: str, tmp_runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_runtime)
+    assert main(shlex.split(command)) == 2
+    said = capsys.readouterr()
+    expected = SAID[command].replace("'", "")  # Python 3.12 writes the choices without quotes
+    assert (said.out, said.err.replace("'", "")) == ("", f"swarm: {expected}\n")
