@@ -40,6 +40,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         fleet,
         hz,
         keys,
+        logs,
         ls,
         orders,
         pool,
@@ -57,7 +58,24 @@ def _run(arguments: Sequence[str] | None) -> int:
         "--version", action=Version, nargs=0, help="print the version, and whether the package is compiled"
     )
     commands = top.add_subparsers(required=True, dest="called", metavar="COMMAND", parser_class=Parser)
-    for room in (fleet, keys, control, orders, pool, ls, topics, echo, hz, watch, analyze, drill, storm, schema, tools):
+    for room in (
+        fleet,
+        keys,
+        control,
+        orders,
+        pool,
+        ls,
+        logs,
+        topics,
+        echo,
+        hz,
+        watch,
+        analyze,
+        drill,
+        storm,
+        schema,
+        tools,
+    ):
         room.add(commands)
     try:
         options = top.parse_args(joined(sys.argv[1:] if arguments is None else arguments))
