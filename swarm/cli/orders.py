@@ -26,8 +26,9 @@ def order(options: argparse.Namespace) -> int:
         run = waiting.listen(bus, options.robot) if options.wait else 0  # before the request: nothing is missed
         reply = bus.ask(ORDER, request, robot=options.robot)
         print(reply.text, flush=True)
-        wait = waiting.Wait(options.robot, request, reply.number, run)
-        return waiting.follow(bus, wait, options.robot) if options.wait else 0
+        if not options.wait:
+            return 0
+        return waiting.follow(bus, waiting.Wait(options.robot, request, reply.number, run), options.robot)
 
 
 def act(options: argparse.Namespace) -> int:

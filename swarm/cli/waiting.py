@@ -25,13 +25,13 @@ from swarm.messages import (
     Status,
 )
 from swarm.messages.naming import shortened
+from swarm.robot.ending import AWAY
 
 if TYPE_CHECKING:
     from swarm.bus import Bus
 
 LOOK: Final = 0.2  # s between two looks whether we are told to stop
 LINE_EVERY: Final = 2.0  # s between two lines of progress, if nothing but the distance has changed
-AWAY: Final = 30.0  # s without a world after which we wait no longer: a launcher starts it again within 10 s
 REPLACED: Final = ("superseded", "cancelled")  # kinds of events
 
 
