@@ -143,8 +143,8 @@ def _watch(
                 _follow(bus, processes)
             if box is not None and _answers(box["port"]):
                 page, box = address(box["port"], box["token"]), None
-                say(f"box: {page}")
                 entry.tell_box(page)
+                say(f"box: {page}")
             for request in _show(bus, terminal):
                 _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:

@@ -28,7 +28,7 @@ def waiting(runtime: Path) -> Iterator[Fleet]:
     """Run a fleet that waits for `swarm go`, for all tests that only ask it things; r1 has an order."""
     file = runtime / "small.yaml"
     file.write_text(SMALL)
-    with Fleet(file, "--wait", "--serve", "--pace", "5", runtime=runtime) as fleet:
+    with Fleet(file, "--wait", "--serve", "--pace", "5", "--dashboard", "box", runtime=runtime) as fleet:
         with fleet.bus() as bus:
             fleet.await_all(bus)
         assert main(["order", "r1", "9.5,4", "2.5,6", "--id", "morning", "--home"]) == 0
@@ -100,6 +100,15 @@ def test_a_fleet_that_waits_has_its_keys_listed(waiting: Fleet, capsys: Capture)
         "fleet/setup",
     } <= rows.keys()
     assert (rows["world/map"]["rate"], rows["world/map"]["age"], rows["world/map"]["who"]) == (0.0, None, "world")
+
+
+def test_the_address_of_the_box_is_in_the_list_of_fleets(waiting: Fleet, capsys: Capture) -> None:
+    address = waiting.await_line("box: http").split()[-1]
+    (row,) = json.loads(said(capsys, "ls", "--json"))
+    assert (row["fleet"], row["phase"], row["box"]) == (waiting.name, "waiting", address)
+    (row,) = json.loads(said(capsys, "ls", "--json", "--connect", str(waiting.endpoint)))
+    assert (row["fleet"], row["box"]) == (waiting.name, None)
+    assert "token" not in said(capsys, "ls")
 
 
 def test_one_robot_is_told_of_whole(waiting: Fleet, capsys: Capture) -> None:
