@@ -19,8 +19,14 @@ import pytest
 import yaml
 
 from swarm.cli import main
+from swarm.cli.parsing import point
+from swarm.messages import Edit, Kind
+from swarm.scenario.load import load
+from swarm.scenario.shipped import file_of
 from tests.launch.actors import Fleet
 from tests.shared import ROOT
+from world.cutting import looked_ahead
+from world.simulate import Simulation
 
 PAGES: Final = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -62,6 +68,8 @@ PARSED: Final = {  # command: why it is not run
     "swarm analyze paper.rrd": "reads what another command has recorded; tests/launch/test_analyze.py runs it",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
+    "swarm logs r1 --follow": "goes on until the run is over; tests/cli/test_looking.py runs it",
+    "swarm order r1 4,3 6,3 --wait": "stays until the robot is there; the same",
     "swarm box":   "stays until it is stopped; tests/dashboard/test_box_page.py runs its fleet",
     "swarm run paper --dashboard box": "drives for two minutes; the same",
     "docker compose run --build --rm keys": "the same",
@@ -70,6 +78,7 @@ PARSED: Final = {  # command: why it is not run
 FLEET: Final = "swarm run office --wait"  # runs meanwhile; these talk to it:
 TALK: Final = (
     "swarm go", "swarm status", "swarm edit ", "swarm stop", "swarm ls", "swarm topics", "swarm hz ", "swarm echo ",
+    "swarm logs",
 )
 SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm storm":                                     "--seeds 2 --jobs 1",
@@ -87,17 +96,17 @@ SLOW: Final = ("swarm run paper", "swarm storm", "swarm drill")  # but for what 
 # fmt: on
 
 
-def commands() -> list[str]:
-    """Collect every line of every sh block, without its comment; each command once."""
+def commands_of(*pages: Path) -> list[str]:
+    """Collect every line of every sh block of pages, without its comment; each command once."""
     found: dict[str, None] = {}
-    for page in PAGES:
+    for page in pages:
         for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
             if language == "sh":
                 found |= {line.split(" #")[0].strip(): None for line in text.splitlines() if line.strip()}
     return list(found)
 
 
-COMMANDS: Final = commands()
+COMMANDS: Final = commands_of(*PAGES)
 RUN: Final = [one for one in COMMANDS if one not in PARSED and one != FLEET and not one.startswith(TALK)]
 
 
@@ -134,20 +143,30 @@ def test_a_command_of_the_pages_does_what_it_says(command: str, folder: Path) ->
 
 
 @pytest.mark.processes
+@pytest.mark.costs("each command is a process of its own, beside a fleet")
 def test_the_commands_that_talk_to_a_fleet_are_answered(folder: Path) -> None:
     talk = [command for command in COMMANDS if command.startswith(TALK) and command not in PARSED]
     assert {command.split()[1] for command in talk} == {
-        "go", "status", "edit", "stop", "ls", "topics", "hz", "echo",
+        "go", "status", "edit", "stop", "ls", "topics", "hz", "echo", "logs",
     }  # fmt: skip
     talk.sort(key=lambda command: command == "swarm stop")  # ground.md edits a fleet too
     scenario, *arguments = FLEET.removeprefix("swarm run ").split()
-    with Fleet(Path(scenario), *arguments, "--pace", "4", runtime=folder / "fleets") as fleet, fleet.bus() as bus:
+    with Fleet(Path(scenario), *arguments, "--pace", "1", runtime=folder / "fleets") as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         for command in ["swarm status", *talk]:
             done = subprocess.run(started(command), capture_output=True, text=True, timeout=60, check=False)
             assert done.returncode == 0, f"{command}: {done.stderr}"
         assert fleet.end() == 1, "README: 1, the mission is not complete"
         assert "not complete: stopped by command" in fleet.text
+
+
+@pytest.mark.parametrize("scenario", ["paper", FLEET.split()[2]])
+def test_the_edit_of_the_readme_leaves_nobody_without_a_way(scenario: str) -> None:
+    (line,) = [command for command in commands_of(ROOT / "README.md") if command.startswith("swarm edit")]
+    kind, *corners = line.split()[2:]
+    low, high = map(point, corners)
+    world = Simulation.of(load(file_of(scenario)), 4, 1).world
+    assert looked_ahead(world, Edit(kind=Kind(kind), low=low, high=high), sensed=False) == (True, [])
 
 
 class Parsed(Exception):  # noqa: N818, no error

@@ -65,7 +65,7 @@ def _press(do: Do, name: str | None, course: Course) -> Accepted:
     if already(course.phase, do):
         return Accepted(text=f"the run is {course.phase.value} already")
     phase = pressed(course.phase, do, course.lobby.absent)
-    text = f"the run is {phase.value}"
+    text = f"the run is {phase.value}{', with all robots at their starts' if do is Do.RESTART else ''}"
     if name is not None:
         course.remember(name, text)
     course.held = course.held and do is not Do.GO

@@ -12,14 +12,11 @@ from swarm.messages import (
     BODY,
     CLOCK,
     COMMAND,
-    EVENTS,
-    MAP,
     PLAN,
     SENSE,
     STATE,
     STATUS,
     TRUTH,
-    Events,
     Phase,
     Sense,
 )
@@ -112,11 +109,10 @@ class Host:
             bus.listen(topic)
         for question in ANSWERED:
             bus.serve(question)
-        bus.keep(MAP, lambda: {MAP.key: course.speaker.floor})
+        course.speaker.answer()
         bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
         bus.keep(TRUTH, lambda: {TRUTH.key: course.truth()})
         bus.keep(STATUS, lambda: {STATUS.key: course.status()})
-        bus.keep(EVENTS, lambda: {EVENTS.key: Events(events=list(course.speaker.events))})
         bus.keep(STATE, lambda: {STATE.key.format(robot=name): state for name, state in course.states().items()})
         bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(course.last.plans.items())})
         bus.watch_presence()

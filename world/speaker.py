@@ -7,7 +7,22 @@ from typing import Final
 from msgspec.structs import replace
 
 from swarm.bus import Bus
-from swarm.messages import CLOCK, EVENT, MAP, STATUS, TRUTH, Clock, Event, Map, Phase, Seen, Status, Truth
+from swarm.messages import (
+    CLOCK,
+    EVENT,
+    EVENTS,
+    MAP,
+    STATUS,
+    TRUTH,
+    Clock,
+    Event,
+    Events,
+    Map,
+    Phase,
+    Seen,
+    Status,
+    Truth,
+)
 from swarm.scenario.load import Scenario
 from world.world import World
 
@@ -33,6 +48,12 @@ class Speaker:
         self.events: tuple[Event, ...] = ()
         self._clock_told = float("-inf")
         self._truth_every = max(1, round(scenario.settings.rate / TRUTH.rate))
+
+    def answer(self) -> None:
+        """Answer a `get` with the map, the last events, and the last one of them."""
+        self._bus.keep(MAP, lambda: {MAP.key: self.floor})
+        self._bus.keep(EVENTS, lambda: {EVENTS.key: Events(events=list(self.events))})
+        self._bus.keep(EVENT, lambda: {EVENT.key: self.events[-1]} if self.events else {})
 
     def tell_map(self, scenario: Scenario, world: World) -> None:
         """Send the map, and keep it."""

@@ -1,14 +1,18 @@
 """The status of a run: all that tools want to know, in one message."""
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from msgspec.structs import replace
 
 from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
+from swarm.messages.naming import shortened
 from world.account import accounts, clearance_min, contacts
 from world.standing import why
 from world.welcome import progress
 from world.world import World
+
+STOPS: Final = 20  # targets of one robot: a status has room for a thousand robots
 
 
 def states(world: World, said: Mapping[str, State]) -> dict[str, State]:
@@ -38,9 +42,9 @@ def status(
     shortest: Sequence[float | None],
 ) -> Status:
     """Return the status; ``events`` are the last ones, the newest last, ``shortest`` lengths [m] as in ``accounts``."""
-    last = {event.robot: event for event in events}
+    last = {event.robot: event for event in events if event.run == world.run}
     now, measured = states(world, said), accounts(world, shortest)
-    rows = zip(world.robots, world.poses(), world.commands, strict=True)
+    rows = zip(world.robots, world.poses(), world.commands, world.missions.orders.rows, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
         complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=world.dispatch.pool.counts,
@@ -49,8 +53,8 @@ def status(
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
                 waits=command.waits, event=last.get(name), account=measured[name],
-                why=why(world, number),
+                why=why(world, number), mission=shortened(row.what), stops=row.stops[:STOPS], home=row.home,
             )
-            for number, (name, pose, command) in enumerate(rows)
+            for number, (name, pose, command, row) in enumerate(rows)
         ],
     )  # fmt: skip

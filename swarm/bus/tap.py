@@ -1,5 +1,6 @@
 """What goes over a router, as bytes, for tools that count and show it; and the fleets that are on a router."""
 
+import re
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
@@ -7,7 +8,7 @@ from dataclasses import dataclass
 from threading import Thread
 from time import monotonic
 from types import TracebackType
-from typing import Final
+from typing import Any, Final
 
 import zenoh
 
@@ -17,7 +18,9 @@ from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID
 from swarm.bus.settings import Endpoint
 from swarm.errors import ConfigError, PeerError
+from swarm.messages import SETUP, Topic
 from swarm.messages.topic import below
+from swarm.secure.access import LAST
 
 WAITING: Final = 50_000  # samples that wait to be taken; more are dropped and counted
 
@@ -67,6 +70,24 @@ class Tap:
     def receive(self, timeout: float | None) -> Sample | None:
         """Return the next sample; None if none comes within ``timeout`` [s] (None: for ever), or when told to stop."""
         return self._samples.next(timeout)
+
+    def last(self, key: str | None = None, timeout: float = 2.0) -> list[Sample]:
+        """Return the last messages that processes of the fleet keep under a key, the tap's own by default.
+
+        Each topic is asked for by its own key: a fleet with keys lets nobody ask for a key that stands for more.
+        """
+        wanted = self._key if key is None else zenoh.KeyExpr(self._prefix + key)
+        found = []
+        kept: tuple[Topic[Any], ...] = (*LAST, *((SETUP,) if self._endpoint.identity is None else ()))
+        for topic in kept:
+            every = zenoh.KeyExpr(self._prefix + re.sub(r"{\w+}", "*", topic.key))
+            if not every.intersects(wanted):
+                continue
+            for reply in self._session.get(wanted if every.includes(wanted) else every, timeout=timeout):
+                if reply.ok is not None and wanted.intersects(reply.ok.key_expr):
+                    below_fleet = str(reply.ok.key_expr).removeprefix(self._prefix)
+                    found.append(Sample(below_fleet, reply.ok.payload.to_bytes(), self._clock()))
+        return found
 
     def _read(self) -> None:
         take, gaps, lost = self._subscriber.handler.recv, Gaps(), Counter[str]()  # by key, until a sample is put

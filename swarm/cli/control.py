@@ -21,7 +21,7 @@ BUTTONS = {
     "go": "start the robots",
     "pause": "stop the clock",
     "resume": "start the clock again",
-    "restart": "put all robots back at their starts and clear the progress",
+    "restart": "start the run again: robots back at their starts, no progress",
 }
 
 
@@ -103,8 +103,8 @@ def _converted(parts: dict[str, Any], kind: type[M], command: str) -> M:
 
 
 def status(options: argparse.Namespace) -> int:
-    """Print the status of a running fleet: the phase, and where each robot is and what it does."""
-    from swarm.cli.status import shown
+    """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
+    from swarm.cli.status import described, one_of, shown
     from swarm.messages import STATUS
 
     with fleet_bus(options, WATCHER) as bus:
@@ -114,7 +114,11 @@ def status(options: argparse.Namespace) -> int:
             "status: expected a world in that fleet, found none; if `swarm run` is just starting it, ask again in a "
             "few seconds, else start one with `swarm world`"
         )
-    print(msgspec.json.encode(found[0]).decode() if options.json else shown(found[0]))
+    whole, name = found[0], options.robot
+    if options.json:
+        print(msgspec.json.encode(whole if name is None else one_of(whole, name)).decode())
+    else:
+        print(shown(whole) if name is None else described(whole, name))
     return 0
 
 
@@ -162,6 +166,8 @@ def add(commands: "Commands[Parser]") -> None:
     of_a_client(one)
     one.set_defaults(command=add_robots)
     one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
+    text = "print all that is known of this robot: why it stands, its targets and when it was there, its last events"
+    one.add_argument("robot", nargs="?", metavar="ROBOT", help=text)
     of_a_client(one)
     one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
     one.set_defaults(command=status)

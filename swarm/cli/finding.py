@@ -4,6 +4,8 @@ import argparse
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from swarm.cli.parsing import Parser, endpoint, secure
+from swarm.errors import ConfigError
+from swarm.messages.topic import below
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint
@@ -32,6 +34,27 @@ def place(options: argparse.Namespace, member: str) -> Place:
         return Place(endpoint(card.endpoint, options.secure, member), card.fleet)
     router = endpoint(options.connect, options.secure, member)
     return Place(router, chosen(options.fleet, fleets(router), f"on {router}"))
+
+
+def spelled(options: argparse.Namespace) -> argparse.Namespace:
+    """Return the options with the key below the fleet's: one that is spelled in full names its fleet too.
+
+    Raises:
+        ConfigError: --fleet names another one.
+
+    >>> said = spelled(argparse.Namespace(key="swarm/v1/paper/robot/r1/state", fleet=None))
+    >>> said.key, said.fleet
+    ('robot/r1/state', 'paper')
+    """
+    beginning = below("").removesuffix("/")  # of the keys of all fleets
+    if not options.key.startswith(beginning):
+        return options
+    fleet, _, key = options.key.removeprefix(beginning).partition("/")
+    if "*" in fleet:  # the one that is found
+        fleet = options.fleet
+    elif options.fleet not in {None, fleet}:
+        raise ConfigError(f"expected a key of fleet {options.fleet!r}, got {options.key!r}; leave out one of the two")
+    return argparse.Namespace(**vars(options) | {"fleet": fleet, "key": key})
 
 
 def awaited(router: "Endpoint") -> str | None:

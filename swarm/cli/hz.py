@@ -5,7 +5,7 @@ import json
 import sys
 from time import monotonic
 
-from swarm.cli.finding import of_a_client, place
+from swarm.cli.finding import of_a_client, place, spelled
 from swarm.cli.parsing import Commands, Parser, seconds
 from swarm.secure.identity import WATCHER
 
@@ -18,6 +18,7 @@ def hz(options: argparse.Namespace) -> int:
     from swarm.cli.rates import Beat, too_fast
     from swarm.stopping import told_to_stop
 
+    options = spelled(options)
     beat, known = Beat(), False
     with told_to_stop() as stop, Tap(*place(options, WATCHER), options.key) as tap:
         told = monotonic()

@@ -18,12 +18,12 @@ def ls(options: argparse.Namespace) -> int:
 
     if options.connect is None:
         found = [card for card in cards() if options.fleet in {None, card.fleet}]
-        rows = [asked(options, card.endpoint, card.fleet) | {"pid": card.pid} for card in found]
+        rows = [asked(options, card.endpoint, card.fleet) | {"pid": card.pid, "box": card.box} for card in found]
         where = "on this machine"
     else:
         router = endpoint(options.connect, options.secure, WATCHER)
         names = [name for name in fleets(router) if options.fleet in {None, name}]
-        rows = [asked(options, str(router), name) | {"pid": None} for name in names]
+        rows = [asked(options, str(router), name) | {"pid": None, "box": None} for name in names]
         where = f"on {router}"
     if options.json:
         print(json.dumps(rows, indent=1))
@@ -67,7 +67,15 @@ def shown(rows: list[dict[str, Any]]) -> str:
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command to the command line."""
-    one = commands.add_parser("ls", help="list the fleets on this machine, or on the router of --connect")
-    one.add_argument("--json", action="store_true")
+    text = "list the fleets on this machine, or on the router of --connect"
+    more = (
+        "On this machine these are the fleets that `swarm run` or `swarm box` of this user has started: it keeps "
+        "a list of them. One that was started by hand, with `swarm router` and `swarm world`, is not in it: "
+        "`swarm ls --connect ENDPOINT` asks its router."
+    )
+    one = commands.add_parser("ls", help=text, description=more)
+    one.add_argument(
+        "--json", action="store_true", help="a list, with the address of each fleet's box, which is secret"
+    )
     of_a_client(one)
     one.set_defaults(command=ls)

@@ -10,20 +10,25 @@ from swarm.secure.identity import OPERATOR
 
 ACTIONS = {
     "go-on": "let a robot that was stopped go on",
-    "home": "send a robot home now; the stops that it has left are dropped",
-    "cancel": "drop the stops that a robot has left; it stays where it is",
+    "home": "send a robot home now; the targets that it has left are dropped",
+    "cancel": "drop the targets that a robot has left; it stays where it is",
 }
 
 
 def order(options: argparse.Namespace) -> int:
-    """Give a robot targets, instead of the stops that it has left."""
+    """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
+    from swarm.cli import waiting
     from swarm.messages import ORDER, Order
 
     name = options.id or uuid4().hex
     request = Order(id=name, update=options.update, targets=options.targets, home=options.home)
     with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(ORDER, request, robot=options.robot).text)
-    return 0
+        run = waiting.listen(bus, options.robot) if options.wait else 0  # before the request: nothing is missed
+        reply = bus.ask(ORDER, request, robot=options.robot)
+        print(reply.text, flush=True)
+        if not options.wait:
+            return 0
+        return waiting.follow(bus, waiting.Wait(options.robot, request, reply.number, run), options.robot)
 
 
 def act(options: argparse.Namespace) -> int:
@@ -50,6 +55,8 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--id", metavar="NAME", help=text)
     text = "version of the order, 0 by default; a higher one replaces a lower one"
     one.add_argument("--update", type=int, default=0, metavar="N", help=text)
+    text = "stay until the order has ended, and print how far it is; status 0: done, 1: not; Ctrl-C leaves the order"
+    one.add_argument("--wait", action="store_true", help=text)
     of_a_client(one)
     one.set_defaults(command=order)
     for name, text in ACTIONS.items():

@@ -7,7 +7,7 @@ from math import sqrt
 from typing import Any, Final, NamedTuple
 
 from swarm.bus.tap import Sample
-from swarm.messages import TOPICS, Topic
+from swarm.messages import REPLIES, TOPICS, Topic
 from swarm.secure.access import RIGHTS, ROBOT
 
 UNKNOWN: Final = "?"  # the sender on a key that is in no row of the table of topics
@@ -31,14 +31,15 @@ def topic_of(key: str) -> Topic[Any] | None:
 def sender(key: str) -> str:
     """Return who sends on a key: the robot that it names, or the role that may, by the table of rights.
 
-    >>> sender("robot/r1/state"), sender("robot/r1/sense"), sender("robot/r1/nothing")
-    ('r1', 'world', '?')
+    >>> sender("robot/r1/state"), sender("robot/r1/sense"), sender("robot/r1/nothing"), sender("world/events")
+    ('r1', 'world', '?', 'world')
     """
     topic = topic_of(key)
     for role, rights in RIGHTS.items():
         if topic in rights.sends:
             return key.split("/")[topic.key.split("/").index("{robot}")] if role == ROBOT and topic else role
-    return UNKNOWN
+    asked = topic is None or topic.key in REPLIES
+    return UNKNOWN if asked else next(role for role, rights in RIGHTS.items() if topic in rights.answers)
 
 
 def too_fast(dropped: int) -> str:
@@ -57,7 +58,7 @@ class Row(NamedTuple):
     usual: float | None  # Hz, by the table of topics; 0: on change; None: the key is in no row of it
     size: float  # bytes of a message, mean
     bytes: float  # bytes/s
-    age: float  # s, since the newest message
+    age: float | None  # s, since the newest message; None: none has come, and the last one is kept
     lost: int  # messages, by the gaps between their numbers
     who: str
 
@@ -78,6 +79,7 @@ class Traffic:
     def __init__(self, since: float) -> None:
         self._since = since
         self._heard: dict[str, Heard] = {}
+        self._kept: dict[str, Row] = {}
 
     def take(self, sample: Sample) -> None:
         """Count a sample."""
@@ -87,22 +89,34 @@ class Traffic:
         heard.newest = sample.at
         heard.lost += sample.lost
 
+    def keep(self, sample: Sample) -> None:
+        """Note the last message that is kept on a key; it has not come now."""
+        self._kept[sample.key] = Row(
+            sample.key, 0.0, _usual(sample.key), len(sample.payload), 0.0, None, 0, sender(sample.key)
+        )
+
     def rows(self, now: float) -> list[Row]:
         """Return a row for each key, by name; rates are means since the beginning."""
         lasted = max(now - self._since, 1e-9)
-        return [
-            Row(
+        heard = {
+            key: Row(
                 key,
                 heard.messages / lasted,
-                topic.rate if (topic := topic_of(key)) else None,
+                _usual(key),
                 heard.bytes / heard.messages,
                 heard.bytes / lasted,
                 now - heard.newest,
                 heard.lost,
                 sender(key),
             )
-            for key, heard in sorted(self._heard.items())
-        ]
+            for key, heard in self._heard.items()
+        }
+        return [row for _, row in sorted((self._kept | heard).items())]
+
+
+def _usual(key: str) -> float | None:
+    topic = topic_of(key)
+    return None if topic is None else topic.rate
 
 
 class Pace(NamedTuple):

@@ -1,37 +1,127 @@
-"""The text of `swarm status`: a line on the run, and one on each robot."""
+"""The text of `swarm status`: a line on the run, and one on each robot; or all that is known of one robot."""
 
 from math import degrees
-from typing import Final
+from typing import Any, Final
+
+import msgspec
 
 from swarm.cli.columns import aligned
-from swarm.messages import Liveness, RobotStatus, Status
+from swarm.errors import ConfigError, nearest
+from swarm.messages import Event, Liveness, RobotStatus, Status
 
 HEAD: Final[tuple[str, ...]] = (
     "robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event",
 )  # fmt: skip
+EVENTS: Final = 10  # last ones of one robot
 
 
 def shown(status: Status) -> str:
     """Return the status as text."""
-    head = f"{status.scenario}: {status.phase.value} at {status.time:.1f} s, run {status.run}"
-    end = f", not complete: {status.reason}" if status.reason else ", complete" * status.complete
     pool = status.pool
     errands = (
         [f"pool: {pool.done} of {pool.given} targets done, {pool.taken} under way, {pool.waiting} waiting"]
         if pool is not None
         else []
     )
-    return "\n".join([head + end, *errands, aligned([HEAD, *map(_row, status.robots)])])
+    return "\n".join([_head(status), *errands, aligned([HEAD, *map(_row, status.robots)])])
+
+
+def one_of(status: Status, name: str) -> dict[str, Any]:
+    """Return all that is known of one robot as values of JSON: its row, its events of this run, and the run.
+
+    Raises:
+        ConfigError: the fleet has no such robot.
+    """
+    row, events = _found(status, name)
+    run = {"scenario": status.scenario, "run": status.run, "time": status.time, "phase": status.phase}
+    whole: dict[str, Any] = msgspec.to_builtins(run | msgspec.structs.asdict(row) | {"events": events})
+    return whole
+
+
+def described(status: Status, name: str) -> str:
+    """Return all that is known of one robot as text.
+
+    Raises:
+        ConfigError: the fleet has no such robot.
+    """
+    row, events = _found(status, name)
+    x, y, yaw = row.pose
+    state, account = row.state, row.account
+    at = state.target < len(state.reached)
+    facts = [
+        ("is", row.liveness.value + _since(row)),
+        ("pose", f"{x:.2f}, {y:.2f} m, yaw {degrees(yaw):.0f} deg"),
+        (
+            "does",
+            f"{_does(row)}, target {state.target + 1} of {len(state.reached)}, {state.distance:.1f} m left"
+            if at
+            else _does(row),
+        ),
+        ("waits for", row.why or ", ".join(row.waits) or "nobody"),
+        ("has", f"{row.mission}{f', number {state.assignment}' if state.assignment else ''}"),
+    ]
+    if account is not None:
+        facts += [(label, text) for label, text in _targets(row)]
+        longest = ", ".join(f"{other} {seconds:.1f} s" for other, seconds in account.waits_for.items())
+        facts += [
+            ("drove", f"{account.path_length:.1f} m; paths planned after the first: {account.replans}"),
+            (
+                "waited",
+                f"{account.waiting:.1f} s{f': {longest}' if longest else ''}; stood {account.standing:.1f} s in all",
+            ),
+            ("contacts", f"{account.contacts}{f', {account.struck} of them while it stood' if account.struck else ''}"),
+        ]
+        facts += [("stalled", f"{account.stalled} times")] if account.stalled else []
+    told = [f"{event.time:8.1f} s  {event.text}" for event in events[-EVENTS:]]
+    last = ["", "last events of this run:", *told] if told else ["", "no event of this run is among the last 100"]
+    return "\n".join([f"{name} of {_head(status)}", "", aligned(facts), *last])
+
+
+def _found(status: Status, name: str) -> tuple[RobotStatus, list[Event]]:
+    """Return a robot's row, and those of the last events that are about it and of this run."""
+    rows = {row.robot: row for row in status.robots}
+    if name not in rows:
+        raise ConfigError(f"status: expected a robot of the fleet, got {name!r}; {nearest(name, rows)}")
+    return rows[name], [event for event in status.events if (event.robot, event.run) == (name, status.run)]
+
+
+def _targets(robot: RobotStatus) -> list[tuple[str, str]]:
+    """Return a row for each target: where it is, and when the robot was there."""
+    assert robot.account is not None
+    reached, rows = robot.account.reached, []
+    for number, (x, y) in enumerate(robot.stops):
+        home = robot.home and number == len(reached) - 1
+        time = reached[number] if number < len(reached) else None
+        then = (
+            f"reached at {time:.1f} s" if time is not None
+            else "given up: no way leads there" if number in robot.account.unreachable
+            else "next" if number == robot.state.target else "to come"
+        )  # fmt: skip
+        rows.append(("home" if home else f"target {number + 1}", f"{x:.2f}, {y:.2f} m  {then}"))
+    more = len(reached) - len(robot.stops)
+    return [
+        *rows,
+        *([("", f"and {more} more")] if more > 0 else []),
+        *([("laps", str(robot.account.laps))] if robot.account.laps else []),
+    ]
+
+
+def _head(status: Status) -> str:
+    head = f"{status.scenario}: {status.phase.value} at {status.time:.1f} s, run {status.run}"
+    return head + (f", not complete: {status.reason}" if status.reason else ", complete" * status.complete)
+
+
+def _since(robot: RobotStatus) -> str:
+    return "" if robot.liveness is Liveness.ALIVE else f" since {robot.since:.1f} s"
 
 
 def _row(robot: RobotStatus) -> tuple[str, ...]:
     x, y, yaw = robot.pose
     state, event = robot.state, robot.event
-    since = "" if robot.liveness is Liveness.ALIVE else f" since {robot.since:.1f} s"
     left = state.target < len(state.reached)
     return (
         robot.robot,
-        robot.liveness.value + since,
+        robot.liveness.value + _since(robot),
         f"{x:.2f}, {y:.2f}",
         f"{degrees(yaw):.0f}",
         _does(robot),

@@ -13,6 +13,7 @@ from swarm.cli import (
     fleet,
     hz,
     keys,
+    logs,
     ls,
     orders,
     pool,
@@ -26,13 +27,13 @@ from swarm.cli.parsing import Commands, Parser, Version, joined
 from swarm.errors import ConfigError, similar
 
 ROOMS: Final = (
-    fleet, keys, control, orders, pool, ls, topics, echo, hz, watch, analyze, drill, storm, schema, tools,
+    fleet, keys, control, orders, pool, ls, logs, topics, echo, hz, watch, analyze, drill, storm, schema, tools,
 )  # fmt: skip
 GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it in `swarm --help`; each has one place
     "launch a fleet": ("run", "box", "keys", "router", "world", "robot"),
     "steer it": ("go", "pause", "resume", "restart", "stop", "setup", "edit", "add-robots"),
     "give its robots orders": ("order", "pool", "go-on", "home", "cancel"),
-    "look at it": ("status", "watch", "ls", "topics", "echo", "hz"),
+    "look at it": ("status", "watch", "logs", "ls", "topics", "echo", "hz"),
     "paths, rules and recorded runs": ("plan", "explain", "analyze"),
     "test it and work on it": ("storm", "drill", "bench", "schema"),
     "help": ("help", "completion"),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def topics(options: argparse.Namespace) -> int:
-    """Listen for a while and print a row for each key; return 1 if nothing was heard."""
+    """Listen for a while and print a row for each key that was heard or has a last message; return 1 for none."""
     from swarm.bus import Tap
     from swarm.cli.rates import Traffic, too_fast
 
@@ -26,7 +26,10 @@ def topics(options: argparse.Namespace) -> int:
         while (left := began + options.seconds - monotonic()) > 0:
             if (sample := tap.receive(left)) is not None:
                 traffic.take(sample)
-        rows = traffic.rows(monotonic())
+        now = monotonic()
+        for sample in tap.last():
+            traffic.keep(sample)
+        rows = traffic.rows(now)
     if options.json:
         print(json.dumps([row._asdict() for row in rows], indent=1))
     else:
@@ -44,7 +47,8 @@ def shown(rows: "list[Row]", lasted: float) -> str:
     for row in rows:
         usual = "?" if row.usual is None else f"{row.usual:g}" if row.usual else "-"
         size, weight = f"{row.size:.0f}", f"{row.bytes / 1000:.1f}"
-        table.append((row.key, f"{row.rate:.1f}", usual, size, weight, f"{row.age:.1f}", f"{row.lost}", row.who))
+        age = "kept" if row.age is None else f"{row.age:.1f}"
+        table.append((row.key, f"{row.rate:.1f}", usual, size, weight, age, f"{row.lost}", row.who))
     messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
     total = f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change"
     return f"{aligned(table, right=range(1, 7))}\n\n{total}"

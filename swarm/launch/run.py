@@ -142,8 +142,9 @@ def _watch(
                 bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
                 _follow(bus, processes)
             if box is not None and _answers(box["port"]):
-                say(f"box: {address(box['port'], box['token'])}")
-                box = None
+                page, box = address(box["port"], box["token"]), None
+                entry.tell_box(page)
+                say(f"box: {page}")
             for request in _show(bus, terminal):
                 _set_up(request, processes, terminal, bus, stop, say)
             if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:

@@ -10,7 +10,7 @@ import re
 import stat
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import rmtree
 from typing import Final
@@ -24,12 +24,13 @@ CARD: Final = "fleet.json"
 NAME: Final = r"[A-Za-z0-9_.:-]{1,60}\Z"
 
 
-class Card(msgspec.Struct, frozen=True):
+class Card(msgspec.Struct, frozen=True, omit_defaults=True):
     """The entry of a running fleet, a file in its folder."""
 
     fleet: str
     endpoint: str
     pid: int
+    box: str | None = None  # address of its page, with the token: the card is for this user only; None: it has none
 
 
 def folder() -> Path:
@@ -63,7 +64,14 @@ class Entry:
     def __init__(self, name: str, home: Path, endpoint: Endpoint, card: int) -> None:
         self.name, self.home = name, home
         self._endpoint, self._card = endpoint, card  # card: the descriptor that holds the lock
+        self._box: str | None = None
         self._said = ""
+
+    def tell_box(self, address: str) -> None:
+        """Note the address of the fleet's page on the card."""
+        self._box = address
+        with suppress(OSError):  # the disk is full
+            os.pwrite(self._card, _written(self.name, self._endpoint, address), 0)
 
     def keep(self) -> str:
         """Make the folder and the card again if somebody has removed them; return a sentence about news, "" for none.
@@ -78,7 +86,7 @@ class Entry:
             return ""
         try:
             with _locked(folder()):
-                card = _made(self.home, self.name, self._endpoint)
+                card = _made(self.home, self.name, self._endpoint, self._box)
         except (OSError, ConfigError) as fault:
             return f"{self.home}: was removed and cannot be made again, so the report may be lost: {fault}"
         os.close(self._card)
@@ -143,7 +151,7 @@ def _locked(all_fleets: Path) -> Iterator[None]:
         os.close(lock)
 
 
-def _made(home: Path, name: str, endpoint: Endpoint) -> int:
+def _made(home: Path, name: str, endpoint: Endpoint, box: str | None = None) -> int:
     """Make the card of a fleet, and its folder if there is none; return the descriptor that holds the card's lock.
 
     The caller holds the lock of the list.
@@ -153,11 +161,15 @@ def _made(home: Path, name: str, endpoint: Endpoint) -> int:
     card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
     try:
         fcntl.flock(card, fcntl.LOCK_EX)
-        os.write(card, msgspec.json.encode(Card(name, str(endpoint), os.getpid())))
+        os.write(card, _written(name, endpoint, box))
     except OSError:
         os.close(card)
         raise
     return card
+
+
+def _written(name: str, endpoint: Endpoint, box: str | None) -> bytes:
+    return msgspec.json.encode(Card(name, str(endpoint), os.getpid(), box))
 
 
 def _opened(path: Path, flags: int) -> int:

@@ -150,9 +150,12 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     pose: Annotated[tuple[Metres, Metres, Angle], says("m, m, rad; its true pose")]
     state: Annotated[State, says("its progress; before it has spoken, as the world has recorded it")]
     waits: Annotated[list[Id], says("robots that it waits for, or that shut its way")]
-    event: Annotated[Event | None, says("its last event; null: it has none among the last 100")]
+    event: Annotated[Event | None, says("its last event of this run; null: it has none among the last 100")]
     account: Annotated[Account | None, says("what the world has measured")] = None
     why: Annotated[Text, says("what it waits for, for people: who stands where; empty: nothing, or not known")] = ""
+    mission: Annotated[Text, says("what its targets are of, for people: the scenario, an order, the pool")] = ""
+    stops: Annotated[list[Point], says("m; the targets that it has now, in order: the first 20; home is the last")] = []
+    home: Annotated[bool, says("the last of all its targets is home")] = False
 
 
 class Status(Message, frozen=True, kw_only=True):
@@ -194,9 +197,7 @@ class Order(Message, frozen=True, kw_only=True):
 
     id: Annotated[Id, says("name of the order, chosen by who gives it; the same order said again changes nothing")]
     update: Annotated[Count, says("version of the order: a higher one replaces a lower one")] = 0
-    targets: Annotated[
-        list[Point], Meta(max_length=MOST_STOPS, description="m; to be visited in order; at most 100 are accepted")
-    ]
+    targets: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; in order; at most 100 are accepted")]
     home: Annotated[bool, says("drive home after the last target")] = False
 
 

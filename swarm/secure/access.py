@@ -56,7 +56,7 @@ class Rights(NamedTuple):
     sees: str  # the role in liveliness tokens that it sees; *: all
 
 
-LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENTS, STATUS)  # the world keeps their last messages
+LAST: Final = (CLOCK, STATE, PLAN, MAP, TRUTH, EVENT, EVENTS, STATUS)  # the world keeps their last messages
 RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),

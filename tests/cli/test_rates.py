@@ -12,7 +12,7 @@ from swarm.cli.echo import WIDTH, text
 from swarm.cli.rates import Beat, Traffic, sender, topic_of
 from swarm.errors import ConfigError
 from swarm.launch.running import NAME, chosen, named
-from swarm.messages import EVENTS, REPLIES, TOPICS
+from swarm.messages import REPLIES, TOPICS
 
 
 def sample(key: str, at: float, size: int = 10) -> Sample:
@@ -44,7 +44,7 @@ def test_the_table_of_topics_says_who_sends_what(key: str) -> None:
 
 def test_every_topic_that_is_published_has_a_sender() -> None:
     keys = {topic.key.format(robot="r1", zx=0, zy=0) for topic in TOPICS}
-    asked_for = {key.format(robot="r1") for key in (*REPLIES, EVENTS.key)}
+    asked_for = {key.format(robot="r1") for key in REPLIES}
     assert {key for key in keys if sender(key) == "?"} == asked_for
 
 

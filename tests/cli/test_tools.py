@@ -29,8 +29,8 @@ PLACE = Place(Endpoint("127.0.0.1", 7447), "fleet")
 class Heard:
     """A tap on which samples come at given times [s]; the time goes on only while somebody waits for one."""
 
-    def __init__(self, times: Sequence[float], dropped: int) -> None:
-        self.now, self.dropped = 0.0, dropped
+    def __init__(self, times: Sequence[float], dropped: int, *, keeps: bool) -> None:
+        self.now, self.dropped, self.keeps = 0.0, dropped, keeps
         self._times = list(times)
 
     def __enter__(self) -> "Heard":
@@ -41,6 +41,10 @@ class Heard:
 
     def clock(self) -> float:
         return self.now
+
+    def last(self) -> list[Sample]:
+        """Return what somebody keeps."""
+        return [Sample("robot/r1/state", bytes(20), self.now)] if self.keeps else []
 
     def receive(self, timeout: float) -> Sample | None:
         """Return the next sample, or None at the end of the timeout [s]."""
@@ -62,9 +66,9 @@ class Hear:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self._monkeypatch = monkeypatch
 
-    def __call__(self, times: Sequence[float], dropped: int = 0) -> None:
+    def __call__(self, times: Sequence[float], dropped: int = 0, *, keeps: bool = False) -> None:
         """Let samples come at times [s]."""
-        heard = Heard(times, dropped)
+        heard = Heard(times, dropped, keeps=keeps)
         self._monkeypatch.setattr(swarm.bus, "Tap", lambda *_: heard)
         for room in (hz_room, topics_room):
             self._monkeypatch.setattr(room, "monotonic", heard.clock)
@@ -99,6 +103,20 @@ def test_who_hears_too_little_is_told_where_the_keys_are(hear: Hear, capsys: Cap
     assert capsys.readouterr().out == "nothing was heard for 2 s; `swarm ls` tells whether the fleet runs\n"
 
 
+def test_a_key_on_which_nothing_came_is_listed_if_its_last_message_is_kept(hear: Hear, capsys: Capture) -> None:
+    hear([], keeps=True)
+    assert topics_room.topics(Namespace(seconds=2.0, json=True)) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert (row["key"], row["rate"], row["usual"], row["size"], row["age"], row["who"]) == (
+        "robot/r1/state", 0.0, 1.0, 20.0, None, "r1",
+    )  # fmt: skip
+    hear(TENTHS, keeps=True)
+    assert topics_room.topics(Namespace(seconds=2.0, json=False)) == 0
+    _, cmd, state, _, total = capsys.readouterr().out.splitlines()
+    assert (cmd.split()[0], state.split()[:2], state.split()[5]) == ("robot/r1/cmd", ["robot/r1/state", "0.0"], "kept")
+    assert total.startswith("2 keys, 10 messages/s")
+
+
 @pytest.mark.parametrize("dropped", [0, 7])
 def test_rates_that_are_too_low_are_told_to_be(hear: Hear, capsys: Capture, dropped: int) -> None:
     expected = "7 messages came faster than this tool takes them: all rates are too low; " if dropped else ""
@@ -120,7 +138,7 @@ def state(robot: str) -> bytes:
 
 
 def test_a_good_message_is_read() -> None:
-    assert echo_room.read(Sample("robot/r1/state", state("r1"), 0.0))["robot"] == "r1"
+    assert echo_room.read(Sample("robot/r1/state", state("r1"), 0.0)).robot == "r1"  # type: ignore[attr-defined]
 
 
 # fmt: off
@@ -153,15 +171,17 @@ def test_only_the_fleet_that_is_named_is_asked(monkeypatch: pytest.MonkeyPatch, 
         asked.append(fleet)
         return dict.fromkeys(("time", "robots", "present")) | {"fleet": fleet, "router": router, "phase": "running"}
 
-    cards = [Card(name, f"tcp/{name}:7447", 12) for name in ("a", "b", "c")]
+    cards = [Card(name, f"tcp/{name}:7447", 12, box=f"http://{name}") for name in ("a", "b", "c")]
     monkeypatch.setattr(running, "cards", lambda: cards)
     monkeypatch.setattr(swarm.bus, "fleets", lambda _: ["a", "b", "c"])
     monkeypatch.setattr(ls_room, "asked", answer)
     assert main(["ls", "--fleet", "b"]) == 0
     assert capsys.readouterr().out.splitlines()[1].split() == ["b", "tcp/b:7447", "running", "12"]
     assert main(["ls", "--fleet", "b", "--connect", "tcp/127.0.0.1:7447"]) == 0
-    assert asked == ["b", "b"]
     capsys.readouterr()
+    assert main(["ls", "--fleet", "b", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["box"] == "http://b"
+    assert asked == ["b", "b", "b"]
     assert main(["ls", "--fleet", "nope"]) == 1
     assert capsys.readouterr().out == "no fleet nope runs on this machine; start one with `swarm run`\n"
     cards.clear()

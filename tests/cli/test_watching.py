@@ -69,7 +69,7 @@ def test_the_tools_find_the_fleet_and_show_it(driving: Fleet, tmp_runtime: Path,
     rows = {row["key"]: row for row in json.loads(said(capsys, "topics", "--seconds", "1.5", "--json"))}
     assert {"robot/r1/sense", "robot/r1/cmd", "robot/r2/cmd", "world/truth"} <= set(rows)
     assert (rows["robot/r1/cmd"]["who"], rows["robot/r1/sense"]["who"]) == ("r1", "world")
-    assert all(row["rate"] > 0 and row["size"] > 0 for row in rows.values())
+    assert all((row["rate"] > 0) is (row["age"] is not None) and row["size"] > 0 for row in rows.values())
     shown = said(capsys, "topics", "--seconds", "1")
     assert "robot/r1/sense" in shown
     assert max(map(len, shown.splitlines())) <= 80

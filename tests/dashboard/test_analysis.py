@@ -14,6 +14,7 @@ from swarm.errors import ConfigError
 from swarm.messages import STATUS, Account, Activity, Liveness, Phase, RobotStatus, State, Status
 from tests.messages.examples import example_of
 from world.orders import MOST_TARGETS
+from world.status import STOPS
 
 NOTHING = Account(
     targets=2, reached=[None, None], laps=0, path_length=0.0, shortest_length=None, waiting=0.0, waits_for={},
@@ -168,7 +169,7 @@ def test_the_largest_status_of_a_thousand_robots_fits_its_message() -> None:
     )  # fmt: skip
     row = RobotStatus(
         robot="r1000", liveness=Liveness.ALIVE, since=odd, pose=(odd, odd, 1.0), state=said, waits=["r999"],
-        event=None, account=most,
+        event=None, account=most, stops=[(odd, odd)] * STOPS, mission=f"order {'x' * 64} update 1",
     )  # fmt: skip
     status = replace(status_of({}), robots=[row] * 1000)
     assert len(encode(status, as_json=True)) < STATUS.limit

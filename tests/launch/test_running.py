@@ -168,6 +168,16 @@ def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets
     assert not home.exists()
 
 
+def test_the_card_has_the_address_of_the_box_also_when_it_was_made_again(tmp_runtime: Path) -> None:
+    with registered("one", ENDPOINT) as entry:
+        assert find("one").box is None
+        entry.tell_box("http://127.0.0.1:8000/?token=abc")
+        assert find("one").box == "http://127.0.0.1:8000/?token=abc"
+        rmtree(entry.home)
+        assert "made again" in entry.keep()
+        assert find("one").box == "http://127.0.0.1:8000/?token=abc"
+
+
 def test_a_folder_that_another_launcher_has_taken_meanwhile_is_left_alone(tmp_runtime: Path) -> None:
     with registered("held", ENDPOINT) as first:
         rmtree(first.home)

@@ -10,6 +10,7 @@ from swarm.messages import (
     ACTION,
     CLOCK,
     EDIT,
+    ORDER,
     ROBOT_ACTION,
     Accepted,
     Action,
@@ -17,6 +18,7 @@ from swarm.messages import (
     Do,
     Edit,
     Kind,
+    Order,
     Phase,
     RobotAction,
     RobotDo,
@@ -30,6 +32,7 @@ from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
 from world.roll import LOST
 from world.simulate import Simulation
+from world.status import STOPS
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
 BLOCK = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -166,6 +169,34 @@ def test_the_progress_of_a_robot_is_what_the_world_has_seen() -> None:
     step(one, r1={"unreachable": [0, 7], "activity": Activity.DRIVE})
     state = come(one, "r1", "a").state
     assert (state.unreachable, state.target) == ([0], 1)
+
+
+def test_the_last_event_of_a_robot_is_one_of_the_run_that_goes_on() -> None:
+    one = course_of()
+    come(one, "r1", "a")
+    one.go_to(Phase.RUNNING)
+    one.tell("stop", "stops", "r1")
+    before = one.status().robots[0].event
+    assert before is not None
+    assert (before.text, before.run) == ("stops", 0)
+    assert ask(one, ACTION, Action(do=Do.RESTART)).text == "the run is running, with all robots at their starts"
+    assert (one.status().run, one.status().robots[0].event) == (1, None)
+    assert "stops" in [event.text for event in one.status().events], "those of older runs are kept"
+    one.tell("go_on", "goes on", "r1")
+    after = one.status().robots[0].event
+    assert after is not None
+    assert (after.text, after.run) == ("goes on", 1)
+
+
+def test_the_status_has_what_a_robot_has_been_given_and_where_that_is() -> None:
+    one = course_of()
+    row = one.status().robots[0]
+    assert (row.mission, row.stops, row.home) == ("the scenario's targets", list(one.world.missions.stops(0)), True)
+    name = "4151c0bbfe5c4e2b8c3e4a2d9b0f1a77"
+    ask(one, ORDER, Order(id=name, targets=[(4.5, 2.5)] * 30), robot="r1")
+    row = one.status().robots[0]
+    assert (row.mission, row.home) == ("order 4151c0bb update 0", False)
+    assert row.stops == [(4.5, 2.5)] * STOPS, "no more, or a thousand robots would not fit"
 
 
 # --- edits ---
