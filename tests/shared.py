@@ -1,6 +1,6 @@
 """Scenarios for tests: changes of a small valid one, and of the paper's rules; where the public data is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,3 +73,13 @@ def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], 
 def constant_rules(profile: Profile, left: str, right: str) -> Profile:
     """Return the profile with the same consequents in every rule: terms of the ``left`` and ``right`` wheel."""
     return with_consequents(profile, lambda behaviour, terms: (*terms[:-2], left, right))
+
+
+def mostly_long(why: str, cases: Iterable[Any], *quick: object) -> list[Any]:
+    """Return the cases of a test, of which `make test` runs only the ``quick`` ones."""
+
+    def case(one: Any) -> Any:  # noqa: ANN401, a value or several, as parametrize takes them
+        values = one if isinstance(one, tuple) else (one,)
+        return pytest.param(*values, marks=[] if one in quick else [pytest.mark.long(why)])
+
+    return [case(one) for one in cases]

@@ -107,6 +107,7 @@ def test_each_member_with_keys_mounts_only_its_own(services: dict[str, Any]) -> 
     assert services["keys"]["network_mode"] == "none"
 
 
+@pytest.mark.long("a whole mission of commands with keys; make test has those without")
 @pytest.mark.processes
 def test_the_secure_commands_as_plain_processes_complete_the_mission(services: dict[str, Any], tmp_path: Path) -> None:
     port = str(Endpoint("127.0.0.1", 0).claim().port)

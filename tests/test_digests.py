@@ -13,7 +13,7 @@ import pytest
 from swarm.fuzzy import load_profile
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import settled
-from tests.shared import ROOT, with_settings
+from tests.shared import ROOT, mostly_long, with_settings
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
 from world.storm.draw import draw
@@ -75,7 +75,7 @@ RUNS: Final[dict[str, Fixed]] = {
 KEPT: Final = ("past-a-dead-leader", "edits-and-a-mover", "pool-1274000", "deaf-to-each-other")  # of tests/storm
 DRAWN: Final = {"storm, silent 3": ("silent", 3), "storm, all 5": ("all", 5)}  # profile, seed
 ALL: Final = (*RUNS, *KEPT, *DRAWN)
-QUICK: Final = frozenset({"paper 4", "paper, killed", "corridor", "movers", "unknown"})
+QUICK: Final = ("paper, killed", "corridor", "unknown")
 
 
 def _of_run(run: Fixed) -> str:
@@ -96,12 +96,7 @@ def digest(name: str) -> str:
     return str(history.report["digest"])
 
 
-def _case(name: str) -> Any:  # noqa: ANN401, pytest's own type is private
-    long = pytest.mark.long("a run of seconds; make test has five of them")
-    return pytest.param(name, marks=[] if name in QUICK else [long])
-
-
-@pytest.mark.parametrize("name", [_case(name) for name in ALL])
+@pytest.mark.parametrize("name", mostly_long("a run of seconds", ALL, *QUICK))
 def test_a_fixed_run_has_the_digest_that_it_had(name: str) -> None:
     assert digest(name) == json.loads(EXPECTED.read_text(encoding="utf-8"))[name]
 

@@ -7,7 +7,7 @@ import pytest
 
 from swarm.fuzzy import load_profile
 from swarm.scenario.load import Scenario
-from tests.shared import constant_rules, with_consequents, with_settings
+from tests.shared import constant_rules, mostly_long, with_consequents, with_settings
 from world.simulate import Simulation
 
 CRUISE = 1.5  # m/s times speed_scale: the paper's medium speed
@@ -51,13 +51,13 @@ def assert_four_robots_finish(paper: Scenario, seed: int) -> None:
     assert report["steering"]["angle"]["tables"] >= 0.5
 
 
-@pytest.mark.parametrize("seed", [1, 7])
+@pytest.mark.parametrize("seed", [1])
 def test_four_robots_finish(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 
 
-@pytest.mark.long("eight whole missions of four robots; make test drives two")
-@pytest.mark.parametrize("seed", [2, 3, 4, 5, 6, 8, 9, 10])
+@pytest.mark.long("nine whole missions of four robots; make test drives one")
+@pytest.mark.parametrize("seed", [2, 3, 4, 5, 6, 7, 8, 9, 10])
 def test_four_robots_finish_on_ten_seeds(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 
@@ -132,7 +132,7 @@ def test_rules_rewritten_unchanged_drive_the_very_same_run(paper: Scenario) -> N
     assert run(scenario, 1, 1, limit=20.0)["digest"] == run(paper, 1, 1, limit=20.0)["digest"]
 
 
-@pytest.mark.parametrize("robots", [1, 4])
+@pytest.mark.parametrize("robots", mostly_long("two whole missions of four robots", [1, 4], 1))
 def test_careful_finishes_the_paper_without_a_contact_and_slower(paper: Scenario, robots: int) -> None:
     careful = replace(paper, profile=load_profile("careful"))
     report, fast = run(careful, robots, 1), run(paper, robots, 1)

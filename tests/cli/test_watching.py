@@ -98,6 +98,7 @@ def test_processes_have_the_names_of_what_they_are(driving: Fleet) -> None:
     assert {"swarm run", "swarm router", "swarm world", "swarm r1", "swarm r2"} <= names
 
 
+@pytest.mark.long("a fleet of its own, with keys")
 def test_tools_may_watch_a_fleet_with_keys(tmp_runtime: Path, small: Path, capsys: Capture) -> None:
     keys = tmp_runtime / "keys"
     fleet_keys(keys)
@@ -134,6 +135,7 @@ def test_of_several_fleets_on_a_router_one_has_to_be_named(
     assert "found one, other; name one" in refused(capsys, "robot", "--connect", place)
 
 
+@pytest.mark.long("a fleet of its own, each process started by hand")
 def test_a_world_and_a_robot_that_are_told_no_fleet_meet_and_the_world_has_its_user_in_its_name(
     small: Path, endpoint: Endpoint, tmp_runtime: Path
 ) -> None:

@@ -55,6 +55,7 @@ def test_an_edit_over_the_wire_makes_the_very_run_that_it_makes_in_one_process(d
     assert report["per_robot"] == expected["per_robot"]
 
 
+@pytest.mark.long("a whole mission with a kill")
 def test_the_command_edits_a_running_fleet_and_a_restarted_robot_knows_of_it(
     doors: Path, tmp_runtime: Path, capsys: Capture
 ) -> None:

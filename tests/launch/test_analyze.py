@@ -17,7 +17,7 @@ from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase
 from tests.dashboard.recording import Recording
 from tests.launch.actors import Fleet, await_clock, await_event, await_phase, await_presence
-from tests.shared import PAPER
+from tests.shared import PAPER, mostly_long
 
 pytestmark = pytest.mark.processes
 
@@ -46,7 +46,7 @@ def assert_agrees(found: dict[str, Any], report: dict[str, Any]) -> None:
         assert found["total"][field] == sum(row[field] for row in rows)
 
 
-@pytest.mark.parametrize("pace", ["max", "20"])
+@pytest.mark.parametrize("pace", mostly_long("a whole mission in real time", ["max", "20"], "max"))
 def test_a_recording_agrees_with_the_report_to_the_last_digit(tmp_runtime: Path, pace: str) -> None:
     record = tmp_runtime / "run.rrd"
     with Fleet(PAPER, "--pace", pace, "--seed", "3", "--record", str(record), robots=3, runtime=tmp_runtime) as fleet:
@@ -63,6 +63,7 @@ def test_a_recording_agrees_with_the_report_to_the_last_digit(tmp_runtime: Path,
     assert all(set(row["waits_for"]) <= set(found["per_robot"]) - {name} for name, row in waited.items())
 
 
+@pytest.mark.long("two recorded missions")
 def test_each_run_of_a_fleet_that_restarts_has_its_own_figures(small: Path, tmp_runtime: Path) -> None:
     record = tmp_runtime / "run.rrd"
     with Fleet(small, "--pace", "max", "--wait", "--record", str(record), runtime=tmp_runtime) as fleet:
@@ -87,6 +88,7 @@ def test_each_run_of_a_fleet_that_restarts_has_its_own_figures(small: Path, tmp_
     ]
 
 
+@pytest.mark.long("a recorded mission and a killed dashboard")
 def test_what_a_killed_dashboard_left_and_what_the_next_one_recorded(small: Path, tmp_runtime: Path) -> None:
     """The second file has the figures of the whole run, since the world has measured all of it."""
     record, second = tmp_runtime / "run.rrd", tmp_runtime / "run.2.rrd"

@@ -4,6 +4,7 @@ import os
 import resource
 import signal
 import subprocess
+from itertools import product
 from pathlib import Path
 from threading import Event as Flag
 
@@ -13,8 +14,11 @@ import pytest
 from dashboard.frames import is_whole
 from swarm.messages import ACTION, EVENT, Action, Do
 from tests.launch.actors import PATIENCE, Command, Fleet, await_clock, await_event, await_presence
+from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
+
+STARTING = list(product([signal.SIGINT, signal.SIGHUP, signal.SIGTERM], range(4)))  # a signal, and after how much
 
 
 def assert_clean(runtime: Path) -> None:
@@ -29,8 +33,7 @@ def descendants(command: Command) -> list[psutil.Process]:
         return []
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP, signal.SIGTERM])
-@pytest.mark.parametrize("after", [0, 1, 2, 3])
+@pytest.mark.parametrize(("number", "after"), mostly_long("the start of a fleet", STARTING, *STARTING[::5]))
 def test_a_signal_while_starting_is_at_most_one_sentence(
     small: Path, tmp_runtime: Path, number: signal.Signals, after: int
 ) -> None:
@@ -103,7 +106,7 @@ def test_a_report_that_cannot_be_written_does_not_hide_the_result(small: Path, t
     assert_clean(tmp_runtime)
 
 
-@pytest.mark.parametrize("most", [24, 90, 100])
+@pytest.mark.parametrize("most", mostly_long("the start of a fleet", [24, 90, 100], 24))
 def test_too_few_open_files_are_a_sentence(small: Path, tmp_runtime: Path, most: int) -> None:
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     command = Command("run", str(small), "--robots", "3", "--dashboard", "off", runtime=tmp_runtime, files=most)
@@ -123,6 +126,7 @@ def test_a_low_limit_of_open_files_is_raised_as_far_as_the_system_lets_it(small:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.long("a whole mission with a killed dashboard")
 def test_a_killed_dashboard_comes_back_with_all_progress_and_a_second_file(small: Path, tmp_runtime: Path) -> None:
     pytest.importorskip("rerun")
     record = tmp_runtime / "run.rrd"
@@ -151,6 +155,7 @@ def test_a_killed_dashboard_comes_back_with_all_progress_and_a_second_file(small
     assert_clean(tmp_runtime)
 
 
+@pytest.mark.long("a whole mission with a recording")
 def test_a_recording_on_a_full_disk_says_that_it_is_cut(small: Path, tmp_runtime: Path) -> None:
     pytest.importorskip("rerun")
     record = tmp_runtime / "run.rrd"
@@ -162,6 +167,7 @@ def test_a_recording_on_a_full_disk_says_that_it_is_cut(small: Path, tmp_runtime
         assert "open it with" not in fleet.text
 
 
+@pytest.mark.long("a whole mission with a dashboard")
 def test_a_recording_that_cannot_begin_is_said_and_the_run_goes_on(small: Path, tmp_runtime: Path) -> None:
     pytest.importorskip("rerun")
     with Fleet(small, "--pace", "max", "--record", "/dev/full", runtime=tmp_runtime) as fleet:

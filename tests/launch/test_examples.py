@@ -90,6 +90,7 @@ def test_send_waits_until_the_robot_is_there_and_may_be_run_again(small: Path, t
     assert [one["fate"] for one in history] == ["superseded", "done"], "it had the order once"
 
 
+@pytest.mark.long("a whole mission")
 @pytest.mark.processes
 def test_clerk_keeps_all_robots_busy_until_its_list_is_done(tmp_runtime: Path) -> None:
     (file := tmp_runtime / "long.yaml").write_text(SMALL.replace("limit: 300", "limit: 3000"))
@@ -145,6 +146,7 @@ def await_sense(bus: Bus, fits: Callable[[Sense], bool]) -> Sense:
     return await_message(bus, Sense, fits, "no sense fits")
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 @pytest.mark.processes
 def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
     small: Path, endpoint: Endpoint, tmp_runtime: Path
@@ -209,6 +211,7 @@ def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endp
     assert off > 0.0, text
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 @pytest.mark.processes
 def test_a_body_outside_completes_the_papers_mission_among_two_of_the_worlds_own(
     endpoint: Endpoint, tmp_runtime: Path
@@ -259,6 +262,7 @@ def test_a_body_of_no_robot_is_refused_before_anything_is_started(
     assert "--body r7: expected one of r1, r2, got 'r7'" in capsys.readouterr().err
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 @pytest.mark.processes
 def test_a_body_that_dies_stands_and_the_run_goes_on_when_it_is_back(endpoint: Endpoint, tmp_runtime: Path) -> None:
     wire = ("--connect", str(endpoint), "--fleet", "dies")

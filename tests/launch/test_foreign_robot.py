@@ -12,7 +12,7 @@ from swarm.bus import Endpoint
 from swarm.scenario.load import Scenario
 from tests.launch.actors import FAREWELL, Command
 from tests.launch.foreign import with_foreign
-from tests.shared import PAPER, ROOT, with_settings
+from tests.shared import PAPER, ROOT, mostly_long, with_settings
 
 FOREIGN: Final = ROOT / "examples" / "foreign_robot.py"
 
@@ -28,7 +28,8 @@ def assert_it_keeps_the_contract(report: dict[str, Any], name: str) -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("name", ["r1", "r4"])
+@pytest.mark.costs("a whole mission in plain Python")
+@pytest.mark.parametrize("name", mostly_long("a whole mission", ["r1", "r4"], "r4"))
 def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint: Endpoint, tmp_runtime: Path) -> None:
     """With the lowest id it is the first to be asked for joint plans, which it does not make."""
     fleet, file = f"foreign-{name}", tmp_runtime / "report.json"

@@ -35,6 +35,7 @@ def test_robots_that_share_processes_drive_the_very_run_that_objects_drive(noisy
         assert ("robots shared one" in fleet.text) == (size > 1)
 
 
+@pytest.mark.long("a whole mission")
 @pytest.mark.processes
 def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on(tmp_runtime: Path) -> None:
     path = tmp_runtime / "small.yaml"
@@ -55,6 +56,7 @@ def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on
         fleet.assert_nobody_is_left()
 
 
+@pytest.mark.long("two whole missions")
 @pytest.mark.processes
 def test_a_run_of_shared_processes_that_is_restarted_is_the_first_one_again(noisy: Path, tmp_runtime: Path) -> None:
     expected = Simulation.of(load(noisy), 3, 1).run()["digest"]
@@ -68,6 +70,7 @@ def test_a_run_of_shared_processes_that_is_restarted_is_the_first_one_again(nois
         assert fleet.report()["digest"] == expected
 
 
+@pytest.mark.long("two worlds, each process started by hand")
 @pytest.mark.processes
 def test_one_command_joins_with_several_robots_leaves_with_all_and_finds_the_next_world(
     noisy: Path, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path

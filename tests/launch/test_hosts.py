@@ -33,6 +33,7 @@ def world(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> Iterator[Comman
         yield command
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 def test_robots_join_late_one_by_one_and_a_third_finds_no_place(
     world: Command, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -85,6 +86,7 @@ def test_who_is_told_to_stop_leaves_no_token(
     assert "Traceback" not in world.text
 
 
+@pytest.mark.long("two worlds, each process started by hand")
 def test_a_robot_waits_for_its_world_and_finds_the_next_one(
     small: Path, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
 ) -> None:
@@ -190,6 +192,7 @@ def test_rubbish_on_every_key_changes_nothing_of_a_lockstep_run(small: Path, tmp
     assert report["digest"] == expected["digest"]
 
 
+@pytest.mark.long("seconds of rubbish")
 def test_rubbish_is_logged_once_a_second_at_the_most(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
     with Command(
         "world", str(small), "--robots", "1", "--connect", str(endpoint), "--fleet", "loud", "--wait",

@@ -107,6 +107,7 @@ def test_status_is_json_for_any_zenoh_client_and_for_people(
         assert fleet.end() == 1, fleet.text
 
 
+@pytest.mark.long("waits until a frozen robot counts as gone")
 def test_a_frozen_robot_is_gone_then_back_and_the_others_run_on(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
@@ -127,6 +128,7 @@ def test_a_frozen_robot_is_gone_then_back_and_the_others_run_on(small: Path, tmp
     assert fleet.report()["complete"]
 
 
+@pytest.mark.long("a whole mission; other kills of a world are in make test")
 def test_the_events_outlive_a_world_that_is_killed(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)

@@ -55,6 +55,7 @@ def planned(tmp_runtime: Path) -> Path:
     return path
 
 
+@pytest.mark.long("two whole missions")
 def test_planned_orders_give_the_same_run_over_processes_also_if_the_world_is_killed(
     planned: Path, tmp_runtime: Path
 ) -> None:

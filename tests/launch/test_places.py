@@ -9,11 +9,12 @@ from swarm.cli import main
 from swarm.messages import CLOCK
 from tests.launch.actors import Fleet
 from tests.launch.test_serve import await_done
+from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
 
 
-@pytest.mark.parametrize("pace", ["max", "5"])
+@pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
 def test_a_robot_is_added_drives_and_outlives_the_world(
     pace: str, waiting: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -35,6 +35,7 @@ def test_a_pool_gives_the_same_run_over_processes_also_if_the_world_is_killed(po
     assert_the_same_run(run_with_world_killed_at(60, pooled, ROBOTS, tmp_runtime), expected)
 
 
+@pytest.mark.long("a whole mission with kills")
 def test_errands_outlive_a_robot_and_the_world(
     pooled: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

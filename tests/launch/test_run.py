@@ -19,9 +19,11 @@ from tests.launch.actors import (
     await_phase,
     in_process,
 )
-from tests.shared import PAPER
+from tests.shared import PAPER, mostly_long
 
 pytestmark = pytest.mark.processes
+
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_drive(
@@ -50,6 +52,7 @@ TOUCHED = {  # what more the scenario has: the exit status
 # fmt: on
 
 
+@pytest.mark.long("three whole missions")
 @pytest.mark.parametrize("whom", TOUCHED)
 def test_a_contact_that_a_robot_could_have_avoided_is_in_the_exit_status(
     small: Path, tmp_runtime: Path, whom: str
@@ -67,6 +70,7 @@ def test_a_contact_that_a_robot_could_have_avoided_is_in_the_exit_status(
     assert said.strip().startswith(f"exit status {status}: complete, ")
 
 
+@pytest.mark.long("a whole mission in real time")
 def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path) -> None:
     with Fleet(PAPER, "--pace", "10", "--seed", "3", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
@@ -80,6 +84,7 @@ def test_a_realtime_run_completes_and_counts_its_late_commands(tmp_runtime: Path
     assert report["contacts"]["wall"] == 0
 
 
+@pytest.mark.long("two fleets at once")
 def test_two_fleets_at_once_do_not_meet(small: Path, tmp_runtime: Path) -> None:
     expected = in_process(load(small), 2, 1)
     with (
@@ -123,7 +128,7 @@ def test_the_buttons_work_on_a_running_fleet(small: Path, tmp_runtime: Path, cap
         fleet.assert_nobody_is_left()
 
 
-@pytest.mark.parametrize("robots", [2, 3])
+@pytest.mark.parametrize("robots", mostly_long("two whole missions", [2, 3], 2))
 def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Path, robots: int) -> None:
     """Nothing of the run before is left over in any robot, nor lost of the new one's first words."""
     expected = in_process(paper, robots, 3)
@@ -150,6 +155,7 @@ def test_a_pause_changes_nothing_of_a_lockstep_run(tmp_runtime: Path) -> None:
     assert_the_same_run(fleet.report(), in_process(load(path), 2, 1))
 
 
+@pytest.mark.long("a whole mission; the killed robot of a fleet is in make test")
 def test_a_robot_alone_that_is_killed_in_lockstep_comes_back_and_finishes(tmp_runtime: Path) -> None:
     with Fleet(PAPER, "--pace", "max", robots=1, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
@@ -163,6 +169,7 @@ def test_a_robot_alone_that_is_killed_in_lockstep_comes_back_and_finishes(tmp_ru
         fleet.assert_nobody_is_left()
 
 
+@pytest.mark.long("a whole mission; the killed robot of a fleet is in make test")
 def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path) -> None:
     """Lockstep does not wait for a robot that was never sent this tick's sense."""
     with Fleet(PAPER, "--pace", "max", robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
@@ -181,7 +188,7 @@ def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path)
     assert "silent" not in kinds
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", mostly_long("a fleet of its own", SIGNALS, signal.SIGTERM))
 def test_a_signal_ends_everything_and_the_report_says_interrupted(
     small: Path, tmp_runtime: Path, number: signal.Signals
 ) -> None:
@@ -237,6 +244,7 @@ def test_a_killed_robot_is_named_and_started_again_and_the_mission_completes(sma
         fleet.assert_nobody_is_left()
 
 
+@pytest.mark.long("waits until a robot counts as lost")
 def test_a_robot_that_is_killed_again_and_again_is_lost_and_the_others_finish(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "4", "--limit", "90", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
@@ -260,6 +268,7 @@ def test_a_robot_that_is_killed_again_and_again_is_lost_and_the_others_finish(sm
         fleet.assert_nobody_is_left()
 
 
+@pytest.mark.long("waits for three starts of a router")
 def test_a_router_that_is_killed_again_and_again_ends_the_run_with_a_sentence(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
@@ -273,6 +282,7 @@ def test_a_router_that_is_killed_again_and_again_ends_the_run_with_a_sentence(sm
         assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
 
 
+@pytest.mark.long("two whole missions")
 @pytest.mark.parametrize("pace", ["5", "max"])
 def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Path, pace: str) -> None:
     """Those that run are watched without it; a new one forks the robot that is killed afterwards."""

@@ -8,6 +8,7 @@ from swarm.bus import Bus
 from swarm.cli import main
 from swarm.messages import Activity, Liveness, Phase, RobotStatus, Status
 from tests.launch.actors import Command, Fleet, await_clock, await_phase, await_status
+from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
 
@@ -39,7 +40,7 @@ def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, caps
     assert "expected either `targets` (for all) or `own_targets`" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("pace", ["max", "5"])
+@pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
 def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
     pace: str, waiting: Path, tmp_runtime: Path
 ) -> None:
@@ -67,6 +68,7 @@ def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
 
 
+@pytest.mark.long("a fleet of its own")
 def test_a_fleet_that_is_stopped_before_it_has_done_what_was_asked_is_not_complete(
     waiting: Path, tmp_runtime: Path
 ) -> None:
@@ -81,6 +83,7 @@ def test_a_fleet_that_is_stopped_before_it_has_done_what_was_asked_is_not_comple
     assert report["per_robot"]["r1"]["reached"] == [None]
 
 
+@pytest.mark.long("a whole mission")
 def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_stands_then(
     small: Path, tmp_runtime: Path
 ) -> None:
@@ -96,6 +99,7 @@ def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_
         assert fleet.end() == 0, fleet.text
 
 
+@pytest.mark.long("a whole mission")
 def test_a_limit_that_is_given_ends_it(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "max", "--serve", "--limit", "120", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
@@ -104,7 +108,7 @@ def test_a_limit_that_is_given_ends_it(small: Path, tmp_runtime: Path) -> None:
     assert report["sim_time"] == pytest.approx(120.0)
 
 
-@pytest.mark.parametrize("pace", ["max", "5"])
+@pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
 def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, waiting: Path, tmp_runtime: Path) -> None:
     with Fleet(waiting, "--pace", pace, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

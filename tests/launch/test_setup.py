@@ -71,6 +71,7 @@ def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
     assert "started again" not in fleet.text
 
 
+@pytest.mark.long("a whole mission; other kills of a world are in make test")
 def test_a_world_that_is_killed_after_a_set_up_goes_on_with_it(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -32,6 +32,7 @@ from tests.launch.actors import (
     await_tick,
     in_process,
 )
+from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
 HARD = "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"  # all that is drawn at random
@@ -52,7 +53,10 @@ def events_of(bus: Bus) -> list[str]:
     return kinds
 
 
-@pytest.mark.parametrize(("who", "ticks"), [("world", (1, 130, 137)), ("router", (2, 131, 400))])
+KILLS = [("world", (1, 130, 137)), ("router", (2, 131, 400))]
+
+
+@pytest.mark.parametrize(("who", "ticks"), mostly_long("a whole mission", KILLS, KILLS[0]))
 def test_in_lockstep_a_run_is_the_undisturbed_one_whenever_the_world_or_the_router_is_killed(
     who: str, ticks: tuple[int, ...], noisy: Path, tmp_runtime: Path
 ) -> None:
@@ -88,6 +92,7 @@ def test_in_real_time_a_killed_world_goes_on_and_nothing_is_reached_twice(noisy:
     assert not report["reproducible"]
 
 
+@pytest.mark.long("a whole mission; other kills of a world are in make test")
 def test_a_world_that_was_killed_in_a_pause_comes_back_paused(noisy: Path, tmp_runtime: Path) -> None:
     with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
@@ -104,6 +109,7 @@ def test_a_world_that_was_killed_in_a_pause_comes_back_paused(noisy: Path, tmp_r
         assert_the_same_run(fleet.report(), in_process(load(noisy), ROBOTS, 1))
 
 
+@pytest.mark.long("a whole mission; other kills of a robot are in make test")
 def test_a_killed_robot_stalls_nobody_in_lockstep_and_the_report_says_that_the_run_cannot_be_repeated(
     noisy: Path, tmp_runtime: Path
 ) -> None:
@@ -122,6 +128,7 @@ def test_a_killed_robot_stalls_nobody_in_lockstep_and_the_report_says_that_the_r
     assert reasons == ["r2 has lost its process", "r2 has started again without its memory"], "no deadline has passed"
 
 
+@pytest.mark.long("a whole mission; other kills of a world are in make test")
 def test_an_edit_that_was_answered_outlives_the_world(noisy: Path, tmp_runtime: Path) -> None:
     wall = Edit(kind=Kind.WALL, low=(7.2, 3.2), high=(7.8, 3.8))
     with Fleet(noisy, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
@@ -161,6 +168,7 @@ def test_a_process_that_crashes_is_treated_like_a_killed_one(tmp_path: Path) -> 
     assert "ValueError: planted" in ended[0].last_lines
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 def test_on_many_hosts_a_world_goes_on_from_the_file_that_it_is_given(
     noisy: Path, tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -251,6 +259,7 @@ def test_forged_tokens_senses_and_answers_neither_end_nor_change_a_run(noisy: Pa
     assert_the_same_run(fleet.report(), expected)
 
 
+@pytest.mark.long("a flood for seconds")
 def test_a_flood_of_edits_neither_stops_the_clock_nor_fills_memory(noisy: Path, tmp_runtime: Path) -> None:
     cells = [((x + 0.2, y + 0.2), (x + 0.8, y + 0.8)) for x in (5, 6) for y in (1, 6)]
     refusals: list[str] = []

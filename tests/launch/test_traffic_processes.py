@@ -13,6 +13,7 @@ DOORWAY = ROOT / "scenarios" / "doorway.yaml"
 ASLEEP = 100  # ticks, 5 s
 
 
+@pytest.mark.long("a whole mission")
 def test_a_suspended_robot_is_waited_for_or_driven_round(tmp_runtime: Path) -> None:
     with (
         Fleet(DOORWAY, "--pace", "3", robots=8, runtime=tmp_runtime) as fleet,

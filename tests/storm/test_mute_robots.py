@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from swarm.messages import RobotAction, RobotDo
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
-from tests.shared import scenario_of
+from tests.shared import mostly_long, scenario_of
 from world.simulate import Simulation
 from world.storm.draw import draw
 from world.storm.history import record
@@ -38,7 +38,7 @@ def drives(robot: Robot, left: float, right: float, stop: float = 0.0) -> None:
     robot.step = step  # type: ignore[method-assign]
 
 
-@pytest.mark.parametrize("name", ["doorway", "paper"])
+@pytest.mark.parametrize("name", mostly_long("two whole missions", ["doorway", "paper"], "doorway"))
 def test_one_mute_robot_among_four_hinders_nobody_for_long(name: str) -> None:
     simulation = Simulation.of(load(SCENARIOS / f"{name}.yaml"), 4, 1)
     make_mute(simulation, ["r2"])

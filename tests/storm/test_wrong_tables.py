@@ -9,6 +9,7 @@ import pytest
 
 import swarm.robot.cell_pilot as pilot
 from swarm.robot.pilot import fuzzy_speeds
+from tests.shared import mostly_long
 from world.storm.draw import draw
 from world.storm.history import record
 from world.storm.laws import LAWS
@@ -34,8 +35,11 @@ WRONG: dict[str, Callable[[Speeds], Speeds]] = {
 }
 
 
+STORMS = [("all", 3), ("crowd", 2), ("dead", 5), ("late", 1)]
+
+
 @pytest.mark.parametrize("wrong", WRONG)
-@pytest.mark.parametrize(("profile", "seed"), [("all", 3), ("crowd", 2), ("dead", 5), ("late", 1)])
+@pytest.mark.parametrize(("profile", "seed"), mostly_long("nine storms", STORMS, STORMS[0]))
 def test_with_wrong_tables_all_laws_of_safety_hold(
     profile: str, seed: int, wrong: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
