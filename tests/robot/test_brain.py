@@ -124,6 +124,7 @@ def at(x: float, y: float = 3.5) -> Pose:
     return Pose(x, y, 0.0)
 
 
+MIDDLE = at(2.7, 3.0)  # of a cell
 CREEPS = 0.21  # m in 4 s: just more than its radius
 
 
@@ -136,7 +137,7 @@ def creeping(tick: int) -> Pose:
 PLANS_ANEW: dict[str, tuple[Callable[[int], Pose], Callable[[int], list[Broadcast]], list[int]]] = {
     "it gets nowhere":            (lambda tick: AT,       lambda tick: [],               [STUCK_TICKS, 2 * STUCK_TICKS]),
     "it creeps on":               (creeping,              lambda tick: [],               []),
-    "it lets somebody pass":      (lambda tick: AT,       lambda tick: [keeping(tick)],  []),
+    "it lets somebody pass":      (lambda tick: MIDDLE,   lambda tick: [keeping(tick)],  []),
     "it strays from its path":    (lambda tick: AT if tick < 3 else at(3.5, 1.6),
                                                           lambda tick: [],               [RETRY_TICKS, RETRY_TICKS + STUCK_TICKS]),
 }
