@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.fuzzy import Controller
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
 from swarm.messages import Activity
 from swarm.robot.cell_pilot import CellPilot
 from swarm.robot.navigator import Navigator
@@ -16,6 +16,7 @@ from swarm.robot.safety import STAND, DriveState
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
 from swarm.traffic.cells_of import cells_of, traffic_settings
+from swarm.traffic.threat import Threat
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 from tests.robot.driving import rolled, sense_of, to_a_stand, told
 from tests.shared import ROOM, scenario_of
@@ -129,6 +130,20 @@ def test_a_robot_turns_while_it_waits_in_a_passage(text: str, x: float, way: int
     )
     assert (move.speeds != STAND) is turns
     assert move.speeds.left == -move.speeds.right
+
+
+@pytest.mark.parametrize("told_of", [True, False])
+def test_a_robot_gets_out_of_the_way_of_what_comes_at_it(told_of: bool) -> None:
+    """It comes across from the right at 0.5 m/s, to where the robot would be, which sees nothing of it by itself."""
+    one, body, nearest = Driven(), DriveState(AT, 0.0, 0.0), 9.0
+    floor = tuple(cell for cell, beside in enumerate(one.cells.neighbours) if beside)
+    for tick in range(50):
+        threat = Threat(AT.x + 0.8, AT.y - 1.2 + 0.5 * 0.05 * tick, 0.0, 0.5)
+        threats = (threat,) if told_of else ()
+        speeds = one.drive(body, tick=tick, drivable=floor, way=one.row(count=9), threats=threats).speeds
+        body = rolled(body, speeds)
+        nearest = min(nearest, distance(body.pose, (threat.x, threat.y + 0.5 * 0.05)))
+    assert (nearest > 0.45) is told_of, "0.2 m and 0.25 m are their radii"
 
 
 # --- what it says that it does ---
