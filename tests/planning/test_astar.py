@@ -148,11 +148,13 @@ def test_small_scenario_of_our_own() -> None:
 
 def test_answers_stay_right_when_the_stamps_run_out() -> None:
     free = np.random.default_rng(3).random((12, 12)) > 0.2
-    free[0, 0] = free[11, 11] = True
+    free[0, 0] = free[11, 11] = free[0, 11] = True
+    free[0, 10] = free[1, 10] = free[1, 11] = False
     lattice = Lattice.of(free)
     expected = lattice.shortest((0, 0), (11, 11))
+    assert expected is not None
     for _ in range(search.STAMPS - 2):
-        lattice.shortest((0, 0), (0, 0))  # it touches no other cell
+        lattice.shortest((0, 11), (0, 11))  # no other cell is touched
     for _ in range(3):
         assert lattice.shortest((0, 0), (11, 11)) == expected
         assert lattice.shortest((11, 11), (0, 0)) is not None
