@@ -48,6 +48,13 @@ LIBRARIES: Final = {
     "aiohttp": "dashboard/page/server.py",
     "cryptography": "swarm/secure",
 }
+# attributes with an underscore that tests may read
+PRIVATE: Final = {
+    "_fields", "_replace", "_asdict", "_make",  # of named tuples: public, in spite of their names
+    "_exit", "_current_frames", "_forkserver", "_forkserver_pid",  # of Python's library: there is no other way
+    "_session", "_prefix",  # a stranger sends what no bus would, in the fleet of one (tests/world/test_wire_fuzz.py)
+    "_streams",  # Rerun sends what it has every now and then: a test makes it (tests/dashboard)
+}  # fmt: skip
 FILES: Final = sorted(file for top in TOPS for file in (ROOT / top).rglob("*.py"))
 
 
@@ -132,6 +139,39 @@ def test_a_robots_kernel_takes_no_constant_from_another_file(file: Path) -> None
 @pytest.mark.parametrize("file", FILES, ids=named)
 def test_no_file_is_long(file: Path) -> None:
     assert len(file.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "tests").rglob("*.py")), ids=named)
+def test_a_test_comes_in_by_the_public_door(file: Path) -> None:
+    """A test that reads a private name holds how something is made, not what it does, and breaks when it is tidied."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    found = {
+        f"{name} in {ast.unparse(node)}" for node in ast.walk(tree) for name in reached_for(node) if is_private(name)
+    }
+    assert found == set()
+
+
+def reached_for(node: ast.AST) -> list[str]:
+    """List the names that a part of a program reads of something else than itself."""
+    match node:
+        case ast.Attribute(value=ast.Name(id="self" | "cls")):
+            return []
+        case ast.Attribute(attr=name):
+            return [name]
+        case ast.ImportFrom(names=names):
+            return [alias.name for alias in names]
+        case ast.Call(func=ast.Attribute(attr="setattr" | "delattr"), args=[ast.Constant(value=str(path)), *_]):
+            return path.split(".")
+        case ast.Call(
+            func=ast.Attribute(attr="setattr" | "delattr") | ast.Name(id="setattr" | "getattr" | "hasattr"),
+            args=[_, ast.Constant(value=str(name)), *_],
+        ):
+            return [name]
+    return []
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__") and name not in PRIVATE
 
 
 def test_every_room_is_installed() -> None:

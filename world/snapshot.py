@@ -211,7 +211,7 @@ class WorldState(Table):
     physics: PhysicsState
 
 
-def _parts(world: World) -> dict[str, Any]:
+def parts(world: World) -> dict[str, Any]:
     """Return the object of each table in `WorldState`."""
     return {
         "world": world,
@@ -276,7 +276,7 @@ def saved(world: World) -> WorldState:
     kinds = WorldState.__annotations__
     tables = {
         name: kinds[name](**{field: getattr(part, field) for field in kinds[name].__struct_fields__})
-        for name, part in _parts(world).items()
+        for name, part in parts(world).items()
     }
     return WorldState(physics=world.physics.state, **tables)
 
@@ -290,7 +290,7 @@ def restore(world: World, state: WorldState) -> None:
     was, given = ([world.robots[n] for n in sorted(part.poses)] for part in (state.outside, world.outside))
     if was != given:
         raise ConfigError(f"snapshot: --body: expected {was}, as in the run that was saved, got {given}; give the same")
-    for name, part in _parts(world).items():
+    for name, part in parts(world).items():
         table = getattr(state, name)
         for field in table.__struct_fields__:
             value, now = getattr(table, field), getattr(part, field)

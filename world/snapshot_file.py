@@ -61,7 +61,7 @@ def write(snapshot: Snapshot, path: Path) -> None:
     """
     packed = ENCODER.encode(snapshot)
     beside = _beside(path)
-    beside.write_bytes(HEAD + _checksum(packed) + packed)
+    beside.write_bytes(HEAD + checksum(packed) + packed)
     earlier(path).unlink(missing_ok=True)
     with suppress(OSError):  # there is none yet, or the file system has no links: then there is no one before
         os.link(path, earlier(path))
@@ -122,7 +122,7 @@ def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:
         what = f"one of version {found[len(FORMAT) :]!r}" if found.startswith(FORMAT) else "another file"
         raise ConfigError(f"snapshot {path}: expected a snapshot of this version, got {what}; {otherwise}")
     check, packed = content[len(HEAD) :][:CHECK], content[len(HEAD) + CHECK :]
-    if check != _checksum(packed):
+    if check != checksum(packed):
         raise ConfigError(f"snapshot {path}: expected a whole file, got one that is cut or changed; {otherwise}")
     try:
         snapshot = DECODER.decode(packed)
@@ -135,5 +135,6 @@ def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:
     return snapshot
 
 
-def _checksum(packed: bytes) -> bytes:
+def checksum(packed: bytes) -> bytes:
+    """Return what the head of a file is followed by."""
     return hashlib.blake2b(packed, digest_size=CHECK).digest()

@@ -114,11 +114,11 @@ def _axes(
     draw: ImageDraw.ImageDraw, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, corner: int, x: Variable, y: Variable
 ) -> None:
     draw.rectangle((corner - 1, TOP - 1, corner + SIDE, TOP + SIDE), outline="black")
-    for tick in _ticks(x.low, x.high):
+    for tick in marks(x.low, x.high):
         px = corner + SIDE * _share(tick, x)
         draw.line((px, TOP + SIDE, px, TOP + SIDE + 5), "black")
         draw.text((px, TOP + SIDE + 15), f"{tick:g}", "black", font, anchor="mm")
-    for tick in _ticks(y.low, y.high):
+    for tick in marks(y.low, y.high):
         py = TOP + SIDE * (1 - _share(tick, y))
         draw.line((corner - 6, py, corner - 1, py), "black")
         draw.text((corner - 10, py), f"{tick:g}", "black", font, anchor="rm")
@@ -131,7 +131,8 @@ def _label(variable: Variable) -> str:
     return f"{variable.name} [{variable.unit}{side}]"
 
 
-def _ticks(low: float, high: float) -> list[float]:
+def marks(low: float, high: float) -> list[float]:
+    """Return the numbers to write at an axis: few and round."""
     step = next(step for step in (0.1, 0.2, 0.4, 0.5, 1, 2, 5, 10, 30, 60, 90, high - low) if (high - low) / step <= 6)
     return [round(k * step, 9) for k in range(ceil(low / step), floor(high / step + 1e-9) + 1)]
 
@@ -146,7 +147,7 @@ def _scale(
     corner = LEFT + 2 * SIDE + GAP + 24
     shares = np.linspace(1, 0, SIDE)[:, None].repeat(SCALE, axis=1)
     picture.paste(Image.fromarray(_colours(shares).astype(np.uint8)), (corner, TOP))
-    for tick in _ticks(low, high):
+    for tick in marks(low, high):
         draw.text(
             (corner + SCALE + 6, TOP + SIDE * (high - tick) / (high - low)), f"{tick:g}", "black", font, anchor="lm"
         )

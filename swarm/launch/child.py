@@ -45,7 +45,7 @@ def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log:
     sys.stdout, sys.stderr = (
         io.TextIOWrapper(Log(number, "w", closefd=False), "utf-8", "replace", write_through=True) for number in (1, 2)
     )
-    _die_with_parent()
+    die_with_parent()
     status = CRASHED
     try:
         status = load()(**arguments)
@@ -64,7 +64,7 @@ def status_of(log: Path) -> Path:
     return log.with_suffix(".status")
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
     """End this process when the launcher ends, whatever ended it: by SIGTERM, and by SIGKILL if it does not end then.
 
     A session of Zenoh that is closed on a machine under load may never come back.

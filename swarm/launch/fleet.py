@@ -203,7 +203,7 @@ class Fleet:
             status, role = running.close(), running.role
             killed = status < 0 or status == CRASHED
             then = role.on_kill if killed else role.on_failure if status else role.on_success
-            if then is EarlyEnd.RESTART and self._too_often(name):
+            if then is EarlyEnd.RESTART and self.note_end(name):
                 then = role.too_often
             robots = tuple(self._arguments[name]["robots"]) if role is ROBOT else ()
             if then is EarlyEnd.LOSE:
@@ -220,7 +220,7 @@ class Fleet:
             while not (running.wait(LOOK) or stop.is_set() or monotonic() > deadline):
                 pass
 
-    def _too_often(self, name: str) -> bool:
+    def note_end(self, name: str) -> bool:
         """Note that a process has ended; return True if it has done so more than RESTARTS times within WITHIN."""
         ends, now = self._ends[name], monotonic()
         ends.append(now)

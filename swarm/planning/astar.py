@@ -29,7 +29,7 @@ class Lattice:
         self.expanded = 0  # cells the last search expanded
         self._flat = np.ascontiguousarray(moves).reshape(-1)
         self._state = np.zeros(moves.size, np.int64)
-        self._entries = np.empty((max(1024, moves.size // 4), 2), np.int64)
+        self._entries = np.empty((1024, 2), np.int64)  # a search that needs more leaves room for as many
         self._counts = np.zeros(2, np.int64)
         self._stamp = 0
 

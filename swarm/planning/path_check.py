@@ -100,19 +100,19 @@ class Judge:
         line = shapely.LineString(points)
         if not self.floor.buffer(tolerance).covers(line):
             findings.append(Finding(Fault.LEAVES_MAP, "beyond its outer edge"))
-        if self._room(line) <= tolerance:
+        if self.room(line) <= tolerance:
             findings.append(Finding(Fault.ENTERS_SOLID, self._place(line)))
         else:
-            allowed = min(self.radius, self._room(shapely.Point(points[0])))
+            allowed = min(self.radius, self.room(shapely.Point(points[0])))
             first, rest = shapely.LineString(points[:2]), shapely.LineString([points[1], *points[1:]])
             for part, keep in ((first, allowed), (rest, self.radius)):
-                if self._room(part) < keep - tolerance:
-                    said = f"{self._place(part)}: {self._room(part):.4f} m, less than {keep:.4f} m"
+                if self.room(part) < keep - tolerance:
+                    said = f"{self._place(part)}: {self.room(part):.4f} m, less than {keep:.4f} m"
                     findings.append(Finding(Fault.TOO_NEAR, said))
                     break
         return findings + _length(float(line.length), length)
 
-    def _room(self, shape: shapely.Geometry) -> float:
+    def room(self, shape: shapely.Geometry) -> float:
         """Return the distance [m] to the nearest solid cell or map edge."""
         edge = float(shapely.distance(self.floor.exterior, shape))
         if not len(self.solids):

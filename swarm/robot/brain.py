@@ -16,7 +16,8 @@ from swarm.robot.navigator import Navigator
 from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of, learned_cells
+from swarm.traffic.cells_of import cells_of, learned_cells, traffic_settings
+from swarm.traffic.traffic import Traffic
 
 
 class Inputs(NamedTuple):
@@ -81,7 +82,8 @@ class Robot:
     def _new_pilot(self) -> Pilot:
         settings, floor = self._settings, self._ground.map
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
-        return CellPilot(self.name, self._number, settings, cells, self._controller)
+        traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
+        return CellPilot(traffic, self._number, settings, self._controller)
 
     def resume(self, state: State, assigned: Assigned | None = None) -> None:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""

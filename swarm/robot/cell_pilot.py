@@ -24,8 +24,7 @@ from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, Safety
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
-from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import cells_of, comes_near, traffic_settings
+from swarm.traffic.cells_of import cells_of, comes_near
 from swarm.traffic.getting_on import GettingOn
 from swarm.traffic.look import Scan
 from swarm.traffic.mute import Spoken
@@ -44,18 +43,17 @@ class CellPilot:
     drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.
     """
 
-    def __init__(self, name: str, number: int, settings: Settings, cells: CellMap, controller: Controller) -> None:
-        robot = settings.robot
-        self._name = name
+    def __init__(self, traffic: Traffic, number: int, settings: Settings, controller: Controller) -> None:
+        robot, cells = settings.robot, traffic.cells
+        self._traffic = traffic
         self._settings = settings
         self._cells = cells
         self._controller = controller
+        self._room = robot.radius + traffic.settings.margin  # m, from its centre to the edge of the held cells
         self._drive = DifferentialDrive(robot.track_width)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
-        self._constants = traffic_settings(settings)
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
-        self._traffic = Traffic(name, cells, self._constants, slot=number)
         self._filter = SafetyFilter(settings)
         self._detour = Detour(self._filter)
         self._flight = Flight(settings)
@@ -93,7 +91,7 @@ class CellPilot:
                 mute=[
                     Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
                     for said in inputs.heard
-                    if said.traffic is None and said.run == sense.run and said.robot != self._name
+                    if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
                 ],
             )
         )
@@ -197,7 +195,9 @@ class CellPilot:
             return ()
         if inputs.sense.tick % PILOT.rolled_every == 0:
             points = self._rollout(inputs.sense, body, self._drawn_to, self._scale)
-            self._swept = self._cells.swept_in_order(points, self._settings.robot.radius + self._constants.margin)
+            self._swept = self._cells.swept_in_order(
+                points, self._settings.robot.radius + self._traffic.settings.margin
+            )
         return self._swept
 
     def _scaled(self, inputs: PilotInputs, granted: TrafficOutputs, room: float, heading: float) -> float:
@@ -223,8 +223,7 @@ class CellPilot:
         away = distance(inputs.pose, inputs.goal)
         if inputs.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
             return False
-        (x, y, _), room = inputs.pose, self._settings.robot.radius + self._constants.margin
-        return self._cells.fits(granted.held, x, y, room)
+        return self._cells.fits(granted.held, inputs.pose.x, inputs.pose.y, self._room)
 
     def _nowhere(self, inputs: PilotInputs, granted: TrafficOutputs) -> float:
         """Return for how long [s] the robot has had cells to drive over but its way did not become shorter.

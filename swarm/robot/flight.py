@@ -119,8 +119,8 @@ class Flight:
         self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[Threat]
     ) -> bool:
         """Return True if the tables' rim speeds [m/s] lead too near to a threat."""
-        driving = self._gaps(sense, constraints, threats, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
-        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.turns_back)
+        driving = self.gaps(sense, constraints, threats, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
+        standing = self.gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.turns_back)
         if driving is None or standing is None:
             return True
         return bool((driving < np.minimum(standing, FLIGHT.enough) - FLIGHT.differs).any())
@@ -130,8 +130,8 @@ class Flight:
 
         ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
         """
-        standing = self._gaps(sense, constraints, threats, NO_WAY, 0.0)
-        stopped = self._gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.stopped)
+        standing = self.gaps(sense, constraints, threats, NO_WAY, 0.0)
+        stopped = self.gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.stopped)
         if stopped is None or standing is None or _likely(standing) >= FLIGHT.enough - FLIGHT.differs:
             self._heading = None
             return None
@@ -144,9 +144,7 @@ class Flight:
                 gaps = self._longest(sense, constraints._replace(shut=shut), threats, tried)
                 if gaps is None:
                     continue
-                begun = self._gaps(
-                    sense, constraints._replace(shut=shut), threats, tried, FLIGHT.commit, FLIGHT.stopped
-                )
+                begun = self.gaps(sense, constraints._replace(shut=shut), threats, tried, FLIGHT.commit, FLIGHT.stopped)
                 if begun is None or (begun < np.minimum(stopped, FLIGHT.stopped_gap) - FLIGHT.differs).any():
                     continue
                 score = _likely(gaps) + (FLIGHT.keep if tried == self._heading else 0.0)
@@ -165,10 +163,10 @@ class Flight:
         self, sense: Sense, constraints: Constraints, threats: Sequence[Threat], heading: float
     ) -> NDArray[np.float64] | None:
         """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
-        tried = (self._gaps(sense, constraints, threats, heading, time) for time in FLIGHT.times)
+        tried = (self.gaps(sense, constraints, threats, heading, time) for time in FLIGHT.times)
         return next((gaps for gaps in tried if gaps is not None), None)
 
-    def _gaps(
+    def gaps(
         self,
         sense: Sense,
         constraints: Constraints,

@@ -144,9 +144,15 @@ class Crew:
     """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
 
     def __init__(
-        self, bus: Bus, robots: Sequence[str | None], log: Callable[[str], None], *, once: bool = False
+        self,
+        bus: Bus,
+        robots: Sequence[str | None],
+        log: Callable[[str], None],
+        *,
+        once: bool = False,
+        awake: Awake | None = None,
     ) -> None:
-        self._bus, self._log, self._awake, self._once = bus, log, Awake(), once
+        self._bus, self._log, self._awake, self._once = bus, log, awake or Awake(), once
         self._ending = Ending(once=once)
         self._places = [Place(asked) for asked in robots]
         self._worlds: set[str] = set()  # sessions

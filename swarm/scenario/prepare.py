@@ -56,9 +56,10 @@ def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Gr
     margin = EASE * robot.distance_scale
     if learned is not None:
         return Grid.grown(learned, robot.radius, margin, RESOLUTION, unknown_free=True)
-    return _given_grid(scenario.map, robot.radius, margin)
+    return given_grid(scenario.map, robot.radius, margin)
 
 
 @lru_cache(maxsize=1)  # the robots of a machine share what the launcher's fork server has computed
-def _given_grid(floor: OccupancyMap, radius: float, margin: float) -> Grid:
+def given_grid(floor: OccupancyMap, radius: float, margin: float) -> Grid:
+    """Return the planning grid of a given map for a footprint; both in metres."""
     return Grid.grown(floor, radius, margin, RESOLUTION)

@@ -45,7 +45,7 @@ def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
         ConfigError: The settings do not say where the lattice lies.
     """
     side, offset = _place(settings)
-    return _lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean(settings))
+    return lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean(settings))
 
 
 def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
@@ -86,7 +86,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
             else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
         )
         tried.append((side, offset))
-        if _serves(_lattice(floor, side, fits, offset, _lean(settings)), settings):
+        if _serves(lattice(floor, side, fits, offset, _lean(settings)), settings):
             return _settled(settings, side, offset)
     return _settled(settings, *tried[0])
 
@@ -172,7 +172,8 @@ def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
 
 
 @lru_cache(maxsize=4)
-def _lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
+def lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
+    """Return the lattice with cells of ``side`` [m] over a floor; ``fits`` [m] must be free around a cell's middle."""
     cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
     return cells if lean is None else without_unheard(cells, lean)
 

@@ -74,7 +74,7 @@ def own_way(
         for other in cells.neighbours[cell]:
             if other in done or steps[other] >= FAR:
                 continue
-            cost = reached[cell] + 1.0 + STRAY * _off(line, cells.centre(other)) / cells.side
+            cost = reached[cell] + 1.0 + STRAY * off_line(line, cells.centre(other)) / cells.side
             if cost < reached.get(other, float("inf")) - 1e-9:
                 reached[other] = cost
                 came[other] = cell
@@ -85,7 +85,7 @@ def own_way(
     return tuple(way[-2::-1])
 
 
-def _off(line: Sequence[Point], point: Point) -> float:
+def off_line(line: Sequence[Point], point: Point) -> float:
     """Return the distance from a point to a polyline [m]."""
     x, y = point
     least = float("inf")

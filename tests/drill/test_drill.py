@@ -83,7 +83,7 @@ def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPat
 
     def leave(live: Live) -> None:
         sleeps = "import time; time.sleep(1000)"
-        left.append(subprocess.Popen([sys.executable, "-c", sleeps], env=os.environ | {MARK: live._mark}))
+        left.append(subprocess.Popen([sys.executable, "-c", sleeps], env=os.environ | {MARK: live.mark}))
 
     monkeypatch.setattr("swarm.launch.drill.live.LEAVING", 0.1)
     outcome = run.one(Row("leaves", "leaves a process", leave, laws=(), tick=1), LOCKSTEP, tmp_path)

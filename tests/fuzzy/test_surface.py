@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from swarm.errors import ConfigError
 from swarm.fuzzy import Controller, load_profile
 from swarm.fuzzy.explain import explain
-from swarm.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, _ticks, surface
+from swarm.fuzzy.surface import COLOURS, CONTOUR, GAP, LEFT, SIDE, TOP, marks, surface
 
 PAPER = Controller(load_profile("paper"))
 FASTEST = 4.0  # m/s, at the bright end of the colours
@@ -137,7 +137,7 @@ MARKS = {  # the ends of a universe: the values marked
 
 @pytest.mark.parametrize("universe", MARKS)
 def test_marks_are_few_and_round(universe: tuple[float, float]) -> None:
-    assert _ticks(*universe) == pytest.approx(MARKS[universe])
+    assert marks(*universe) == pytest.approx(MARKS[universe])
 
 
 def test_the_colour_scale_goes_from_rest_below_to_the_fastest_above(

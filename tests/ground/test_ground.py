@@ -1,6 +1,7 @@
 """What one robot knows of an unknown floor: from its rays, from edits and from the radio, and what it forgets."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import chain, pairwise
 from math import pi
 
@@ -15,7 +16,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.planning.path import plan
-from swarm.robot.ground import DEAF, TELL, Ground, _blank
+from swarm.robot.ground import DEAF, TELL, Ground
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_block, with_settings
 from world.world import World
@@ -91,8 +92,9 @@ def test_walls_in_sight_are_learned_where_they_are_and_nowhere_else(noise: float
 
 @pytest.mark.parametrize(("resolution", "factor"), [(0.05, 1), (0.1, 1), (0.11, 2), (0.2, 2), (0.25, 3), (1.0, 10)])
 def test_an_unknown_floor_has_cells_of_a_decimetre_at_most(resolution: float, factor: int) -> None:
-    blank = _blank(OccupancyMap(np.full((3, 4), WALL, np.uint8), resolution))
-    assert blank.shape == (3 * factor, 4 * factor)
+    walls = OccupancyMap(np.full((30, 40), WALL, np.uint8), resolution)
+    blank = Ground(replace(unknown(), map=walls)).map
+    assert blank.shape == (30 * factor, 40 * factor)
     assert blank.resolution == pytest.approx(resolution / factor)
     assert (blank.cells == UNKNOWN).all()
 

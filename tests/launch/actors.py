@@ -96,8 +96,8 @@ class Command:
         self.lines: list[str] = []
         self._deaf = Flag()
         self._queue: Queue[str | None] = Queue()
-        self._reader = Thread(target=self._read, daemon=True)
-        self._reader.start()
+        self.reader = Thread(target=self._read, daemon=True)
+        self.reader.start()
         self.family: list[psutil.Process] = []
 
     def _read(self) -> None:
@@ -112,7 +112,7 @@ class Command:
     def read_no_more(self) -> None:
         """Close this end of its output after its next line."""
         self._deaf.set()
-        self._reader.join(PATIENCE)
+        self.reader.join(PATIENCE)
 
     @property
     def text(self) -> str:
@@ -199,8 +199,8 @@ class Command:
             for process in family:
                 if process.is_running():
                     process.kill()
-        self._reader.join(FAREWELL)
-        assert not self._reader.is_alive(), f"a process that writes to this output is left\n{self.text}"
+        self.reader.join(FAREWELL)
+        assert not self.reader.is_alive(), f"a process that writes to this output is left\n{self.text}"
         assert self.process.stdout is not None
         self.process.stdout.close()
 

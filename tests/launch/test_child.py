@@ -24,7 +24,7 @@ def test_without_a_launcher_a_process_is_told_to_end_and_then_killed(monkeypatch
     monkeypatch.setattr(child, "parent_process", lambda: SimpleNamespace(sentinel=here))
     monkeypatch.setattr(os, "kill", kill)
     monkeypatch.setattr(child, "sleep", done.append)
-    child._die_with_parent()
+    child.die_with_parent()
     assert not killed.is_set(), "the launcher lives"
     os.close(there)
     assert killed.wait(10.0)

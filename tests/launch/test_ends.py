@@ -57,7 +57,7 @@ def test_a_signal_while_starting_is_at_most_one_sentence(
         seen |= set(descendants(command))
         command.process.send_signal(number)
         status = command.end()
-        command._reader.join()
+        command.reader.join()
         said = command.text
         assert "Traceback" not in said, said
         assert status in {1, -number}, said
@@ -95,7 +95,7 @@ def test_a_report_that_cannot_be_written_does_not_hide_the_result(small: Path, t
     arguments = ("--robots", "1", "--dashboard", "off", "--pace", "max", "--report", "/dev/full")
     with Command("run", str(small), *arguments, runtime=tmp_runtime) as command:
         assert command.end() == 2, command.text
-        command._reader.join()
+        command.reader.join()
         lines = command.text.splitlines()
         assert lines.index("complete") < len(lines) - 1
         assert lines[-1] == (
@@ -112,7 +112,7 @@ def test_too_few_open_files_are_a_sentence(small: Path, tmp_runtime: Path, most:
     command = Command("run", str(small), "--robots", "3", "--dashboard", "off", runtime=tmp_runtime, files=most)
     with command:
         assert command.end() == 2, command.text
-        command._reader.join()
+        command.reader.join()
         (line,) = command.text.splitlines()
         assert line.startswith("swarm: open files: expected a limit of at least ")
         assert f", got {most}; raise it with `ulimit -n " in line
@@ -143,7 +143,7 @@ def test_a_killed_dashboard_comes_back_with_all_progress_and_a_second_file(small
         await_presence(bus, "dashboard", alive=True)
         bus.ask(ACTION, Action(do=Do.RESUME))
         assert fleet.end() == 0, fleet.text
-        fleet._reader.join()
+        fleet.reader.join()
         assert "dashboard was ended by signal 9; started again" in fleet.text
         assert f"recorded in part: {record} is cut" in fleet.text
         second = tmp_runtime / "run.2.rrd"
@@ -162,7 +162,7 @@ def test_a_recording_on_a_full_disk_says_that_it_is_cut(small: Path, tmp_runtime
     arguments = ("--pace", "max", "--record", str(record))
     with Fleet(small, *arguments, runtime=tmp_runtime, file_size=60_000) as fleet:
         assert fleet.end() == 0, fleet.text
-        fleet._reader.join()
+        fleet.reader.join()
         assert f"recorded in part: {record} is cut" in fleet.text
         assert "open it with" not in fleet.text
 
@@ -172,7 +172,7 @@ def test_a_recording_that_cannot_begin_is_said_and_the_run_goes_on(small: Path, 
     pytest.importorskip("rerun")
     with Fleet(small, "--pace", "max", "--record", "/dev/full", runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
-        fleet._reader.join()
+        fleet.reader.join()
         assert "dashboard ended with status 2; the run goes on" in fleet.text
         assert "record: expected to write /dev/full" in fleet.text
         assert "recorded in part: /dev/full is cut" in fleet.text or "not recorded" in fleet.text
@@ -188,7 +188,7 @@ def test_a_folder_that_vanishes_under_the_fleet_is_no_traceback(small: Path, tmp
         rmtree(home.rename(tmp_runtime / "removed"))  # the world may be writing into it
         victim.kill()
         assert fleet.end() == 0, fleet.text
-        fleet._reader.join()
+        fleet.reader.join()
         assert "Traceback" not in fleet.text
         assert "r1 was ended by signal 9; started again" in fleet.text
         assert "was removed; it was made again, and the run goes on" in fleet.text

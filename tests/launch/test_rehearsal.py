@@ -26,7 +26,7 @@ STATE = """
 import gc, json, os, sys
 import swarm.launch.preload
 from swarm.scenario import prepare
-print(json.dumps([prepare._given_grid.cache_info().currsize, gc.get_freeze_count() > 0, "SWARM_SOURCE" in os.environ]))
+print(json.dumps([prepare.given_grid.cache_info().currsize, gc.get_freeze_count() > 0, "SWARM_SOURCE" in os.environ]))
 """
 
 
@@ -38,15 +38,15 @@ def welcomed(source: Source) -> Scenario:
 
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
 def test_a_robot_gets_the_grid_and_the_cells_of_the_rehearsal_and_they_are_its_own(file: Path) -> None:
-    prepare._given_grid.cache_clear()
-    cells_of._lattice.cache_clear()
+    prepare.given_grid.cache_clear()
+    cells_of.lattice.cache_clear()
     rehearse(Source(file))
     known = welcomed(Source(file))
-    computed = prepare._given_grid.cache_info().misses
+    computed = prepare.given_grid.cache_info().misses
     grid, cells = prepare.planning_grid(known), cells_of.cells_of(known.map, known.settings)
-    assert prepare._given_grid.cache_info().misses == computed, "nothing was computed again"
-    prepare._given_grid.cache_clear()
-    cells_of._lattice.cache_clear()
+    assert prepare.given_grid.cache_info().misses == computed, "nothing was computed again"
+    prepare.given_grid.cache_clear()
+    cells_of.lattice.cache_clear()
     own, own_cells = prepare.planning_grid(known), cells_of.cells_of(known.map, known.settings)
     assert own is not grid
     assert (own_cells.stands, own_cells.neighbours) == (cells.stands, cells.neighbours)

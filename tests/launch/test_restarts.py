@@ -25,9 +25,9 @@ def test_ends_count_for_a_minute(name: str, tmp_path: Path, monkeypatch: pytest.
     found = []
     for number, time in enumerate(times):
         monkeypatch.setattr(module, "monotonic", lambda time=time: time)
-        if fleet._too_often("r1"):
+        if fleet.note_end("r1"):
             found.append(number)
-        assert not fleet._too_often(f"another {number}"), "each process has a count of its own"
+        assert not fleet.note_end(f"another {number}"), "each process has a count of its own"
     assert found[:1] == ([] if expected is None else [expected])
 
 

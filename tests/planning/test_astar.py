@@ -146,27 +146,31 @@ def test_small_scenario_of_our_own() -> None:
         assert not check_cells(free, start, goal, found[1], optimal)
 
 
-def test_answers_stay_right_when_the_stamps_run_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_answers_stay_right_when_the_stamps_run_out() -> None:
     free = np.random.default_rng(3).random((12, 12)) > 0.2
-    free[0, 0] = free[11, 11] = True
+    free[0, 0] = free[11, 11] = free[0, 11] = True
+    free[0, 10] = free[1, 10] = free[1, 11] = False
     lattice = Lattice.of(free)
     expected = lattice.shortest((0, 0), (11, 11))
-    lattice._stamp = search.STAMPS - 3
-    for _ in range(6):
-        assert lattice.shortest((11, 11), (0, 0)) is not None
+    assert expected is not None
+    for _ in range(search.STAMPS - 2):
+        lattice.shortest((0, 11), (0, 11))  # no other cell is touched
+    for _ in range(3):
         assert lattice.shortest((0, 0), (11, 11)) == expected
+        assert lattice.shortest((11, 11), (0, 0)) is not None
 
 
 def test_queue_grows_when_it_has_to() -> None:
+    """Costs that vary make many cells worth a look at once: 1672 entries, and then there is room for them."""
     free = np.ones((300, 300), dtype=bool)
-    lattice = Lattice.of(free)
-    lattice._entries = np.empty((2, 2), np.int64)
-    free[149:151, 1:-1] = False
-    walled = Lattice.of(free)
-    walled._entries = np.empty((2, 2), np.int64)
-    for each in (lattice, walled):
-        again = Lattice(each.free, each.moves)
-        assert each.shortest((0, 150), (299, 150)) == again.shortest((0, 150), (299, 150))
+    cost = np.random.default_rng(0).integers(64, 300, free.shape, np.int16)
+    lattice, rows = Lattice.of(free), np.arange(300)
+    first, again = (lattice.cheapest(cost, 64, (0, 150), (299, 150)) for _ in range(2))
+    assert first is not None
+    assert first == again
+    assert not check_cells(free, (0, 150), (299, 150), first[1], first[0])
+    paid = [float(cost[cell]) for cell in first[1]]
+    assert sum(paid) < cost[rows, 150].sum(), "it pays less than straight on"
 
 
 DIGEST = """

@@ -114,8 +114,8 @@ def test_a_line_is_free_exactly_when_shapely_says_so(seed: int, radius: float, a
     drawn = OccupancyMap(random_map(seed).cells, 0.5)
     grid = Grid.grown(drawn, radius, resolution=0.25)
     judge = Judge(drawn, radius)
-    room = judge._room(shapely.LineString([a, b]))
-    at_start = judge._room(shapely.Point(a))
+    room = judge.room(shapely.LineString([a, b]))
+    at_start = judge.room(shapely.Point(a))
     keep = min(max(radius, 0.00025), at_start)  # a point keeps a thousandth of a cell
     if keep == 0.0:
         assert not line_is_free(grid, a, b)

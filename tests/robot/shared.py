@@ -7,7 +7,6 @@ import msgspec
 from swarm.geometry import Pose
 from swarm.messages import Broadcast, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.robot.cell_pilot import CellPilot
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from tests.shared import scenario_of
@@ -22,11 +21,6 @@ def scenario() -> Scenario:
 
 def robot(name: str = "r2") -> Robot:
     return Robot(name, number_of(name), scenario(), AT)
-
-
-def pilot_of(one: Robot) -> CellPilot:
-    assert isinstance(one._pilot, CellPilot)
-    return one._pilot
 
 
 FITS: Final = Sense(

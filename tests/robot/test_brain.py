@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
@@ -14,7 +14,6 @@ from swarm.robot.brain import Robot
 from swarm.robot.tuning import REPLAN
 from swarm.traffic.cells_of import cells_of
 from tests.robot.shared import AT, STOPS, robot, scenario, step
-from tests.shared import scenario_of
 
 
 def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
@@ -23,40 +22,6 @@ def said(tick: int, robot: str = "r1", run: int = 0) -> Broadcast:
         robot=robot, run=run, tick=tick, x=3.6, y=3.5, yaw=0.0, activity=Activity.DRIVE, target=2, distance=3.0,
         reached=[],
     )  # fmt: skip
-
-
-def knows(one: Robot, tick: int) -> list[tuple[str, int]]:
-    """List whom a robot counts as near it, and when each spoke."""
-    return [(broadcast.robot, broadcast.tick) for broadcast in one._near(tick)]
-
-
-# --- how long it believes what it heard ---
-
-LASTS = round(RADIO.timeout / 0.05)  # ticks
-
-
-def test_what_was_heard_counts_until_the_radios_timeout_and_no_longer() -> None:
-    one, known = robot(), []
-    for tick in range(LASTS + 3):
-        step(one, tick, *[said(0)] * (tick == 0))
-        known.append(knows(one, tick))
-    assert known == [[("r1", 0)]] * (LASTS + 1) + [[]] * 2
-
-
-def test_the_newest_of_each_robot_counts_in_whatever_order_it_comes() -> None:
-    one = robot()
-    step(one, 10, said(10))
-    step(one, 15, said(3))  # older than what is known
-    assert knows(one, 15) == [("r1", 10)]
-    step(one, 16, said(16))
-    assert knows(one, 16) == [("r1", 16)]
-
-
-@pytest.mark.parametrize("heard", [said(0, robot="r2"), said(0, run=1)], ids=["itself", "another run"])
-def test_itself_and_other_runs_are_not_heard(heard: Broadcast) -> None:
-    one = robot()
-    step(one, 0, heard)
-    assert knows(one, 0) == []
 
 
 # --- a process that takes another's place ---
@@ -145,7 +110,7 @@ def keeping(tick: int) -> Broadcast:
     cells = cells_of(scenario().map, scenario().settings)
     held = tuple(sorted(cells.touched(3.6, 3.5, 0.2)))
     record = Record(robot="r1", stamp=tick, x=3.6, y=3.5, goal=held[0], held=held)
-    return msgspec.structs.replace(said(tick), traffic=TrafficBroadcast(own=record))
+    return replace(said(tick), traffic=TrafficBroadcast(own=record))
 
 
 def plans_anew(poses: Callable[[int], Pose], heard: Callable[[int], list[Broadcast]], ticks: int = 180) -> list[int]:
@@ -192,28 +157,29 @@ def dense(points: Sequence[Point]) -> list[Point]:
     ]
 
 
-def test_a_new_plan_leads_round_who_stands_on_the_way() -> None:
+LASTS = round(RADIO.timeout / 0.05)  # ticks
+ON_WAY = said(STUCK_TICKS)
+# fmt: off
+HEARD: dict[str, tuple[list[Broadcast], bool]] = {  # all at the end, in this order: whether the new plan leads round (3.6, 3.5)
+    "nobody":                             ([],                                              False),
+    "who stands on the way":              ([ON_WAY],                                        True),
+    "until the radio's timeout":          ([replace(ON_WAY, tick=STUCK_TICKS - LASTS)],     True),
+    "and no longer":                      ([replace(ON_WAY, tick=STUCK_TICKS - LASTS - 1)], False),
+    "who has gone on since":              ([replace(ON_WAY, tick=STUCK_TICKS - 9), replace(ON_WAY, x=5.5, y=1.5)], False),
+    "in whatever order that comes":       ([replace(ON_WAY, x=5.5, y=1.5), replace(ON_WAY, tick=STUCK_TICKS - 9)], False),
+    "itself":                             ([replace(ON_WAY, robot="r2")],                   False),
+    "another run":                        ([replace(ON_WAY, run=1)],                        False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", HEARD)
+def test_a_new_plan_leads_round_who_stands_on_the_way(name: str) -> None:
+    heard, leads_round = HEARD[name]
     one, plans = robot(), []
     for tick in range(STUCK_TICKS + 1):
-        plan = step(one, tick, said(tick)).plan
+        plan = step(one, tick, *(heard if tick == STUCK_TICKS else [])).plan
         plans += [plan] if plan is not None else []
     first, anew = (min(distance(point, (3.6, 3.5)) for point in dense(plan.points)) for plan in plans)
     assert first < 0.2
-    assert anew > 2 * scenario().settings.robot.radius
-
-
-# --- what it learns of an unknown floor ---
-
-
-def test_a_stop_that_the_learned_cells_no_longer_lead_to_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The robot has a path when it learns of a wall; before it gives up, it forgets all walls and looks again."""
-    text = "#" * 10 + "\n" + ("#" + "." * 8 + "#\n") * 4 + "#" * 10 + "\n"
-    one = Robot("r1", 0, scenario_of(text, map={"text": text, "cell": 1.0, "known": False}, targets=STOPS), AT)
-    assert step(one, 0).command.unreachable == []
-    forgotten: list[float] = []
-    monkeypatch.setattr(one._ground, "look", lambda sense, robot_at: True)
-    monkeypatch.setattr(one._ground, "forget", forgotten.append)
-    monkeypatch.setattr(one._pilot, "learn", lambda floor, news: True)
-    monkeypatch.setattr(one._pilot, "can_reach", lambda here, goal: goal != tuple(STOPS[0]))
-    assert step(one, 1).command.unreachable == [0]
-    assert len(forgotten) == 1
+    assert (anew > 2 * scenario().settings.robot.radius) is leads_round

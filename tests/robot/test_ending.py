@@ -3,7 +3,6 @@
 import pytest
 from msgspec.structs import replace
 
-from swarm.bus import Presence
 from swarm.messages import CLOCK, Activity, Clock, Phase, State
 from swarm.robot.ending import AWAY, Ending
 from tests.robot.test_joining import Ship, welcome
@@ -56,5 +55,5 @@ def test_who_joins_says_as_whom_and_hears_only_its_own_worlds_clock() -> None:
     for sender, lines in ((8, 0), (7, 1)):
         ship.hear(CLOCK, OVER, sender)
         assert len(ship.said) == lines
-    ship.crew._take(Presence("world", "world", "s", alive=False), 1.0)
+    ship.world("s", alive=False)
     assert len(ship.said) == 1

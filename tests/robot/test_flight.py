@@ -237,7 +237,7 @@ def test_the_gaps_to_a_threat_are_those_of_stepping_by_hand(
     body = DriveState(MIDDLE._replace(yaw=yaw), *now)
     threat = Threat(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
     assume(abs(abs(wrap(yaw - heading)) - pi) > 1.0 or heading != heading)  # turned away, a bit decides the side
-    gaps = Flight(SETTINGS)._gaps(
+    gaps = Flight(SETTINGS).gaps(
         sense_of(body), constraints(WIDE, body.pose), (threat,), heading, drive * DT, speeds=speeds
     )
     assert gaps is not None

@@ -5,12 +5,12 @@ from unittest.mock import Mock
 
 import msgspec
 
-from swarm.bus import Arrival, Bus, Link
-from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic, Welcome
-from swarm.robot.process import Crew, Inbox
+from swarm.bus import Arrival, Link
+from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic
+from swarm.robot.process import Inbox
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Seat
-from tests.robot.shared import AT, FITS, robot, scenario
+from tests.robot.shared import FITS, robot
 
 MISFIT = msgspec.structs.replace(FITS, rays=[])
 
@@ -70,29 +70,3 @@ def test_a_sense_that_does_not_fit_keeps_nobody_waiting() -> None:
     one.sort(arrival("r1"))
     one.sort(arrival("r1", message=MISFIT))
     assert one.seats["r1"].sense is FITS, "the good one is not lost"
-
-
-def welcome(name: str, edits: int) -> Welcome:
-    settings, packed = scenario().to_wire()
-    return Welcome(
-        robot=name, world="w", session="s", scenario=settings, packed=packed, edits=edits,
-        start=(AT.x, AT.y, AT.yaw), state=None,
-    )  # fmt: skip
-
-
-def test_all_robots_of_a_process_share_what_the_world_told_each_of_them_alike() -> None:
-    bus = Mock(spec=Bus, id="me")
-    bus.ask.side_effect = [welcome("r1", 0), welcome("r2", 0), welcome("r3", 1)]
-    crew = Crew(bus, [None, None, "r3"], lambda line: None)
-    crew._worlds.add("s")
-    while (place := crew._to_join(0.0)) is not None:
-        crew._join(place)
-    seats = list(crew._inbox.seats.values())
-    assert [seat.name for seat in seats] == ["r1", "r2", "r3"]
-    first, second, third = (seat._robot for seat in seats)
-    assert first._ground.map is second._ground.map
-    assert first._ground.grid is second._ground.grid
-    assert third._ground.map is not first._ground.map, "an edit came between"
-    asked = [call.args[1].robot for call in bus.ask.call_args_list]
-    assert asked == [None, None, "r3"]
-    assert [call.args for call in bus.announce.call_args_list] == [("robot", name) for name in ("r1", "r2", "r3")]

@@ -3,15 +3,16 @@
 from typing import Any
 from unittest.mock import Mock
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 
 from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
-from swarm.messages import COMMAND, JOIN, SENSE, Topic, Welcome
+from swarm.messages import COMMAND, JOIN, SENSE, Command, Topic, Welcome
 from swarm.robot.process import ECHOES, FIRST, LONGEST, Crew, Place
-from tests.robot.shared import AT, FITS, scenario
+from swarm.scenario.load import Scenario
+from tests.robot.shared import AT, FITS, STOPS, scenario
 
 
 def welcome(name: str = "r1", world: str = "w", session: str = "s") -> Welcome:
@@ -23,33 +24,48 @@ def welcome(name: str = "r1", world: str = "w", session: str = "s") -> Welcome:
 
 
 class Ship:
-    """A crew on a bus that only records; the world's answers are given by hand."""
+    """A crew on a bus that only records; what arrives, the world's answers and the time are given by hand."""
 
     def __init__(self, *names: str | None) -> None:
-        self.bus = Mock(spec=Bus, id="me")
+        self.bus = Mock(spec=Bus, id="me", receive=self.receive)
         self.said: list[str] = []  # all but the joins
         self.joined: list[str] = []
-        self.crew = Crew(self.bus, names or ("r1",), self.log)
+        self.arrivals: list[Arrival | Link | Presence] = []
+        self.now, self.until = 0.0, 0.0  # s
+        self.crew = Crew(self.bus, names or ("r1",), self.log, awake=Awake(lambda: self.now))
 
     def log(self, line: str) -> None:
         (self.joined if line.startswith("joined as ") else self.said).append(line)
 
-    def world(self, session: str, alive: bool = True) -> None:
-        self.crew._take(Presence("world", "world", session, alive), 0.0)
+    def receive(self, wait: float) -> Arrival | Link | Presence | None:
+        self.now += 0.0 if self.arrivals else wait
+        return self.arrivals.pop(0) if self.arrivals else None
 
-    def hear(self, topic: Topic[Any], message: Any, sender: int | None = None) -> None:  # noqa: ANN401
-        """Let a message arrive."""
-        self.crew._take(Arrival(topic, {}, message, sender), 0.0)
+    def serve(self, *arrivals: Arrival | Link | Presence, seconds: float = 0.0, asks: int | None = None) -> None:
+        """Let messages arrive, and the crew do what there is to do for some time, or until it has asked so often."""
+        self.arrivals += arrivals
+        until, ask = self.now + seconds, self.bus.ask
+        self.crew.serve(Mock(is_set=lambda: self.now > until or ask.call_count == asks))
+
+    def world(self, session: str, alive: bool = True) -> None:
+        """Let a world come or go, as the first thing that the crew notices when it serves again."""
+        self.arrivals.append(Presence("world", "world", session, alive))
+
+    def hear(self, topic: Topic[Any], message: Any, sender: int | None = None, robot: str = "r1") -> list[Command]:  # noqa: ANN401
+        """Let a message arrive; return the commands that are sent then."""
+        self.bus.send.reset_mock()
+        self.serve(Arrival(topic, {"robot": robot}, message, sender))
+        return self.commands
+
+    @property
+    def commands(self) -> list[Command]:
+        return [call.args[1] for call in self.bus.send.call_args_list if call.args[0] is COMMAND]
 
     def join(self, *answers: Welcome | PeerError) -> list[Any]:
         """Let everybody ask who wants to, once for each answer; return what was asked."""
-        self.bus.ask.side_effect = list(answers)
         before = self.bus.ask.call_count
-        for _ in answers:
-            place = self.crew._to_join(1e9)
-            if place is None:
-                break
-            self.crew._join(place)
+        self.bus.ask.side_effect = list(answers)
+        self.serve(seconds=10.0, asks=before + len(answers))
         return [call.args[1] for call in self.bus.ask.call_args_list[before:]]
 
 
@@ -71,26 +87,30 @@ def test_the_pauses_between_attempts_grow_to_a_bound_and_end_when_a_world_comes(
 
 def test_nobody_asks_where_no_world_is_and_each_refusal_is_told_once() -> None:
     ship = Ship()
-    assert ship.crew._to_join(1e9) is None
+    assert ship.join(welcome()) == []
     ship.world("s")
     ship.join(PeerError("no place"), PeerError("no place"), PeerError("no answer"), PeerError("no place"), welcome())
     assert ship.said == ["r1: no place; it asks again and again", "r1: no answer; it asks again and again"]
     ship.bus.announce.assert_called_once_with("robot", "r1")
-    assert ship.crew._to_join(1e9) is None
+    assert ship.join(welcome()) == [], "it has its place"
 
 
-def test_a_robot_keeps_its_seat_when_its_world_comes_back_as_another_process() -> None:
+SENSE_ = replace(FITS, world="w")
+AT_STOP = replace(SENSE_, x=STOPS[0][0], y=STOPS[0][1])
+
+
+def test_a_robot_keeps_its_memory_when_its_world_comes_back_as_another_process() -> None:
     ship = Ship()
     ship.world("s")
     (first,) = ship.join(welcome())
-    seat = ship.crew._inbox.seats["r1"]
+    ship.hear(SENSE, AT_STOP)
     ship.world("s", alive=False)
-    assert ship.crew._to_join(1e9) is None, "no world"
+    assert ship.join(welcome()) == [], "no world"
     ship.world("t")
     (asked,) = ship.join(welcome(session="t"))
-    assert ship.crew._inbox.seats["r1"] is seat
     assert (first.world, first.session) == (None, "me")
     assert (asked.robot, asked.world) == ("r1", "w")
+    assert ship.hear(SENSE, replace(SENSE_, tick=8))[0].reached[0]
     ship.bus.withdraw.assert_not_called()
 
 
@@ -100,19 +120,22 @@ def test_a_robot_does_not_even_ask_when_only_the_router_was_away() -> None:
     ship.join(welcome())
     ship.world("s", alive=False)
     ship.world("s")
-    assert ship.crew._to_join(1e9) is None
+    assert ship.join(welcome()) == []
 
 
 def test_in_another_world_all_robots_of_a_process_start_over() -> None:
-    ship = Ship("r1", "r2")
+    ship, names = Ship("r1", "r2"), ("r1", "r2")
     ship.world("s")
-    ship.join(welcome("r1"), welcome("r2"))
-    seats = dict(ship.crew._inbox.seats)
+    ship.join(*map(welcome, names))
+    for name in names:
+        ship.hear(SENSE, AT_STOP, robot=name)
     ship.world("s", alive=False)
     ship.world("t")
-    asked = ship.join(*(welcome(name, "another", "t") for name in ("r1", "r2")))
+    asked = ship.join(*(welcome(name, "another", "t") for name in names))
     assert [(one.robot, one.world) for one in asked] == [("r1", "w"), ("r2", None)]
-    assert all(ship.crew._inbox.seats[name] is not seat for name, seat in seats.items())
+    for name in names:
+        (command,) = ship.hear(SENSE, replace(FITS, world="another", tick=8), robot=name)
+        assert not command.reached[0]
     assert [call.args for call in ship.bus.withdraw.call_args_list] == [("robot", "r1"), ("robot", "r2")]
 
 
@@ -125,61 +148,53 @@ def test_only_the_answer_of_a_world_that_has_a_token_fits() -> None:
     assert (fits(welcome()), fits(welcome(session="forged"))) == (True, False)
 
 
+def test_all_robots_of_a_process_share_what_the_world_told_each_of_them_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    unpacked = Mock(side_effect=Scenario.from_wire)
+    monkeypatch.setattr(Scenario, "from_wire", unpacked)
+    ship = Ship(None, None, "r3")
+    ship.world("s")
+    asked = ship.join(welcome("r1"), welcome("r2"), replace(welcome("r3"), edits=1))
+    assert unpacked.call_count == 2, "an edit came between the second and the third"
+    assert [one.robot for one in asked] == [None, None, "r3"]
+    assert [call.args for call in ship.bus.announce.call_args_list] == [("robot", name) for name in ("r1", "r2", "r3")]
+
+
 def test_a_sense_for_a_place_that_is_lost_and_one_of_another_world_are_dropped() -> None:
     ship = Ship()
     ship.world("s")
-    ship.join(welcome(world="local"))
-    ship.crew._take(Arrival(SENSE, {"robot": "r9"}, FITS), 0.0)
-    assert ship.crew._inbox.waiting == {}
-    ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS), 0.0)
-    assert list(ship.crew._inbox.waiting) == ["r1"]
+    ship.join(welcome())
+    assert ship.hear(SENSE, SENSE_, robot="r9") == []
+    assert ship.hear(SENSE, replace(SENSE_, world="another")) == []
+    assert [command.tick for command in ship.hear(SENSE, SENSE_)] == [SENSE_.tick]
 
 
 def test_a_sense_in_the_worlds_name_by_somebody_else_is_dropped_and_named_once() -> None:
     ship = Ship()
     ship.world("s")
-    (asked,) = ship.join(msgspec.structs.replace(welcome(world="local"), sender=7))
+    (asked,) = ship.join(replace(welcome(), sender=7))
     assert asked.sender == ship.bus.sender
-    for sender in (None, 8, 8):
-        ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS, sender), 0.0)
-    assert ship.crew._inbox.waiting == {}
+    assert [ship.hear(SENSE, SENSE_, sender) for sender in (None, 8, 8)] == [[], [], []]
     assert ship.said == ["r1: a sense was dropped: it is of somebody else in the world's name"]
     ship.world("s", alive=False)
     ship.world("t")
-    ship.join(msgspec.structs.replace(welcome(world="local", session="t"), sender=8))
-    ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS, 8), 0.0)
-    assert list(ship.crew._inbox.waiting) == ["r1"], "its world came back as another process"
+    ship.join(replace(welcome(session="t"), sender=8))
+    assert len(ship.hear(SENSE, SENSE_, 8)) == 1, "its world came back as another process"
 
 
 def test_a_repeated_sense_is_answered_at_once_though_a_newer_one_waits() -> None:
     ship = Ship()
     ship.world("s")
-    ship.join(welcome(world="local"))
-    seat = ship.crew._inbox.seats["r1"]
-    seat.take(FITS)
-    given = seat.answer(list)
-    ship.crew._take(Arrival(SENSE, {"robot": "r1"}, FITS), 0.0)
-    sent = [call.args[1] for call in ship.bus.send.call_args_list]
-    assert given.outputs.command in sent
-    assert ship.crew._inbox.waiting == {}
+    ship.join(welcome())
+    given = ship.hear(SENSE, SENSE_)
+    assert ship.hear(SENSE, replace(SENSE_, tick=8, hears=[("r9", 8)])) == [], "that broadcast is not here"
+    assert ship.hear(SENSE, SENSE_) == given
 
 
 def test_after_the_router_is_back_the_last_answers_are_said_again_for_a_while() -> None:
-    ship, clock = Ship(), [0.0]
-    ship.crew._awake = Awake(lambda: clock[0])
+    ship = Ship()
     ship.world("s")
-    ship.join(welcome(world="local"))
-    seat = ship.crew._inbox.seats["r1"]
-    seat.take(FITS)
-    given = seat.answer(list)
+    ship.join(welcome())
+    given = ship.hear(SENSE, SENSE_)
     ship.bus.send.reset_mock()
-    arrivals = iter([Link(up=True)])
-
-    def receive(wait: float) -> Link | None:
-        clock[0] += wait
-        return next(arrivals, None)
-
-    ship.bus.receive = receive
-    ship.crew.serve(Mock(is_set=lambda: clock[0] > ECHOES[-1] + 1.0))
-    commands = [call.args[1] for call in ship.bus.send.call_args_list if call.args[0] is COMMAND]
-    assert commands == [given.outputs.command] * len(ECHOES)
+    ship.serve(Link(up=True), seconds=ECHOES[-1] + 1.0)
+    assert ship.commands == given * len(ECHOES)

@@ -6,9 +6,9 @@ import msgspec
 import pytest
 
 from swarm.geometry import distance
-from swarm.maps.occupancy import WALL
 from swarm.messages import Broadcast, Edit, Kind, Sense
 from swarm.robot.brain import Robot
+from swarm.robot.ground import DEAF
 from swarm.scenario.load import Scenario
 from tests.robot.shared import AT, STOPS, step
 from tests.robot.test_brain import said
@@ -82,30 +82,30 @@ def test_edits_stay_over_a_new_run_and_missed_ones_are_noticed() -> None:
     assert missed == [False, False, True]
 
 
-def tells(walls: list[int]) -> Broadcast:
-    return msgspec.structs.replace(said(0), walls=walls)
+def tells(tick: int, rows: range) -> Broadcast:
+    """Return what another robot says that has learned of a wall at x = 6.2 m, in rows of 0.1 m."""
+    return msgspec.structs.replace(said(tick), walls=[100 * row + 62 for row in rows])
 
 
 @pytest.mark.parametrize("shared", [True, False])
 def test_walls_that_others_tell_count_on_a_shared_map_alone_and_for_one_run(shared: bool) -> None:
     one = robot(OPEN, known=False, shared=shared)
-    step(one, 0, tells([3062]))
-    assert (one._ground.map.cells[30, 62] == WALL) == shared
-    step(one, 0, run=1)
-    assert not (one._ground.map.cells == WALL).any()
+    for run, around in ((0, shared), (1, False)):
+        plan = step(one, 0, *[tells(0, range(15, 45))] * (run == 0), run=run).plan
+        assert plan is not None
+        assert (length(plan.points) > 5.1) is around
 
 
 @pytest.mark.parametrize("reached", [0, 1])
-def test_before_any_stop_is_given_up_the_learned_map_is_forgotten(
-    reached: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    one = robot(OPEN, known=False)
-    forgotten: list[float] = []
-    monkeypatch.setattr(one._ground, "forget", forgotten.append)
-    monkeypatch.setattr(one._pilot, "can_reach", lambda here, goal: goal != tuple(STOPS[reached]))
+def test_before_any_stop_is_given_up_the_learned_map_is_forgotten(reached: int) -> None:
+    """A robot that has forgotten its map ignores the walls of others for a while, and looks for itself."""
+    one = robot(OPEN, known=False, shared=True)
     pose = AT if reached == 0 else AT._replace(x=STOPS[0][0], y=STOPS[0][1])
-    assert step(one, 1, pose=pose).command.unreachable == [reached]
-    assert forgotten == [0.05]
+    assert step(one, 0, pose=pose).plan is not None
+    whole = range(60)
+    for tick, given_up in ((1, False), (round(DEAF / 0.05), False), (round(DEAF / 0.05) + 2, True)):
+        outputs = step(one, tick, tells(tick, whole), pose=AT)
+        assert (reached in outputs.command.unreachable) is given_up
 
 
 def test_the_last_stop_is_the_place_of_its_start() -> None:

@@ -13,6 +13,7 @@ from swarm.robot.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Re
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)
+START = msgspec.structs.replace(FITS, tick=0)  # the first sense of the run
 NOW = 100.0  # s
 
 
@@ -28,16 +29,17 @@ def broadcast(name: str, tick: int, run: int = 0) -> Broadcast:
 
 
 class Chair:
-    """A seat with its receiver and what it logs; a fetch of the map is counted."""
+    """A seat with its receiver and what it logs, that has answered its first sense; a fetch of the map is counted."""
 
-    def __init__(self, kept: int = 3) -> None:
+    def __init__(self, kept: int = 3, since: Sense = START) -> None:
         self.said: list[str] = []
         self.fetched = 0
         self.radio = Radio(Mock(spec=Bus))
         self.robot = robot()
         self.robot.step = Mock(side_effect=self.robot.step)  # type: ignore[method-assign]
         self.seat = Seat(self.robot, Ear(self.radio, 10.0), kept, self.said.append)
-        self.seat._born = (0, 0)  # it has been there since the run began
+        self.answer(since)
+        self.robot.step.reset_mock()
 
     def fetch(self) -> list[Map]:
         self.fetched += 1
@@ -108,9 +110,7 @@ def test_lockstep_waits_only_so_long_and_says_so_once() -> None:
 
 
 def test_who_begins_in_the_middle_of_a_run_waits_for_nothing_from_before_its_first_sense() -> None:
-    one = Chair()
-    one.seat._born = None
-    one.answer(msgspec.structs.replace(FITS, hears=[("r1", 6)]))
+    one = Chair(since=msgspec.structs.replace(FITS, hears=[("r1", 6)]))
     one.answer(later(FITS, hears=[("r1", 7)]))
     assert one.said == [], "nothing was overdue"
     one.seat.take(later(FITS, 2, hears=[("r1", 8)]))
@@ -209,7 +209,6 @@ def test_in_lockstep_a_robot_stands_at_a_tick_that_it_left_out() -> None:
 
 def test_a_new_run_forgets_the_broadcasts_of_the_run_before_it_and_keeps_its_own() -> None:
     one = Chair()
-    one.answer(msgspec.structs.replace(FITS, tick=0))
     one.radio.take(broadcast("r1", 0))
     one.radio.take(broadcast("r3", 0, run=1))
     one.seat.take(msgspec.structs.replace(FITS, run=1, tick=1, hears=[("r1", 0), ("r3", 0)]))
@@ -220,15 +219,12 @@ def test_a_new_run_forgets_the_broadcasts_of_the_run_before_it_and_keeps_its_own
 
 def test_missed_edits_fetch_the_map() -> None:
     one = Chair()
-    floor = one.robot._ground.map.cells
-    edit = Edit(kind=Kind.WALL, low=(6.0, 1.0), high=(7.0, 2.0))
-    one.answer(msgspec.structs.replace(FITS, edits=[edit]))
-    one.answer(later(FITS, edits_before=1))
+    edit = Edit(kind=Kind.WALL, low=(6.0, 1.0), high=(7.0, 5.0))  # it shuts off the first two stops of three
+    assert one.answer(msgspec.structs.replace(FITS, edits=[edit])).outputs.command.unreachable == [0, 1]
+    assert one.answer(later(FITS, edits_before=1)).outputs.command.unreachable == [0, 1]
     assert one.fetched == 0
-    assert (one.robot._ground.map.cells != floor).any()
-    one.answer(later(FITS, 2, edits_before=5))
-    assert one.fetched == 1
-    assert (one.robot._ground.map.cells == floor).all(), "the world's map, not its own"
+    again = one.answer(later(FITS, 2, time=5.0, edits_before=5))
+    assert (one.fetched, again.outputs.command.unreachable) == (1, []), "the world's map, not its own"
     one.answer(later(FITS, 3, edits_before=5))
     assert one.fetched == 1
 

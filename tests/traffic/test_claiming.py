@@ -7,7 +7,7 @@ from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.claiming import Claimed, Claiming
 from swarm.traffic.following import Following
 from swarm.traffic.presence import Footprint
-from swarm.traffic.reservations import Case, Reservations
+from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -97,6 +97,9 @@ ASKS: dict[str, tuple[Claimed, str, tuple[str, ...]]] = {  # the step: cells cla
     "not a claimed cell":                   (step(way(), other("r2", "k", Claim(B, 5, 1))),             "",    ("r2",)),
     "a held cell, if it is the next":       (step(way(), other("r2", "b"), silent=(other("r8", "p"),)), "bc",  ("r2",)),
     "not a silent robot's cell":            (step(way(), other("r2", "k"), silent=(SILENT,)),           "",    ("r8",)),
+    "nor if one of two is silent":          (step(way(), other("r2", "b"), silent=(SILENT,)),           "",    ("r2", "r8")),
+    "another cell was seen to be empty":    (step(way(), other("r2", "b"), silent=(SILENT,), cleared="c"), "", ("r2", "r8")),
+    "or the silent one's own":              (step(way(), other("r2", "b"), silent=(SILENT,), cleared="b"), "bc", ("r2",)),
     "but one that was seen to be empty":    (step(way(), silent=(SILENT,), cleared="b"),                "bc",  ()),
     "in a plan, when it is its turn":       (step(way(steps=(0,)), COMING, entries={}),                 "bc",  ()),
     "not before it is":                     (step(way(steps=(0,)), COMING, entries={1: Entry(1, "r2", 1)}), "", ("r2",)),
@@ -113,34 +116,6 @@ def test_the_next_cells_are_claimed_in_order(name: str) -> None:
     assert (claimed(after), after.waits, after.took) == (cells, waits, False)
     numbers = [claim.number for claim in after.progress.reservations.claims]
     assert numbers == list(range(1, len(cells) + 1))
-
-
-HELD, CLAIMED = "somebody holds it", "somebody claims it"
-
-# fmt: off
-QUEUES: dict[str, tuple[str, str, str, str, bool]] = {  # the obstacle, cells held by who is heard, by who is silent, and seen empty
-    "who holds it is heard":             (HELD,    "b", "",  "",  True),
-    "who holds it is silent":            (HELD,    "",  "b", "",  False),
-    "one of two is silent":              (HELD,    "b", "b", "",  False),
-    "its cell was seen to be empty":     (HELD,    "b", "b", "b", True),
-    "another cell was seen to be empty": (HELD,    "b", "b", "c", False),
-    "the silent one is elsewhere":       (HELD,    "b", "c", "",  True),
-    "it is claimed":                     (CLAIMED, "b", "",  "",  False),
-}
-# fmt: on
-
-
-@pytest.mark.parametrize("name", QUEUES)
-def test_it_queues_for_a_held_cell_if_all_that_hold_it_are_heard(name: str) -> None:
-    against, heard, silent, seen, expected = QUEUES[name]
-    fresh = {"r2": other("r2", heard or "k")}
-    others = fresh | {"r8": other("r8", silent or "p", stamp=0)}
-    cleared = frozenset(("r8", cell) for cell in FLOOR.at(seen))
-    situation = Situation(
-        tick=NOW, head=A, goal=C, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=others, fresh=fresh
-    )
-    case = Case(MINE, "r1", "r1", Reservations((A,)), others, cleared=cleared)
-    assert Claiming("r1", FLOOR.cells, NEAR)._queues(against, case, situation) is expected
 
 
 # --- what it takes ---

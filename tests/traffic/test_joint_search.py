@@ -360,10 +360,10 @@ def test_the_limits_of_a_search_that_is_told_none() -> None:
     assert Budget() == Budget(starts=4, expansions=20_000, enough=20_000)
 
 
-def test_the_search_of_one_at_a_time_keeps_60000_configurations_at_most() -> None:
-    for kept, expansions in ((59_999, 1), (60_000, 0)):
+def test_the_search_of_one_at_a_time_keeps_so_many_configurations_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    for most, expansions in ((2, 1), (1, 0)):
+        monkeypatch.setattr("swarm.traffic.best_first.MOST_KEPT", most)
         once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
-        once._kept += [b""] * (kept - 1)
         assert once.advance(1) is State.RUNNING
         assert once.expansions == expansions
 

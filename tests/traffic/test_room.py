@@ -12,7 +12,6 @@ from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.cells import CellMap
 from swarm.traffic.claiming import LEANS
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
-from swarm.traffic.route_progress import BESIDE
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.traffic import Traffic
 from tests.traffic.maps import SIDE, Drawn
@@ -122,9 +121,6 @@ def test_room_is_held_once_all_near_have_acknowledged_and_no_sooner() -> None:
     assert ROOM in last.held
     assert ROOM in last.drivable, "and is driven in"
     assert ROOM not in last.way, "but is no part of the way"
-    progress = robot.traffic._progress
-    assert progress is not None
-    assert progress.steps[progress.reservations.held.index(ROOM)] == BESIDE
     assert last.held[-1] in range(A + 1, B), "nor its head"
 
 
@@ -187,14 +183,11 @@ def test_who_is_alone_asks_for_no_room() -> None:
 # --- a stop on the way ---
 
 
-def driven_alone(goal: Point, done: bool = False, route: tuple[int, ...] = ()) -> TrafficOutputs:
-    """Return what a robot at a is granted that has listened and is alone; ``route`` is put in place of its own."""
+def driven_alone(goal: Point, done: bool = False) -> TrafficOutputs:
+    """Return what a robot at a is granted that has listened and is alone."""
     traffic = Traffic("r1", FLOOR.cells, SETTINGS)
     for tick in range(LONG):
         granted = traffic.step(TrafficInputs(tick, FLOOR.pose(A), goal, done=done))
-        progress = traffic._progress
-        if route and progress is not None and tick == 0:
-            traffic._progress = progress._replace(route=route)
     return granted
 
 
@@ -206,16 +199,6 @@ def test_a_stop_in_a_cell_that_it_drives_through_is_where_it_drives_to() -> None
     assert not granted.looks
     assert distance(granted.waypoints[-1], stop) < 1e-9
     assert len(granted.waypoints) == 3
-
-
-def test_a_stop_cuts_the_way_that_goes_on_behind_it() -> None:
-    x, y = FLOOR.cells.centre(A + 1)
-    stop = (x - 0.1, y + 0.2)
-    granted = driven_alone(stop, route=(A + 1, A + 2, A + 1))
-    assert granted.way == (A, A + 1, A + 2, A + 1)
-    assert granted.exactly
-    assert [FLOOR.cells.cell_of(*point) for point in granted.waypoints] == [A, A + 1]
-    assert distance(granted.waypoints[-1], stop) < 1e-9
 
 
 def test_where_no_stop_is_left_no_place_has_to_be_come_to_exactly() -> None:

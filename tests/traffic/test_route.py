@@ -15,7 +15,7 @@ from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.reservations import Reservations
-from swarm.traffic.route import STRAY, OwnWay, _off, own_way
+from swarm.traffic.route import STRAY, OwnWay, off_line, own_way
 from swarm.traffic.route_progress import ALONE, RouteProgress
 from swarm.traffic.settings import TrafficSettings
 from swarm.traffic.situation import Situation
@@ -173,4 +173,4 @@ OFF = {  # a line, a point, the distance between them [m]
 @pytest.mark.parametrize("name", OFF)
 def test_how_far_a_point_is_off_a_line(name: str) -> None:
     line, point, off = OFF[name]
-    assert _off(line, point) == pytest.approx(off)
+    assert off_line(line, point) == pytest.approx(off)

@@ -10,7 +10,7 @@ from swarm.messages.traffic import Moving
 from swarm.traffic.look import Scan
 from swarm.traffic.reservations import Reservations
 from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
-from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats, _middle
+from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
 
 DT = 0.05  # s
 RADIUS = 0.2  # m
@@ -183,12 +183,6 @@ def test_a_way_that_is_much_longer_is_another_way(longer: int, given_up: list[in
     kept, ways = Kept(), (progress((1, 2), 3), progress((1, 2), *range(3, 4 + longer)))
     said = [kept.look(ways[tick >= 200], 1, threatened=True) for tick in range(500)]
     assert [tick for tick, one in enumerate(said) if one is not None] == given_up
-
-
-def test_the_middle_of_a_disc_is_fitted_in_eight_steps() -> None:
-    """Hits at both ends of a diameter of 0.5 m: each step adds 16 to 1/x2, so that 1/0.0625 becomes 144."""
-    known = Threat(0.25, 0.0, 0.0, 0.0)
-    assert _middle(Pose(-0.5, 0.0, 0.0), [(0.0, 0.25), (0.0, -0.25)], known) == pytest.approx((1 / 12, 0.0))
 
 
 @pytest.mark.parametrize(("then", "updated"), [(0.15, True), (-0.15, False), (-0.3, True)])

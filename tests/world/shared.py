@@ -58,6 +58,12 @@ def come(one: Course, name: str, session: str, world: str | None = None) -> Any:
     return reply
 
 
+def absent(one: Course, seconds: float) -> None:
+    """Let some time pass in which the robots that are absent are missed."""
+    one.lobby.look(0.0, running=False)
+    one.lobby.look(seconds, running=True)
+
+
 def step(one: Course, **fields: dict[str, Any]) -> None:
     """Run one tick; the fields are those of the commands of some robots."""
     for name, said in fields.items():

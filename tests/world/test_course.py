@@ -26,7 +26,7 @@ from swarm.messages import (
 )
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
-from tests.world.shared import ask, come, course_of, step
+from tests.world.shared import absent, ask, come, course_of, step
 from world.ending import AWAY
 from world.repeatable import MOST, REAL_TIME, Repeatable
 from world.rival import check_alone
@@ -74,7 +74,7 @@ def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(t
 
 def test_a_robot_that_is_lost_gets_no_order() -> None:
     one = course_of()
-    one.lobby._away["r1"] = LOST
+    absent(one, LOST)
     assert "it is lost: absent for 20 s" in ask(one, ROBOT_ACTION, RobotAction(do=RobotDo.STOP), robot="r1")
 
 
@@ -102,8 +102,7 @@ def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
     one = course_of(given_up=file)
     one.go_to(Phase.RUNNING)
     come(one, "r1", "a")
-    now = one.lobby._looked_at
-    one.lobby.look(now + away, running=True)
+    absent(one, away)
     step(one, r1=others)
     assert (one.phase is Phase.OVER) is over
     report = one.report()

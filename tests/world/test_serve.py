@@ -11,7 +11,7 @@ from swarm.geometry import distance
 from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from tests.world.shared import course_of
+from tests.world.shared import absent, course_of
 from world.course import Course
 from world.ending import AWAY
 from world.faults import Faults, Health, Spell
@@ -90,7 +90,7 @@ def test_only_a_limit_ends_a_run_of_a_fleet_that_stays(
     done: tuple[str, ...], away: float, limit: float, over: bool
 ) -> None:
     one = course(1.0, limit, serve=True)
-    one.lobby.look(one.lobby._looked_at + away, running=True)
+    absent(one, away)
     step(one, *done)
     assert (one.phase is Phase.OVER) is over
 
@@ -133,10 +133,9 @@ def test_in_lockstep_targets_for_the_pool_wake_a_fleet_that_rests() -> None:
 
 def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() -> None:
     one = course(1.0, inf, pool=[THERE], return_home=True)
-    away = one.lobby._looked_at + AWAY
     step(one, "r1")
-    one.lobby.look(away, running=True)
-    one._end_if_over()
+    absent(one, AWAY)
+    step(one)
     assert one.world.unfinished == ["r2"]
     assert one.phase is Phase.RUNNING, "r1 can still take the errand"
     while one.world.dispatch.pool.waiting:

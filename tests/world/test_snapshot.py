@@ -102,11 +102,11 @@ def whole() -> bytes:
     simulation = Simulation.of(scenario_of(), 2, 1)
     simulation.step()
     packed = snapshot_file.ENCODER.encode(snapshot_of(simulation.world, simulation.scenario, simulation.seed))
-    return snapshot_file.HEAD + snapshot_file._checksum(packed) + packed
+    return snapshot_file.HEAD + snapshot_file.checksum(packed) + packed
 
 
 def signed(packed: bytes) -> bytes:
-    return snapshot_file.HEAD + snapshot_file._checksum(packed) + packed
+    return snapshot_file.HEAD + snapshot_file.checksum(packed) + packed
 
 
 def with_field(content: bytes, **fields: object) -> bytes:
@@ -241,7 +241,7 @@ FROM_THE_START = {  # attributes that are not saved: they follow from scenario, 
 @pytest.mark.parametrize("name", FROM_THE_START)
 def test_every_attribute_is_saved_or_follows_from_the_start(name: str) -> None:
     """Whoever adds an attribute decides: a field of the table in world/snapshot.py, or a word here."""
-    part = snapshot._parts(Simulation.of(scenario_of(), 2, 1).world)[name]
+    part = snapshot.parts(Simulation.of(scenario_of(), 2, 1).world)[name]
     kind = snapshot.WorldState.__annotations__[name]
     assert set(vars(part)) - FROM_THE_START[name] == set(kind.__struct_fields__)
 

@@ -39,8 +39,8 @@ class Live:
     ) -> None:
         self.folder, self.scenario = folder, folder / "drill.yaml"
         self.scenario.write_text(text, encoding="utf-8")
-        self._mark = uuid4().hex
-        self._environ = {**os.environ, "XDG_RUNTIME_DIR": str(folder), MARK: self._mark, **environ}
+        self.mark = uuid4().hex
+        self._environ = {**os.environ, "XDG_RUNTIME_DIR": str(folder), MARK: self.mark, **environ}
         self._out, self._report = folder / "out.txt", folder / "report.json"
         report = () if "--report" in options else ("--report", str(self._report))
         self._own = self.command("run", str(self.scenario), "--dashboard", "off", "--pace", pace, *report, *options)
@@ -141,7 +141,7 @@ class Live:
 
     def processes(self) -> Iterator[Path]:
         """Yield the folder in /proc of each process of this drill."""
-        mark = f"{MARK}={self._mark}".encode()
+        mark = f"{MARK}={self.mark}".encode()
         for place in Path("/proc").glob("[0-9]*"):
             with suppress(OSError):
                 if mark in (place / "environ").read_bytes().split(b"\0"):
