@@ -126,10 +126,21 @@ def nobody_stands_unnamed(history: History) -> Found:
             if not any(robot == name and since[name] <= tick <= moment.tick for robot, tick in named):
                 blamed.add(name)
                 yield moment.tick, (name,), f"{name} has made no progress for {STANDS:g} s and no event says so"
+    last, dead = history.moments[-1].tick, dead_of(history)
+    left = [name for name in history.robots if under_way.get(name) is not None and name not in dead]
+    stand = left and all((last - since[name]) * history.dt > STANDS for name in left)
+    if stand and not _stopped(history) and not history.report["traffic"]["deadlocks"]:
+        yield last, tuple(left), f"nobody has made progress for {STANDS:g} s, and the report counts no deadlock"
     for name in history.robots:
         counted = history.report["per_robot"][name]["stalled"]
         if counted != sum(robot == name for robot, _ in named):
             yield history.moments[-1].tick, (name,), f"the report counts {counted} stalls of {name}, the events do not"
+
+
+def _stopped(history: History) -> bool:
+    """Return True if somebody is told to stop at the end: others may wait for that robot."""
+    last = next((moment for moment in reversed(history.moments) if moment.senses), None)
+    return last is not None and any(sense.stopped for sense in last.senses.values())
 
 
 def report_agrees(history: History) -> Found:
