@@ -415,7 +415,7 @@ def test_a_run_that_stands_for_good_counts_a_deadlock() -> None:
     ]
     stood = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + LATER)])
     stood = with_report(with_report(stood, "r1", stalled=1), "r2", stalled=1)
-    assert not [found for found in nobody_stands_unnamed(stood)]
+    assert not list(nobody_stands_unnamed(stood))
     silent = with_report(stood, traffic=history.report["traffic"] | {"deadlocks": 0})
     assert [text for _, _, text in nobody_stands_unnamed(silent)] == [
         "nobody has made progress for 90 s, and the report counts no deadlock"

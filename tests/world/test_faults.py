@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from itertools import groupby
 from math import cos, inf
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -179,7 +180,7 @@ ACROSS = """\
 #..............#
 ################
 """
-MEETING: dict[str, object] = {  # the world in which a late robot drove at 0.4 m/s within 0.1 m of a mover that it saw
+MEETING: dict[str, Any] = {  # the world in which a late robot drove at 0.4 m/s within 0.1 m of a mover that it saw
     "map": {"text": ACROSS, "cell": 0.5},
     "robots": 2,
     "seed": 14,

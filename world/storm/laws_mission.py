@@ -127,10 +127,10 @@ def nobody_stands_unnamed(history: History) -> Found:
                 blamed.add(name)
                 yield moment.tick, (name,), f"{name} has made no progress for {STANDS:g} s and no event says so"
     last, dead = history.moments[-1].tick, dead_of(history)
-    left = [name for name in history.robots if under_way.get(name) is not None and name not in dead]
-    stand = left and all((last - since[name]) * history.dt > STANDS for name in left)
+    behind = tuple(name for name in history.robots if under_way.get(name) is not None and name not in dead)
+    stand = behind and all((last - since[name]) * history.dt > STANDS for name in behind)
     if stand and not _stopped(history) and not history.report["traffic"]["deadlocks"]:
-        yield last, tuple(left), f"nobody has made progress for {STANDS:g} s, and the report counts no deadlock"
+        yield last, behind, f"nobody has made progress for {STANDS:g} s, and the report counts no deadlock"
     for name in history.robots:
         counted = history.report["per_robot"][name]["stalled"]
         if counted != sum(robot == name for robot, _ in named):
