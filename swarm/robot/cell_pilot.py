@@ -70,13 +70,15 @@ class CellPilot:
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last
         self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
         self._target = -1  # current stop
+        self._placed = -1  # last tick in which it was at its place, or not done; -1: none yet
         self._getting_on = GettingOn(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, inputs: PilotInputs) -> Move:
         """Return what the robot does at one tick."""
         sense, pose = inputs.sense, inputs.pose
-        idle = inputs.done and (inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
+        settles = self._settles(inputs)
+        idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
         path = inputs.navigator.path
         scan = self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
@@ -242,6 +244,13 @@ class CellPilot:
         self._target = inputs.target
         ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
+
+    def _settles(self, inputs: PilotInputs) -> bool:
+        """Return True if the robot is done and has long been kept from its place: it stays where it is in no way."""
+        tick = inputs.sense.tick
+        if self._placed < 0 or not inputs.done or distance(inputs.pose, inputs.goal) <= self._settings.reach:
+            self._placed = tick
+        return tick - self._placed > PILOT.settles_after * self._settings.rate
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):

@@ -87,6 +87,21 @@ def test_what_a_robot_says_that_it_does(name: str) -> None:
     assert pilot()._activity(inputs, Mock(activity=activity), idle=idle) is says
 
 
+def test_a_robot_that_is_done_and_kept_from_its_place_for_a_minute_stays_where_it_is() -> None:
+    one = pilot()
+
+    def settles(second: float, away: float, *, done: bool = True) -> bool:
+        return one._settles(Mock(pose=AT, goal=(AT.x + away, AT.y), done=done, sense=Mock(tick=round(20 * second))))
+
+    assert not settles(0.0, 3.0), "it may have been woken there"
+    assert not settles(60.0, 3.0)
+    assert settles(60.1, 3.0)
+    assert not settles(61.0, 0.39), "back at its place the time runs again"
+    assert not settles(121.0, 3.0)
+    assert settles(121.1, 3.0)
+    assert not settles(122.0, 3.0, done=False), "it has other stops"
+
+
 def test_a_map_is_expected_to_be_seen_from_the_edge_of_the_footprint() -> None:
     """The room is free from 1 m on to the left; a ray begins 0.2 m from the centre and reaches 1.6 m."""
     one = robot()

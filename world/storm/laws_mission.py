@@ -10,7 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s without progress after which a robot must be named; the world names it earlier
-ENDS: Final = 120.0  # s after the last stop; driving back over the largest floor, 19 m, takes half a minute
+ENDS: Final = 90.0  # s after the last stop; a robot that is done and was sent away stays where it is after 60 s
 RASTER: Final = 1.0  # m, side of the squares that count as progress: as in the world, recomputed here from the poses
 
 
