@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from swarm.messages import Edit
+from world.progress import STALLED
 from world.recorder import WAITING
 from world.roll import LOST
+from world.standing import fallen_silent
 
 if TYPE_CHECKING:
     from world.world import World
@@ -20,6 +23,17 @@ def finished(world: "World") -> bool:
     unfinished = world.unfinished
     if not unfinished or world.missions.any_stopped or world.planned_orders.left:
         return not unfinished and not world.plans_matter
+    return _is_jammed(world)
+
+
+def stands_for_good(world: "World") -> bool:
+    """Return True if nobody that speaks gets on with what is left: a jam without a solution, or all have stalled."""
+    standing = enumerate(world.progress.standing(world.time))
+    left = [seconds for number, seconds in standing if isfinite(seconds) and not fallen_silent(world, number)]
+    return bool(left) and not world.missions.any_stopped and (min(left) >= STALLED or _is_jammed(world))
+
+
+def _is_jammed(world: "World") -> bool:
     standing = dict(zip(world.robots, world.progress.standing(world.time), strict=True))
     waiting = [world.robots[number] for number, one in enumerate(world.commands) if one.activity in WAITING]
     return world.verdict.ends(world.time, standing, waiting)

@@ -17,6 +17,11 @@ class Patrol:
         self._stations = list(accumulate((distance(a, b) for a, b in pairwise(points)), initial=0.0))
         self._speed = settings.speed
 
+    @property
+    def period(self) -> float:
+        """Return how long [s] it takes to come round."""
+        return self._stations[-1] / self._speed
+
     def at(self, time: float) -> Pose:
         """Return the pose at a time [s] since the run began; the yaw is the direction of the path."""
         along = self._speed * time % self._stations[-1]

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from swarm.errors import ConfigError
 from world.account import accounts, contacts
+from world.ending import stands_for_good
 from world.orders import FATES
 from world.world import World
 
@@ -112,10 +113,11 @@ def _pool(world: World) -> dict[str, Any]:
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
     watch = world.traffic.watch
+    for_good = not world.complete and not watch.in_circle and stands_for_good(world)
     return {
         "conflicts": watch.conflicts,
         "joint_plans": watch.joint_plans,
-        "deadlocks": watch.deadlocks,
+        "deadlocks": watch.deadlocks + for_good,
         "stalled": sum(world.progress.times),
         "longest_wait": watch.longest_wait,
         "overlaps": watch.count("overlap"),

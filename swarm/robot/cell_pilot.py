@@ -1,7 +1,7 @@
 """Driving in cells: a robot enters only cells that it holds, and the fuzzy tables steer inside held cells."""
 
 from collections.abc import Callable, Iterable, Sequence
-from math import pi
+from math import inf, pi
 from typing import Final
 
 import numpy as np
@@ -17,7 +17,7 @@ from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.detour import Detour
 from swarm.robot.flight import Flight
 from swarm.robot.ground import Block
-from swarm.robot.lateness import Lateness
+from swarm.robot.lateness import Lateness, RimSpeeds
 from swarm.robot.pilot import Move, PilotInputs, fuzzy_speeds
 from swarm.robot.rollout import Rollout
 from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, SafetyFilter, WheelSpeeds
@@ -29,6 +29,7 @@ from swarm.traffic.getting_on import GettingOn
 from swarm.traffic.look import Scan
 from swarm.traffic.mute import Spoken
 from swarm.traffic.settings import NEAR
+from swarm.traffic.threat import WATCH
 from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
@@ -63,16 +64,19 @@ class CellPilot:
         self._swept: tuple[int, ...] = ()  # cells that the tables would drive over in the next seconds
         self._circles = False  # its way did not become shorter for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
+        self._late: tuple[RimSpeeds, ...] = ()  # commands that the wheels have not carried out yet
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last
         self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
         self._target = -1  # current stop
+        self._placed = -1  # last tick in which it was at its place, or not done; -1: none yet
         self._getting_on = GettingOn(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, inputs: PilotInputs) -> Move:
         """Return what the robot does at one tick."""
         sense, pose = inputs.sense, inputs.pose
-        idle = inputs.done and (inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
+        settles = self._settles(inputs)
+        idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
         path = inputs.navigator.path
         scan = self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
@@ -95,7 +99,7 @@ class CellPilot:
                 ],
             )
         )
-        speeds, heading = (STAND, 0.0) if sense.stopped else self._wheels(inputs, granted, body)
+        speeds, heading = (STAND, 0.0) if sense.stopped else self._wheels(inputs, granted, body, scan)
         self._lateness.command((speeds.left, speeds.right))
         self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.unconstrained else 0
         self._last = speeds.left, speeds.right
@@ -118,8 +122,8 @@ class CellPilot:
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        late = self._lateness.under_way(sense.tick, (body.left, body.right))
-        return (*late, *(self._last,) * self._rolls)
+        self._late = self._lateness.under_way(sense.tick, (body.left, body.right))
+        return (*self._late, *(self._last,) * self._rolls)
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
@@ -142,7 +146,9 @@ class CellPilot:
         """Return True if joined cells lead from ``here`` to ``goal`` [m]."""
         return comes_near(self._cells, here, goal, self._settings)
 
-    def _wheels(self, inputs: PilotInputs, granted: TrafficOutputs, body: DriveState) -> tuple[WheelSpeeds, float]:
+    def _wheels(
+        self, inputs: PilotInputs, granted: TrafficOutputs, body: DriveState, scan: Scan
+    ) -> tuple[WheelSpeeds, float]:
         """Choose the wheel speeds, and the heading error [rad] that the fuzzy tables get."""
         sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
@@ -157,7 +163,10 @@ class CellPilot:
             aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
         )
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
-        away = self._away(sense, Constraints(grid, shut, local, bodies), granted)
+        near = scan.bodies(self._constants, WATCH) if self._late and granted.threats else ()
+        nearest = min((reading.measured for reading in near), default=inf)
+        fastest = self._filter.near_threats(body, self._late, granted.threats, nearest)
+        away = self._away(sense, Constraints(grid, shut, local, bodies, fastest=fastest), granted)
         if away is not None:
             return away, heading
         self._scale = self._scaled(inputs, granted, gap(shut, local.x, local.y), heading)
@@ -167,7 +176,7 @@ class CellPilot:
                 self._detour.end()
                 return STAND, heading
             within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive)
+        constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive, fastest)
         aside = self._detour.heading(sense, constraints)
         if aside is not None:
             heading, self._scale = aside, SCALE.detour
@@ -234,6 +243,13 @@ class CellPilot:
         self._target = inputs.target
         ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
+
+    def _settles(self, inputs: PilotInputs) -> bool:
+        """Return True if the robot is done and has long been kept from its place: it stays where it is in no way."""
+        tick = inputs.sense.tick
+        if self._placed < 0 or not inputs.done or distance(inputs.pose, inputs.goal) <= self._settings.reach:
+            self._placed = tick
+        return tick - self._placed > PILOT.settles_after * self._settings.rate
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):

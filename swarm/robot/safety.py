@@ -8,7 +8,7 @@ not steer gets nowhere.
 """
 
 from collections.abc import Sequence
-from math import copysign, inf, isfinite, pi, sqrt
+from math import copysign, hypot, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist
 from swarm.messages import Sense
-from swarm.motion.drive import DifferentialDrive
+from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
+from swarm.traffic.threat import Threat
 
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NO_BODIES: Final = np.empty((0, 2))
@@ -55,6 +56,7 @@ class Constraints(NamedTuple):
     stop_within: float = inf  # m, distance within which it has to stop
     slowly: bool = False  # it slows down all the way, to stop exactly there
     may_drive: bool = True  # False: an unexpected obstacle is near; the robot may only turn
+    fastest: float = inf  # m/s, forward speed near threats while commands reach the wheels late
 
 
 class SafetyFilter:
@@ -86,6 +88,8 @@ class SafetyFilter:
 
     def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
         """Return the rim speeds [m/s] of a way out: as wanted, or slower if that is not clear."""
+        if constraints.fastest < sense.linear:
+            return STAND  # a turn at once would lengthen the braking
         number, speeds = self._first(SAFETY.turns, sense, wanted, constraints, self._fastest(sense.front, constraints))
         return STAND if number < 0 else speeds
 
@@ -113,6 +117,24 @@ class SafetyFilter:
             *body.pose, body.left, body.right, self._drive.track_width, most, self._dt, commands
         )
         return points
+
+    def near_threats(
+        self, body: DriveState, late: Sequence[tuple[float, float]], threats: Sequence[Threat], nearest: float
+    ) -> float:
+        """Return the forward speed [m/s] from which a robot stops before a body that it sees, ``nearest`` [m] away.
+
+        ``late`` are the commands [m/s] that the wheels carry out before the next one, oldest first. Meanwhile the robot
+        drives on and turns, so no body ahead counts as beside its way; and the fastest of the ``threats`` comes nearer,
+        also while the robot brakes. If no command is late, there is no limit here: that of the front sector is enough.
+        """
+        if not late or not threats:
+            return inf
+        left, right, nearer, most = body.left, body.right, 0.0, self._acceleration * self._dt
+        for wanted in late:
+            left, right = ramp(left, wanted[0], most), ramp(right, wanted[1], most)
+            nearer += max(0.0, left + right) / 2 * self._dt
+        comes = max(hypot(threat.vx, threat.vy) for threat in threats)
+        return self._stops_in(nearest - nearer - comes * len(late) * self._dt, comes)
 
     def way_ahead(self, sense: Sense, constraints: Constraints) -> bool:
         """Return True if the way straight ahead is clear."""
@@ -156,8 +178,12 @@ class SafetyFilter:
         return int(number), WheelSpeeds(left, right)
 
     def _fastest(self, front: float, constraints: Constraints) -> float:
-        """Return the forward speed [m/s] from which the robot can stop before what the front sector sees.
+        """Return the forward speed [m/s] from which the robot can stop before what it sees ahead."""
+        return min(self._stops_in(front), constraints.fastest) if constraints.may_drive else 0.0
 
-        v = sqrt(2 a s).
+    def _stops_in(self, gap: float, comes: float = 0.0) -> float:
+        """Return the speed [m/s] from which the robot stops ``SAFETY.front_gap`` before what is ``gap`` [m] ahead.
+
+        v = sqrt(2 a s), or a little less if that ``comes`` nearer [m/s] meanwhile: s = v^2 / 2a + comes v / a.
         """
-        return sqrt(2 * self._acceleration * max(0.0, front - SAFETY.front_gap)) if constraints.may_drive else 0.0
+        return sqrt(comes**2 + 2 * self._acceleration * max(0.0, gap - SAFETY.front_gap)) - comes

@@ -79,6 +79,11 @@ class Watch:
         """Return the number of faults of a kind in which only robots of ``of`` took part; None: all of the kind."""
         return sum(fault.kind == kind and (of is None or set(fault.robots) <= set(of)) for fault in self.faults)
 
+    @property
+    def in_circle(self) -> bool:
+        """Return True while a deadlock that has been counted lasts."""
+        return bool(self._stuck)
+
     def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
         owner: dict[int, str] = {}
         owners: dict[int, set[str]] = {}  # of cells that several robots hold

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Event as Flag
@@ -18,6 +18,7 @@ from typing import Any, Final, Self, TypeVar
 import psutil
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
+from swarm.errors import ConfigError
 from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
@@ -230,8 +231,16 @@ class Fleet(Command):
 
     @contextmanager
     def bus(self) -> Iterator[Bus]:
-        """Open the fleet's wire."""
-        with Bus(self.endpoint, self.name, lambda line: None) as bus:
+        """Open the fleet's wire, as soon as its router listens."""
+        with ExitStack() as stack:
+            since = monotonic()
+            while True:
+                try:
+                    bus = stack.enter_context(Bus(self.endpoint, self.name, lambda line: None))
+                    break
+                except ConfigError:
+                    if monotonic() - since > PATIENCE:
+                        raise
             yield bus
 
     def await_all(self, bus: Bus) -> None:

@@ -1,13 +1,24 @@
 """Detection of late wheels, from the commands and the wheels' speeds."""
 
+from math import inf
+
 import pytest
 
+from swarm.geometry import Pose, Twist
 from swarm.motion.drive import ramp
+from swarm.planning.grid import Grid
 from swarm.robot.lateness import DIFFERS, LATEST, Lateness
+from swarm.robot.safety import DriveState, SafetyFilter
+from swarm.traffic.threat import HALF_WIDTH, Threat
+from tests.robot import driving
+from tests.robot.driving import SETTINGS, constraints, sense_of
+from tests.shared import scenario_of
 
 DT, ACCELERATION = 0.05, 2.0
 MOST = ACCELERATION * DT
 KEPT = round(LATEST / DT)
+HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
+WIDE = Grid.grown(HALL, driving.RADIUS, 0.8, 0.1)
 
 
 def drive(late: int, ticks: int, wanted: tuple[float, float] = (0.6, 0.5)) -> list[int]:
@@ -69,3 +80,31 @@ def test_after_a_pause_in_which_all_commands_ran_out_none_is_under_way(pause: in
         lateness.under_way(tick, (0.0, 0.0))
         lateness.command((0.6, 0.6))
     assert len(lateness.under_way(KEPT - 1 + pause, (0.0, 0.0))) == kept
+
+
+def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
+    """Drive straight at a threat that comes on, with answers 0.2 s late; list the gap [m] and the speed [m/s] then.
+
+    The tables want to drive on all the time. ``limited`` says whether the limit near threats holds.
+    """
+    safety, lateness, queue = SafetyFilter(SETTINGS), Lateness(driving.ACCELERATION, driving.DT), [(0.0, 0.0)] * 4
+    body, shown, seen = DriveState(Pose(3.0, 10.0, 0.0), 0.0, 0.0), 7.0, []
+    for tick in range(200):
+        gap = shown - body.pose.x - driving.RADIUS - HALF_WIDTH
+        seen.append((gap, (body.left + body.right) / 2))
+        late = lateness.under_way(tick, (body.left, body.right))
+        fastest = safety.near_threats(body, late, [Threat(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
+        limits = constraints(WIDE, body.pose)._replace(fastest=fastest)
+        front = max(0.0, min(gap, driving.NOTHING))
+        wanted = safety.out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)
+        lateness.command(wanted)
+        queue.append(wanted)
+        body, shown = driving.rolled(body, queue.pop(0)), shown - 0.4 * driving.DT
+    return seen
+
+
+def test_a_robot_that_answers_late_has_stopped_when_a_threat_that_it_sees_is_near() -> None:
+    within = {limited: [v for gap, v in towards_a_threat(limited=limited) if gap < 0.1] for limited in (False, True)}
+    assert max(within[False]) > 0.4, "without the limit it should drive at the threat"
+    assert max(within[True]) < 0.1
+    assert max(v for _, v in towards_a_threat(limited=True)) > 0.55, "far from the threat it drives as fast as ever"

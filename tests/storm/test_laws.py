@@ -15,6 +15,7 @@ from world.bodies import Contact
 from world.faults import Health
 from world.storm.history import History, Moment, record
 from world.storm.laws import LAWS, judge
+from world.storm.laws_mission import nobody_stands_unnamed
 from world.storm.results import is_silent
 from world.storm.seen import cells_at
 
@@ -390,3 +391,32 @@ def test_a_run_that_ends_early_and_names_nobody_is_silent() -> None:
     assert is_silent(never_there(short_run()))
     assert not is_silent(short_run())
     assert not is_silent(said_unsolvable(never_there(short_run())))
+
+
+ONE_LANE = "#" * 18 + "\n" + "#" * 18 + "\n" + "#" * 18 + "\n"
+ONE_LANE += ("###" + "." * 12 + "###\n") * 3 + ONE_LANE  # four cells in a row
+
+
+def test_a_run_that_stands_for_good_counts_a_deadlock() -> None:
+    """Two must pass each other in a lane: then both stand, are named, and the report may not say 0 deadlocks."""
+    swap: dict[str, object] = {
+        "map": {"text": ONE_LANE, "cell": 0.4},
+        "start": {"poses": [[1.8, 1.8, 0.0], [5.4, 1.8, 3.0]]},
+        "own_targets": [[[5.4, 1.8]], [[1.8, 1.8]]],
+    }
+    history = record(plan_of(**swap))
+    assert history.report["traffic"]["deadlocks"] == 1
+    *_, before, last = history.moments
+    named = [
+        Event(run=0, tick=last.tick + 1300, time=0.0, robot=robot, kind="stalled", text="") for robot in ("r1", "r2")
+    ]
+    more = [
+        before._replace(tick=last.tick + tick, events=tuple(named) if tick == 1300 else ()) for tick in range(LATER)
+    ]
+    stood = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + LATER)])
+    stood = with_report(with_report(stood, "r1", stalled=1), "r2", stalled=1)
+    assert not list(nobody_stands_unnamed(stood))
+    silent = with_report(stood, traffic=history.report["traffic"] | {"deadlocks": 0})
+    assert [text for _, _, text in nobody_stands_unnamed(silent)] == [
+        "nobody has made progress for 90 s, and the report counts no deadlock"
+    ]

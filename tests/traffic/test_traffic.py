@@ -45,7 +45,8 @@ def test_a_corridor_swap_is_called_unsolvable_within_seconds() -> None:
     assert not report["complete"]
     assert "no way exists for r1, r2" in report["reason"]
     assert report["sim_time"] < 20
-    assert_clean(report)
+    assert report["traffic"]["deadlocks"] == 1, "a run that stands for good says so in one word"
+    assert_clean(report | {"traffic": report["traffic"] | {"deadlocks": 0}})
 
 
 def test_the_same_faults_twice_are_the_same_run() -> None:

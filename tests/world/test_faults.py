@@ -2,17 +2,21 @@
 
 from collections.abc import Mapping
 from itertools import groupby
-from math import inf
+from math import cos, inf
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm.geometry import bearing, distance
+from swarm.robot.safety import SafetyFilter
 from swarm.scenario.load import load
 from tests.shared import ROOT, scenario_of
 from tests.traffic.maps import BAY
 from world.faults import LASTS, Drill, Faults, Health
 from world.simulate import Simulation
+from world.world import World
 
 DT = 0.05  # s
 FLEET = ("r1", "r2", "r3")
@@ -162,3 +166,54 @@ def test_slow_robots_are_late_by_their_own_changing_number_of_ticks_and_all_they
     assert all(len(ticks) > 4 and max(ticks) >= 6 for ticks in late.values())
     assert all(ticks == sorted(set(ticks)) for ticks in heard.values())
     assert slow.run(300.0)["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+
+
+ACROSS = """\
+################
+#..............#
+#..............#
+#..............#
+#..............#
+#..............#
+#..............#
+#..............#
+#..............#
+################
+"""
+MEETING: dict[str, Any] = {  # the world in which a late robot drove at 0.4 m/s within 0.1 m of a mover that it saw
+    "map": {"text": ACROSS, "cell": 0.5},
+    "robots": 2,
+    "seed": 14,
+    "start": {"poses": [[6.05875, 3.09442, -0.63612], [2.40287, 2.89149, 0.94370]]},
+    "targets": [[2.49, 3.25], [4.98, 1.87], [5.14, 2.17]],
+    "patrol": True,
+    "return_home": False,
+    "reach": 0.4,
+    "robot": {"radius": 0.2, "track_width": 0.4, "speed_scale": 0.4},
+    "movers": [
+        {"radius": 0.25, "speed": 0.23, "waypoints": [[5.26, 2.99], [6.73, 1.77]]},
+        {"radius": 0.25, "speed": 0.43, "waypoints": [[1.63, 1.61], [6.49, 2.05], [2.51, 3.47]], "loop": True},
+    ],
+}
+
+
+def towards_movers() -> float:
+    """Run that world for 4 s with answers 0.2 s late; return the fastest approach [m/s] within 0.1 m of a mover."""
+    scenario = scenario_of(ACROSS, **MEETING)
+    simulation, found = Simulation.of(scenario, 2, 14, Faults(late=0.2)), [0.0]
+
+    def look(world: World) -> None:
+        for pose, wheels in zip(world.poses(), world.wheels, strict=True):
+            for there in world.mover_poses():
+                away = distance(pose, there)
+                if away - 0.2 - 0.25 < 0.1:
+                    found.append(sum(wheels) / 2 * cos(bearing(pose, there)))
+
+    simulation.run(limit=4.0, watch=look)
+    return max(found)
+
+
+def test_a_robot_with_late_answers_does_not_drive_at_a_mover_that_it_sees(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert towards_movers() < 0.05
+    monkeypatch.setattr(SafetyFilter, "near_threats", lambda *_: inf)
+    assert towards_movers() > 0.3, "the world shows nothing any more: find another one"

@@ -10,7 +10,7 @@ from world.storm.seen import EXACT, Found, dead_of
 from world.storm.ways import Ways
 
 STANDS: Final = 90.0  # s without progress after which a robot must be named; the world names it earlier
-ENDS: Final = 120.0  # s after the last stop; driving back over the largest floor, 19 m, takes half a minute
+ENDS: Final = 90.0  # s after the last stop; a robot that is done and was sent away stays where it is after 60 s
 RASTER: Final = 1.0  # m, side of the squares that count as progress: as in the world, recomputed here from the poses
 
 
@@ -126,10 +126,21 @@ def nobody_stands_unnamed(history: History) -> Found:
             if not any(robot == name and since[name] <= tick <= moment.tick for robot, tick in named):
                 blamed.add(name)
                 yield moment.tick, (name,), f"{name} has made no progress for {STANDS:g} s and no event says so"
+    last, dead = history.moments[-1].tick, dead_of(history)
+    behind = tuple(name for name in history.robots if under_way.get(name) is not None and name not in dead)
+    stand = behind and all((last - since[name]) * history.dt > STANDS for name in behind)
+    if stand and not _stopped(history) and not history.report["traffic"]["deadlocks"]:
+        yield last, behind, f"nobody has made progress for {STANDS:g} s, and the report counts no deadlock"
     for name in history.robots:
         counted = history.report["per_robot"][name]["stalled"]
         if counted != sum(robot == name for robot, _ in named):
             yield history.moments[-1].tick, (name,), f"the report counts {counted} stalls of {name}, the events do not"
+
+
+def _stopped(history: History) -> bool:
+    """Return True if somebody is told to stop at the end: others may wait for that robot."""
+    last = next((moment for moment in reversed(history.moments) if moment.senses), None)
+    return last is not None and any(sense.stopped for sense in last.senses.values())
 
 
 def report_agrees(history: History) -> Found:

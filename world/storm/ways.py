@@ -1,15 +1,20 @@
 """The search for stops that the robots of a recorded run could still reach, past dead robots and past each other."""
 
 from itertools import combinations
+from math import hypot
+from typing import Final
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.breadth_first import FAR
 from swarm.traffic.cells import OUTSIDE, CellMap
 from swarm.traffic.cells_of import cells_of, comes_near
+from world.movers import Patrol
 from world.storm.brute import can_all_arrive
 from world.storm.history import History, Moment
 from world.storm.seen import cells_at, dead_of
+
+SHARES: Final = 200  # places along a moving obstacle's path
 
 
 class Ways:
@@ -26,10 +31,15 @@ class Ways:
         return self.leads_to(number, self._history.stops[number][stop])
 
     def leads_to(self, number: int, place: Point) -> bool:
-        """Return True if cells without a dead robot lead from a robot's last pose to a place [m]."""
+        """Return True if cells without a dead robot lead from a robot's last pose to a place [m].
+
+        Beside dead robots, cells that a moving obstacle sweeps count as no way: if the dead leave only those, the
+        obstacle may shut them for good, to and fro. Where nobody is dead, no world is drawn in which it cuts floor off.
+        """
         cells = cells_at(self._history, self._last.tick)
-        goals = self._standing(cells, place)
-        return bool(goals & self._reach(cells, self._last.poses[number], self._bodies(cells, number)))
+        bodies, goals = self._bodies(cells, number), self._standing(cells, place)
+        swept = self._swept(cells) if bodies else frozenset()
+        return bool(goals & self._reach(cells, self._last.poses[number], bodies, swept))
 
     def always_there(self, number: int, stop: int) -> bool:
         """Return True if cells lead from a robot's last pose to a stop on each floor of the run, without bodies."""
@@ -104,14 +114,24 @@ class Ways:
             for cell in cells.touched(pose.x, pose.y, radius)
         )
 
-    def _reach(self, cells: CellMap, pose: Pose, blocked: frozenset[int]) -> frozenset[int]:
+    def _swept(self, cells: CellMap) -> frozenset[int]:
+        """Return the cells in which a body may meet a moving obstacle."""
+        settings, found = self._history.settings, set[int]()
+        for mover in settings.movers:
+            patrol, radius = Patrol(mover), mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2
+            along = [patrol.at(share / SHARES * patrol.period)[:2] for share in range(SHARES)]
+            found.update(cells.swept(along, radius + settings.robot.radius))
+        return frozenset(found)
+
+    def _reach(self, cells: CellMap, pose: Pose, blocked: frozenset[int], swept: frozenset[int]) -> frozenset[int]:
         under = [
             cell
             for cell in cells.touched(pose.x, pose.y, self._history.settings.robot.radius)
             if cell != OUTSIDE and cells.stands[cell] and cell not in blocked
         ]
+        shut = blocked | swept.difference(under)
         return frozenset(
-            cell for start in under for cell, steps in enumerate(cells.distances(start, blocked)) if steps < FAR
+            cell for start in under for cell, steps in enumerate(cells.distances(start, shut)) if steps < FAR
         )
 
     def _goals(self, cells: CellMap, number: int, stop: int) -> frozenset[int]:
