@@ -163,7 +163,7 @@ class CellPilot:
             aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
         )
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
-        near = scan.bodies(self._constants, WATCH) if self._late and granted.threats else ()
+        near = scan.bodies(self._traffic.settings, WATCH) if self._late and granted.threats else ()
         nearest = min((reading.measured for reading in near), default=inf)
         fastest = self._filter.near_threats(body, self._late, granted.threats, nearest)
         away = self._away(sense, Constraints(grid, shut, local, bodies, fastest=fastest), granted)
