@@ -26,9 +26,6 @@ NO_BENCHMARK: Final = (
     "freshness",
     "fuzz_maps",
     "mutants",
-    "mutation",
-    "plantable",
-    "harmless",
 )  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 

@@ -29,8 +29,8 @@ from msgspec.structs import replace
 
 from benchmarks.dashboard import WARM_UP, router
 from benchmarks.measure import machine, table
-from dashboard.page.address import address
-from dashboard.page.process import run as serve
+from dashboard.box.address import address
+from dashboard.box.process import run as serve
 from swarm.bus import Bus, Endpoint
 from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
@@ -39,7 +39,7 @@ from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import Scenario, checked
 from tests.dashboard.browsing import LACKS, PROGRAM, browser
 from world.simulate import Simulation
-from world.truth import truth
+from world.views.truth import truth
 
 RATE: Final = 20  # Hz, control steps
 FLEET: Final = "bench"

@@ -31,8 +31,8 @@ import psutil
 from msgspec.structs import replace
 
 from benchmarks.measure import machine, table
+from dashboard.rerun import Recorder
 from dashboard.show import Show
-from dashboard.view import Recorder
 from swarm.bus import Bus, Endpoint, Presence
 from swarm.bus.router import run as route
 from swarm.messages import CLOCK, RADIO, Map, Message, Phase

@@ -23,8 +23,8 @@ from swarm.messages import PoolTargets
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import settled
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.placement import cells_of
 from world.simulate import Simulation
 
 CASES: Final = (("maze-32-32-4", 12), ("random-32-32-20", 24))

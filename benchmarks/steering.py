@@ -3,7 +3,7 @@
 The first table is the paper's mission, also with the profile `careful`; the second is other floors. The columns are:
 complete runs; mean time; contacts; overlapping reservations; the share of the turned angle that the tables steered; the
 same with ``tightened`` turns added (same yaw rate, less forward speed); the share of the robots' time in which the
-tables got scaled distances; and the mean scale then. The world computes all of it (``world/steering.py``).
+tables got scaled distances; and the mean scale then. The world computes all of it (``world/measure/steering.py``).
 
 The third table is the control: useless tables, in three times the paper's mean time. If such a run reaches a stop,
 something other than the tables has steered.

@@ -19,11 +19,11 @@ from typing import Final
 from benchmarks.measure import machine, printed
 from swarm.messages import Event, Liveness, Phase, Plan, Seen
 from swarm.scenario.load import load
-from world.pace import Times
-from world.saving import Saver
+from world.fleet.publisher import EVENTS_KEPT
+from world.host.pace import Times
+from world.saving.saver import Saver
+from world.saving.snapshot import HostState
 from world.simulate import Simulation
-from world.snapshot import HostState
-from world.speaker import EVENTS_KEPT
 
 SIDE: Final = 44  # m, of the hall
 ROBOTS: Final = (8, 64)

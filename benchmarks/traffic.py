@@ -35,11 +35,11 @@ from swarm.geometry import Pose
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import settled
-from swarm.traffic import question
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import cells_of
-from swarm.traffic.joint_search import JointSearch, Result
+from swarm.traffic.joint import problem as question
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import cells_of
+from swarm.traffic.mapf.planner import JointSearch, Result
 from world.faults import Faults
 from world.simulate import Simulation
 from world.world import World

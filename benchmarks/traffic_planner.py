@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 from benchmarks.measure import DATA, machine, table
 from swarm.maps.movingai import load_movingai, load_scen
-from swarm.traffic.cells import CellMap
-from swarm.traffic.duration import duration
-from swarm.traffic.joint_search import Budget, JointSearch, Outcome
-from swarm.traffic.plan_check import faults
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.mapf.check import faults
+from swarm.traffic.mapf.makespan import duration
+from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome
 from swarm.traffic.settings import TrafficSettings
 
 SETTINGS = TrafficSettings()

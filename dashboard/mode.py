@@ -10,7 +10,7 @@ from swarm.errors import ConfigError
 
 Mode = Literal["viewer", "web", "off-screen"]
 ASKED: Final = ("auto", "viewer", "web", "box", "off")
-BOX: Final = "box"  # the page of dashboard/page, which needs no Rerun
+BOX: Final = "box"  # the page of dashboard/box, which needs no Rerun
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")

@@ -8,12 +8,12 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from dashboard.hearing import Radio
+from dashboard.fold.progress import presence
+from dashboard.fold.radio import Radio
 from dashboard.mode import LOOPBACK, Mode, viewer_program
-from dashboard.progress import presence
+from dashboard.rerun import Recorder
+from dashboard.rerun.recorder import SMALLER
 from dashboard.show import Show
-from dashboard.view import Recorder
-from dashboard.view.recorder import SMALLER
 from dashboard.viewer_page import QUIET, ViewerPage
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError

@@ -15,8 +15,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from dashboard import naming, palette
-from dashboard.progress import Progress, Robot, fold, presence
+from dashboard.fold import naming, palette
+from dashboard.fold.progress import Progress, Robot, fold, presence
 from swarm.bus import Arrival, Presence
 from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Message, Phase, Topic
 

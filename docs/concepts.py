@@ -22,10 +22,10 @@ from swarm.planning.path import plan
 from swarm.scenario.load import load
 from swarm.scenario.prepare import prepare
 from swarm.settings import RadioSettings, Settings, StartSettings
-from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import cells_of
-from world.physics import Physics
-from world.radio_model import RadioModel
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import cells_of
+from world.bodies.physics import Physics
+from world.bodies.radio_model import RadioModel
 from world.simulate import Simulation, Tick
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"

@@ -5,8 +5,8 @@ import re
 from typing import Final
 
 from docs.markdown import rows, said
-from swarm.traffic.joint import TRANSITIONS
-from swarm.traffic.reservations import ASK, GRANT, TAKE, Rule
+from swarm.traffic.joint.protocol import TRANSITIONS
+from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Rule
 from swarm.traffic.settings import TrafficSettings
 
 CONSTANT: Final = re.compile(r"^    (\w+): (?:int|float) = (\S+)(?:  # (.*))?$")

@@ -5,7 +5,7 @@ from html import escape
 from math import cos, sin
 from typing import Final
 
-from dashboard import palette
+from dashboard.fold import palette
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap, Point
 

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import msgspec
 
-from dashboard.learning import Learned
-from dashboard.page.asking import OF_A_ROBOT, REQUESTS
-from dashboard.page.telling import Joint, Overview, Why
+from dashboard.box.asking import OF_A_ROBOT, REQUESTS
+from dashboard.box.frames import Joint, Overview, Why
+from dashboard.fold.learning import Learned
 from docs.markdown import rows
 from swarm import messages as wire
 from swarm.messages import REPLIES, TOPICS, enums

@@ -22,8 +22,8 @@ from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
 from swarm.messages import schema
 from swarm.secure import access
-from world.storm.laws import LAWS
-from world.storm.profiles import PROFILES
+from world.storm.laws.judge import LAWS
+from world.storm.plans.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = (

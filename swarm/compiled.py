@@ -20,12 +20,12 @@ KERNELS: Final = (  # a test compares this list with the code
     "swarm.planning.sweep",
     "swarm.robot.flight",
     "swarm.robot.rollout",
-    "swarm.traffic.breadth_first",
-    "swarm.traffic.duration",
-    "swarm.traffic.fitting",
-    "swarm.traffic.footprint",
-    "swarm.traffic.hearing",
-    "world.rays",
+    "swarm.traffic.lattice.breadth_first",
+    "swarm.traffic.mapf.makespan",
+    "swarm.traffic.lattice.fitting",
+    "swarm.traffic.lattice.footprint",
+    "swarm.traffic.peers.radio_range",
+    "world.bodies.rays",
 )
 COMPILING: Final = "compiling the kernels of planning, steering and traffic for this processor (once, under a minute)"
 

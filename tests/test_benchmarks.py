@@ -1,19 +1,16 @@
 """Each section of docs/benchmarks.md states the commit at which it was measured; stale sections are listed."""
 
-import ast
 from pathlib import Path
 
 import pytest
 
 from benchmarks import __main__ as benchmarks
-from benchmarks import mutation, survival
+from benchmarks import survival
 from benchmarks.freshness import MEASURES, STAMP, GitError, git, measured, stale, staleness, stamp
-from benchmarks.harmless import HARMLESS
 from benchmarks.mutants import missing
-from benchmarks.plantable import mutations
 from swarm.scenario.check import check
 from swarm.scenario.load import load
-from world.snapshot_file import read
+from world.saving.snapshot_file import read
 
 ROOT = Path(__file__).parents[1]
 PATHS = ("code", "case.yaml")
@@ -163,97 +160,6 @@ def test_the_page_keeps_the_stamp_of_each_section(tmp_path: Path, monkeypatch: p
 
 
 # --- planted faults ---
-
-# fmt: off
-PLANTED: dict[str, list[str]] = {  # a line of code: what it becomes
-    "a = b < c":                          ["a = (b >= c)"],
-    "a = b not in c":                     ["a = (b in c)"],
-    "a = b is c":                         ["a = (b is not c)"],
-    "a = b and c":                        ["a = (b or c)"],
-    "a = not b":                          ["a = (b)"],
-    "a = b - c":                          ["a = (b + c)"],
-    "a += b":                             ["a -= b"],
-    "a = min(b, c)":                      ["a = max(b, c)"],
-    "a = b * c":                          ["a = (b / c)"],
-    "a = b / c":                          ["a = (b * c)"],
-    "a = -b":                             ["a = (b)"],
-    "a = f(True)":                        ["a = f(False)"],
-    "return f(3)":                        ["return f(300)", "return f(4)", "return f(6)"],
-    "return f(0.0)":                      ["return f(1.0)"],
-    "return f(1)":                        ["return f(100)", "return f(2)"],
-    "f(a)":                               ["None"],
-    "f(a).b":                             [],
-    "a = b.reshape(-1, 2)":               [],
-    "A = 3":                              ["A = 300"],
-    "if a: b = c":                         ["if (False): b = c"],
-    "def f() -> bool: return a":          ["def f() -> bool: return (not (a))"],
-    "def f() -> int: return a":           [],
-    "def f(a: Tag[3]) -> Tag[4]: ...":    [],
-    "a: Tag[3] = b":                      [],
-    "T = Annotated[int, Meta(ge=3)]":     [],
-    "@cached(3)\ndef f(): ...":           [],
-    "class A(B, frozen=True): ...":       [],
-    "a = f(b, strict=True)":              [],
-    "raise E(a + b)":                     [],
-    "assert a < b":                       [],
-    "a = f'{b + c}'":                     [],
-    "'3 < 4'":                            [],
-}
-# fmt: on
-
-
-@pytest.mark.parametrize("line", PLANTED)
-def test_faults_are_planted_in_code_and_nowhere_else(line: str) -> None:
-    made = []
-    for one in mutations("a.py", line):
-        planted = line.encode()[: one.start] + one.new.encode() + line.encode()[one.end :]
-        ast.parse(planted)
-        made.append(planted.decode())
-    assert sorted(made) == sorted(PLANTED[line])
-
-
-FAILED = "FAILED tests/a.py::test_b[1] - assert 1 == 2\n1 failed, 3 passed in 0.5s"
-UNREADABLE = "ERROR tests/a.py - NameError: name 'b' is not defined\n1 error in 0.5s"
-
-
-@pytest.mark.parametrize(
-    ("code", "said", "caught_by"),
-    [
-        (0, "4 passed in 0.5s", None),
-        (1, FAILED, "tests/a.py::test_b[1]"),
-        (1, "ERROR tests/a.py::test_b - ValueError\n1 error in 0.5s", "tests/a.py::test_b"),
-        (1, UNREADABLE, "import of tests/a.py"),
-        (2, UNREADABLE, "import of tests/a.py"),
-        (None, "", "no end"),
-        (-11, "", "signal 11"),
-    ],
-)
-def test_what_caught_a_planted_fault_is_named(code: int | None, said: str, caught_by: str | None) -> None:
-    assert mutation.verdict(code, said) == caught_by
-
-
-@pytest.mark.parametrize("code", [1, 2, 3, 4, 5])
-def test_a_run_of_pytest_that_went_wrong_by_itself_catches_nothing(code: int) -> None:
-    with pytest.raises(RuntimeError, match=f"pytest ended with {code}"):
-        mutation.verdict(code, "no tests ran in 0.01s")
-
-
-def test_the_same_seed_draws_the_same_faults_each_in_a_file_of_its_room_with_tests() -> None:
-    for room in mutation.ROOMS:
-        drawn = mutation.drawn(room, 10, 3)
-        assert drawn == mutation.drawn(room, 10, 3) != mutation.drawn(room, 10, 4)
-        assert len({(one.file, one.start, one.end) for one in drawn}) == 10
-        for one in drawn:
-            assert mutation.room_of(one.file) == room
-            assert (ROOT / one.file).read_text(encoding="utf-8").splitlines()[one.line - 1].strip() == one.code
-    for tests in mutation.TESTS.values():
-        assert [path for path in tests if not (ROOT / path.split("::")[0]).exists()] == []
-
-
-def test_what_does_no_harm_can_still_be_planted() -> None:
-    for file, line, what in HARMLESS:
-        planted = mutations(file, (ROOT / file).read_text(encoding="utf-8"))
-        assert any(one.code == line and one.what.startswith(what) for one in planted), (file, line, what)
 
 
 def test_every_planted_fault_is_a_text_of_the_code() -> None:

@@ -25,8 +25,8 @@ from swarm.scenario.load import load
 from swarm.scenario.shipped import file_of
 from tests.launch.actors import Fleet
 from tests.shared import ROOT
-from world.cutting import looked_ahead
 from world.simulate import Simulation
+from world.tasks.cutting import looked_ahead
 
 PAGES: Final = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

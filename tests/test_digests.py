@@ -16,9 +16,9 @@ from swarm.scenario.prepare import settled
 from tests.shared import ROOT, mostly_long, with_settings
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.storm.draw import draw
-from world.storm.history import record
-from world.storm.plan import read
+from world.storm.history.history import record
+from world.storm.plans.draw import draw
+from world.storm.plans.plan import read
 
 EXPECTED: Final = Path(__file__).parent / "digests.json"
 

@@ -16,7 +16,7 @@ from swarm.scenario.load import load
 from tests.shared import ROOT
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.storm.plan import read
+from world.storm.plans.plan import read
 
 PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -43,9 +43,9 @@ ORDER: Final = (
 )
 LIBRARIES: Final = {
     "zenoh": "swarm/bus",
-    "pymunk": "world/physics.py",
-    "rerun": "dashboard/view",
-    "aiohttp": "dashboard/page/server.py",
+    "pymunk": "world/bodies/physics.py",
+    "rerun": "dashboard/rerun",
+    "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
 }
 # attributes with an underscore that tests may read

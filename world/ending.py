@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from swarm.messages import Edit
-from world.progress import STALLED
-from world.recorder import WAITING
-from world.roll import LOST
-from world.standing import fallen_silent
+from world.fleet.liveness import LOST
+from world.measure.progress import STALLED
+from world.measure.recorder import WAITING
+from world.views.standing import fallen_silent
 
 if TYPE_CHECKING:
     from world.world import World

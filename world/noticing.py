@@ -7,8 +7,8 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import Command, Event
 from swarm.messages.naming import long_id, shortened
-from world.progress import STALLED
-from world.standing import why
+from world.measure.progress import STALLED
+from world.views.standing import why
 
 if TYPE_CHECKING:
     from world.world import World

@@ -13,10 +13,10 @@ from swarm.messages import Broadcast, Command, Event, Places, Sense, State
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
-from world.account import shortest_lengths
-from world.answers import LastMessages, Sent
 from world.faults import SILENT, Drill, Faults, Health
-from world.report import missing, report
+from world.host.last_messages import LastMessages, Sent
+from world.views.metrics import shortest_lengths
+from world.views.report import missing, report
 from world.world import World
 
 

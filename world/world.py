@@ -28,21 +28,21 @@ from swarm.motion.drive import DifferentialDrive, ramped
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import later_name, names
 from world import ending, noticing
-from world.dispatch import Dispatch
-from world.edits import edited
-from world.missions import Missions
-from world.movers import Patrol
-from world.outside import Outside
-from world.physics import Physics
-from world.places import Book, opened
-from world.planned import Planned, carry_out
-from world.progress import ProgressWatch
-from world.radio_model import RadioModel
-from world.recorder import Recorder
-from world.sensing import Distances, Sensing
-from world.steering import SteeringWatch
-from world.traffic_watch import TrafficWatch
-from world.verdict import Verdict
+from world.bodies.edits import edited
+from world.bodies.external import Outside
+from world.bodies.movers import Patrol
+from world.bodies.physics import Physics
+from world.bodies.radio_model import RadioModel
+from world.bodies.sensing import Distances, Sensing
+from world.measure.progress import ProgressWatch
+from world.measure.recorder import Recorder
+from world.measure.reservation_check import TrafficWatch
+from world.measure.steering import SteeringWatch
+from world.measure.verdict import Verdict
+from world.tasks.dispatcher import Dispatch
+from world.tasks.missions import Missions
+from world.tasks.places import Book, opened
+from world.tasks.schedule import Planned, carry_out
 
 PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
 REST = Command(

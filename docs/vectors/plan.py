@@ -11,12 +11,12 @@ from docs.vectors.writing import Json
 from swarm.bus.codec import encode
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Relayed
-from swarm.traffic.dependencies import order_of
-from swarm.traffic.following import Following
-from swarm.traffic.joint import JointPlanning
-from swarm.traffic.peer_records import PeerRecords
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import RouteProgress
+from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.mapf.precedence import order_of
+from swarm.traffic.peers.records import PeerRecords
+from swarm.traffic.reservations.route import RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 
 EPOCH: Final = Epoch(980, "r1")
 ORDER: Final = order_of([(0, 2, 22), (1, 12, 21), (2, 22, 11), (3, 22, 1)])

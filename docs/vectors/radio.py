@@ -16,9 +16,9 @@ from swarm.messages import RADIO
 from swarm.robot.radio import around, zone
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
-from swarm.traffic.cells_of import traffic_settings
-from swarm.traffic.telling import Telling
-from world.rays import cast
+from swarm.traffic.lattice.placement import traffic_settings
+from swarm.traffic.own_record import Telling
+from world.bodies.rays import cast
 
 
 def radio() -> Json:

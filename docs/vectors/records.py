@@ -12,15 +12,15 @@ from swarm.errors import PeerError
 from swarm.geometry import Pose
 from swarm.messages import RADIO, Activity, Broadcast
 from swarm.messages.traffic import Claim, Record, Relayed, Sighting, TrafficBroadcast
-from swarm.traffic.cells_of import traffic_settings
-from swarm.traffic.claiming import Claiming
-from swarm.traffic.peer_records import PeerRecords
-from swarm.traffic.presence import Footprint
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, RouteProgress
-from swarm.traffic.sightings import Sightings
-from swarm.traffic.situation import Situation
-from swarm.traffic.telling import Telling
+from swarm.traffic.lattice.placement import traffic_settings
+from swarm.traffic.own_record import Telling
+from swarm.traffic.peers.records import PeerRecords
+from swarm.traffic.peers.sightings import Sightings
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.claims import Claiming
+from swarm.traffic.reservations.presence import Footprint
+from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 
 NOW: Final = 1000  # tick
 CELLS, WIRE_SETTINGS = squares()

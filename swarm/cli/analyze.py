@@ -11,18 +11,18 @@ from swarm.errors import ConfigError
 from swarm.installed import without_rerun
 
 if TYPE_CHECKING:
-    from dashboard.account import Saved
+    from dashboard.fold.account import Saved
 
 STARTS: Final = 20  # of a dashboard, whose files are looked for
 
 
 def analyze(options: argparse.Namespace) -> int:
     """Print what a recorded run was like."""
-    from dashboard import analysis
+    from dashboard.recording import analysis
 
     if lacking := without_rerun():
         raise ConfigError(f"analyze: {lacking}")
-    from dashboard.view.reader import read_account
+    from dashboard.rerun.reader import read_account
 
     first, *others = options.files
     if others:
@@ -43,8 +43,8 @@ def analyze(options: argparse.Namespace) -> int:
 
 def _later(path: Path, account: "Saved") -> str | None:
     """Return the newest file in which a dashboard that was started again has gone on with a run, or None."""
-    from dashboard.account import is_earlier
-    from dashboard.view.reader import read_account
+    from dashboard.fold.account import is_earlier
+    from dashboard.rerun.reader import read_account
     from swarm.launch.table import numbered
 
     for number in range(STARTS, 1, -1):

@@ -36,7 +36,7 @@ def _faults() -> Iterable[str]:
 
 
 def _profiles() -> Iterable[str]:
-    from world.storm.profiles import PROFILES
+    from world.storm.plans.profiles import PROFILES
 
     return PROFILES
 

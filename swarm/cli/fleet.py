@@ -97,7 +97,7 @@ def world(options: argparse.Namespace) -> int:
     from swarm.scenario.check import check
     from swarm.scenario.load import load
     from swarm.scenario.shipped import found
-    from world.process import run as run_world
+    from world.host.process import run as run_world
 
     scenario = load(found(options.scenario), serve=options.serve)
     robots, seed, limit = _numbers(options, scenario)

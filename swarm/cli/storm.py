@@ -10,7 +10,7 @@ from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 
 if TYPE_CHECKING:
-    from world.storm.plan import StormPlan
+    from world.storm.plans.plan import StormPlan
 
 DEFAULT: Final = 100  # seeds
 LARGEST: Final = 2**53
@@ -84,8 +84,8 @@ def _seed(flag: str, text: str) -> int:
 
 def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
     """Draw a seed's plan, or read a plan file."""
-    from world.storm.draw import draw
-    from world.storm.plan import read
+    from world.storm.plans.draw import draw
+    from world.storm.plans.plan import read
 
     return read(Path(text)) if text.endswith((".yaml", ".yml")) else draw(_only(profiles), _seed("--shrink", text))
 

@@ -10,7 +10,7 @@ from swarm.launch.proxy import Delay
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
-from world.outside import check_outside
+from world.bodies.external import check_outside
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,6 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-import world.process  # noqa: F401
 from swarm import compiled, garbage
 from swarm.errors import SwarmError
 from swarm.launch.fleet import SOURCE

@@ -12,8 +12,8 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
+from dashboard.box.address import address, token
 from dashboard.mode import BOX, LOOPBACK, choose, has_screen, page_address, resolved
-from dashboard.page.address import address, token
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError

@@ -10,10 +10,10 @@ from swarm.launch.options import Options
 from swarm.launch.processes import Processes
 from swarm.launch.running import registered
 from swarm.launch.table import EarlyEnd
-from world.storm.draw import draw
-from world.storm.history import record
-from world.storm.laws import judge
-from world.storm.plan import StormPlan, only_simulated
+from world.storm.history.history import record
+from world.storm.laws.judge import judge
+from world.storm.plans.draw import draw
+from world.storm.plans.plan import StormPlan, only_simulated
 from world.storm.results import Job, Result, compared, summed
 
 

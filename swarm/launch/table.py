@@ -50,7 +50,7 @@ def proxy() -> Callable[..., int]:
 
 def world() -> Callable[..., int]:
     """`world.process`."""
-    from world.process import run
+    from world.host.process import run
 
     return run
 
@@ -70,8 +70,8 @@ def dashboard() -> Callable[..., int]:
 
 
 def box() -> Callable[..., int]:
-    """`dashboard.page.process`."""
-    from dashboard.page.process import run
+    """`dashboard.box.process`."""
+    from dashboard.box.process import run
 
     return run
 

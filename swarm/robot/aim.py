@@ -15,7 +15,7 @@ from swarm.motion.sweep import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.tuning import AIM
-from swarm.traffic.cells import OUTSIDE, CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
 
 class Aiming:

@@ -16,8 +16,8 @@ from swarm.robot.navigator import Navigator
 from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of, learned_cells, traffic_settings
-from swarm.traffic.traffic import Traffic
+from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
+from swarm.traffic.step import Traffic
 
 
 class Inputs(NamedTuple):

@@ -24,13 +24,13 @@ from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, Safety
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
-from swarm.traffic.cells_of import cells_of, comes_near
-from swarm.traffic.getting_on import GettingOn
-from swarm.traffic.look import Scan
-from swarm.traffic.mute import Spoken
+from swarm.traffic.lattice.placement import cells_of, comes_near
+from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.obstacles.tracker import WATCH
+from swarm.traffic.peers.uncooperative import Spoken
+from swarm.traffic.progress_checker import GettingOn
 from swarm.traffic.settings import NEAR
-from swarm.traffic.threat import WATCH
-from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
 SHUT_OFF: Final = frozenset({TrafficActivity.CUT_OFF, TrafficActivity.LOOKING})  # by walls, or by who is silent

@@ -19,7 +19,7 @@ from swarm.motion.sweep import Boxes, advance, clearance_along, gap
 from swarm.robot.safety import STAND, Constraints
 from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
 from swarm.settings import Settings
-from swarm.traffic.threat import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
 
 NO_WAY: Final = np.nan
 

@@ -21,7 +21,7 @@ from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
-from swarm.traffic.threat import Threat
+from swarm.traffic.obstacles.tracker import Threat
 
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NO_BODIES: Final = np.empty((0, 2))

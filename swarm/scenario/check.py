@@ -13,8 +13,8 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import Mission, check_grid_size, planning_grid, settled
 from swarm.scenario.starts import names, starts
 from swarm.settings import Settings
-from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import cells_of, comes_near, lattices_tried, short_of, traffic_settings
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import cells_of, comes_near, lattices_tried, short_of, traffic_settings
 from swarm.traffic.settings import least_range
 
 MOST_STOPS: Final = 20_000  # of all robots

@@ -8,7 +8,7 @@ import numpy as np
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, on_circle, wrap
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of, cells_within
+from swarm.traffic.lattice.placement import cells_of, cells_within
 
 GAP: Final = 0.2  # m, left free between a drawn robot and a wall
 

@@ -2,10 +2,10 @@
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.presence import Footprint
-from swarm.traffic.route_progress import BESIDE, RouteProgress
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.reservations.presence import Footprint
+from swarm.traffic.reservations.route import BESIDE, RouteProgress
 
 
 class Goal:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
-from swarm.traffic.look import Scan
-from swarm.traffic.mute import Spoken
-from swarm.traffic.peer_records import Event
-from swarm.traffic.threat import Threat
+from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.uncooperative import Spoken
 
 NO_RAYS: Final = Scan()
 

@@ -37,7 +37,7 @@ from swarm.messages import (
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
 from swarm.scenario.load import Scenario, checked
 from swarm.scenario.prepare import settled
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.lattice.placement import cells_of
 
 RATE: Final = 20  # Hz
 GROUP: Final = 8  # robots of one joint plan

@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from dashboard import analysis
-from dashboard.account import Saved, read, saved, written
+from dashboard.fold.account import Saved, read, saved, written
+from dashboard.recording import analysis
 from swarm.bus.codec import encode
 from swarm.errors import ConfigError
 from swarm.messages import STATUS, Account, Activity, Liveness, Phase, RobotStatus, State, Status
 from tests.messages.examples import example_of
-from world.orders import MOST_TARGETS
-from world.status import STOPS
+from world.tasks.orders import MOST_TARGETS
+from world.views.status import STOPS
 
 NOTHING = Account(
     targets=2, reached=[None, None], laps=0, path_length=0.0, shortest_length=None, waiting=0.0, waits_for={},

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard.page.board import MOST_VIEWERS, Board
+from dashboard.box.board import MOST_VIEWERS, Board
 
 
 def write(key: str, content: object) -> str:

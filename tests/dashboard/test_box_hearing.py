@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from dashboard.hearing import ALL, wanted
-from dashboard.page.hearing import Hearing
-from dashboard.scene import Scene, scene_of
+from dashboard.box.radio import Hearing
+from dashboard.fold.radio import ALL, wanted
+from dashboard.fold.scene import Scene, scene_of
 from swarm.bus import Arrival, Bus
 from swarm.messages import RADIO, Broadcast, Map, Truth
 from tests.conftest import MakeBus

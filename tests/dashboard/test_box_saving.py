@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from dashboard.page.saving import drawing, scenario_file
+from dashboard.box.saving import drawing, scenario_file
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.maps.text import from_text

@@ -12,8 +12,8 @@ from typing import Any, Final
 import aiohttp
 import pytest
 
-from dashboard.page.asking import REQUESTS, Asking
-from dashboard.page.server import LONGEST, Server
+from dashboard.box.asking import REQUESTS, Asking
+from dashboard.box.server import LONGEST, Server
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import ACTION, ORDER, Accepted, Action, Do, Order
@@ -162,7 +162,7 @@ def test_the_page_may_ask_nobody_else(port: int) -> None:
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dashboard.page.server.SILENT", 0.2)
+    monkeypatch.setattr("dashboard.box.server.SILENT", 0.2)
 
 
 SILENCE: Final = {

@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from dashboard.page import telling
-from dashboard.progress import Progress
-from dashboard.scene import scene_of
+from dashboard.box import frames as telling
+from dashboard.fold.progress import Progress
+from dashboard.fold.scene import scene_of
 from swarm.fuzzy import Controller, Profile
 from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario

@@ -57,7 +57,7 @@ def test_rerun_is_in_a_tab_that_starts_it_and_ends_with_the_fleet(tmp_runtime: P
 
 
 def test_a_viewer_that_does_not_start_is_a_sentence(tmp_path: Path) -> None:
-    from dashboard.page.viewer import RerunPage
+    from dashboard.box.viewer import RerunPage
 
     nobody = Endpoint("127.0.0.1", 0).claim()
     with RerunPage(nobody, "no fleet", lambda line: None) as page, pytest.raises(PeerError, match="ended and said"):

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from dashboard.rerun import Recorder, compaction
+from dashboard.rerun.compaction import compact
 from dashboard.show import Show
-from dashboard.view import Recorder, compaction
-from dashboard.view.compaction import compact
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import Rehearsal
 from tests.dashboard.test_view import floor

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from dashboard import palette
-from dashboard.collect import totals
-from dashboard.overlays import detailed
-from dashboard.progress import Progress, fold
-from dashboard.scene import Scene, scene_of
+from dashboard.fold import palette
+from dashboard.fold.contacts import Touch, touches
+from dashboard.fold.overlays import detailed
+from dashboard.fold.progress import Progress, fold
+from dashboard.fold.scene import Scene, scene_of
+from dashboard.rerun import Recorder
+from dashboard.rerun.collect import totals
+from dashboard.rerun.layout import blueprint
 from dashboard.show import Show
-from dashboard.touches import Touch, touches
-from dashboard.view import Recorder
-from dashboard.view.layout import blueprint
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL
 from swarm.messages import Activity, Broadcast, Event, Map

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from dashboard.collect import past
+from dashboard.recording import earlier
+from dashboard.rerun import Recorder
+from dashboard.rerun.collect import past
 from dashboard.show import Show
-from dashboard.view import Recorder, earlier
 from swarm.messages import Account, Phase, Status
 from tests.dashboard.recording import Recording
 from tests.dashboard.rehearsal import RATE, Rehearsal

@@ -3,12 +3,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from dashboard.overlays import Drawing, Overlays, in_words, waits
-from dashboard.scene import scene_of
+from dashboard.fold.overlays import Drawing, Overlays, in_words, waits
+from dashboard.fold.scene import scene_of
 from swarm.messages import Activity, Body, Broadcast, Map, Steering, Truth
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.lattice.placement import cells_of
 
 
 def body(robot: str, **changes: Any) -> Body:  # noqa: ANN401

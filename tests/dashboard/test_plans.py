@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard.plans import Followed, followed
+from dashboard.fold.plans import Followed, followed
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record
-from swarm.traffic.dependencies import order_of
+from swarm.traffic.mapf.precedence import order_of
 
 EPOCH = Epoch(40, "r1")
 STEPS = [(0, 3, 9), (1, 3, 9), (2, 1, 9), (2, 5, 1), (2, 5, 5)]  # three robots through cell 1, one after the other

@@ -3,8 +3,8 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from dashboard import naming
-from dashboard.progress import EVENTS_KEPT, Progress, fold, presence
+from dashboard.fold import naming
+from dashboard.fold.progress import EVENTS_KEPT, Progress, fold, presence
 from swarm.messages import Activity, Body, Broadcast, Clock, Event, Liveness, Message, Phase, Plan, State, Truth
 
 

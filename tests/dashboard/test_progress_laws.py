@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard.progress import Progress, fold
+from dashboard.fold.progress import Progress, fold
 from swarm.messages import Activity, Broadcast, Event, Message, State
 from tests.dashboard.test_progress import broadcast, clock, event, state, truth
 

@@ -9,9 +9,9 @@ import pytest
 import rerun as rr
 from msgspec.structs import replace
 
-from dashboard.frames import is_whole
+from dashboard.rerun import Recorder
+from dashboard.rerun.frames import is_whole
 from dashboard.show import Show
-from dashboard.view import Recorder
 from swarm.cli import main
 from swarm.messages import Account, Phase, Status
 from tests.dashboard.rehearsal import RATE, Rehearsal

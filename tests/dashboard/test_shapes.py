@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard import palette, shapes
-from dashboard.collect import BODIES, Batch
+from dashboard.fold import palette
+from dashboard.rerun import shapes
+from dashboard.rerun.collect import BODIES, Batch
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Truth

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.text import Text
 
-from dashboard.progress import Robot
+from dashboard.fold.progress import Robot
 from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
 from swarm.messages import RADIO, Activity, Event, Message, Phase, PoolCounts

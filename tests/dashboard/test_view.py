@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from dashboard import palette
-from dashboard.collect import Batch
-from dashboard.overlays import Drawing, Overlay
-from dashboard.scene import scene_of
+from dashboard.fold import palette
+from dashboard.fold.overlays import Drawing, Overlay
+from dashboard.fold.scene import scene_of
+from dashboard.rerun import Recorder
+from dashboard.rerun.collect import Batch
 from dashboard.show import Show
-from dashboard.view import Recorder
 from swarm.errors import ConfigError
 from swarm.messages import Event, Events, Map, Message, Mover, Phase, Truth
 from tests.dashboard.recording import Recording

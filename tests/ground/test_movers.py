@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from swarm.scenario.load import Scenario, load
 from swarm.settings import MoverSettings
 from tests.shared import ROOT
-from world.movers import Patrol
+from world.bodies.movers import Patrol
 from world.simulate import Simulation
 
 QUICK = (1, 2)

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from dashboard.account import read
-from dashboard.frames import readable
-from dashboard.view.layout import ACCOUNT
-from dashboard.view.reader import read_texts
+from dashboard.fold.account import read
+from dashboard.rerun.frames import readable
+from dashboard.rerun.layout import ACCOUNT
+from dashboard.rerun.reader import read_texts
 from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase

@@ -18,7 +18,7 @@ from swarm.planning.grid import Grid
 from swarm.scenario import prepare
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.source import Source
-from swarm.traffic import cells_of
+from swarm.traffic.lattice import placement as cells_of
 from tests.shared import PAPER, ROOT
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))

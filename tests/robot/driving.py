@@ -13,7 +13,7 @@ from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.planning.grid import Grid
 from swarm.robot.safety import NO_BODIES, Constraints, DriveState
 from swarm.settings import Settings
-from swarm.traffic.cells import CellMap
+from swarm.traffic.lattice.cell_map import CellMap
 from tests.shared import scenario_of
 
 SETTINGS: Settings = scenario_of().settings

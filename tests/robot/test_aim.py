@@ -16,7 +16,7 @@ from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.aim import Aiming, distance_along
 from swarm.robot.tuning import AIM
-from swarm.traffic.cells import CellMap
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.settings import NEAR, TrafficSettings
 from tests.robot.driving import RADIUS, cells_as_shape, room, solid
 from tests.traffic.maps import BAY, DOOR, SIDE, Drawn

@@ -12,7 +12,7 @@ from swarm.messages import RADIO, Activity, Broadcast, State
 from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.robot.brain import Robot
 from swarm.robot.tuning import REPLAN
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.lattice.placement import cells_of
 from tests.robot.shared import AT, STOPS, robot, scenario, step
 
 

@@ -7,8 +7,8 @@ from swarm.messages import Activity
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.robot.brain import Robot
 from swarm.robot.tuning import SCALE
-from swarm.traffic.cells_of import cells_of
-from swarm.traffic.halting import HALTED
+from swarm.traffic.lattice.placement import cells_of
+from swarm.traffic.obstacles.detector import HALTED
 from tests.robot.shared import AT, robot, step
 from tests.shared import scenario_of
 from world.simulate import Simulation

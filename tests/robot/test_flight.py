@@ -12,7 +12,7 @@ from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.flight import Flight
 from swarm.robot.safety import STAND, Constraints, DriveState, SafetyFilter
-from swarm.traffic.threat import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
 from tests.robot.driving import (
     DRIVE,
     DT,

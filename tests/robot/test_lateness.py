@@ -9,7 +9,7 @@ from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
 from swarm.robot.lateness import DIFFERS, LATEST, Lateness
 from swarm.robot.safety import DriveState, SafetyFilter
-from swarm.traffic.threat import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
 from tests.robot import driving
 from tests.robot.driving import SETTINGS, constraints, sense_of
 from tests.shared import scenario_of

@@ -15,9 +15,9 @@ from swarm.robot.pilot import Move, PilotInputs
 from swarm.robot.safety import STAND, DriveState
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
-from swarm.traffic.cells_of import cells_of, traffic_settings
-from swarm.traffic.threat import Threat
-from swarm.traffic.traffic import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.lattice.placement import cells_of, traffic_settings
+from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 from tests.robot.driving import rolled, sense_of, to_a_stand, told
 from tests.shared import ROOM, scenario_of
 

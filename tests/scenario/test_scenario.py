@@ -20,7 +20,7 @@ from swarm.planning.path import plan
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.starts import names, number_of, starts
-from swarm.traffic.cells_of import cells_of
+from swarm.traffic.lattice.placement import cells_of
 from tests.shared import ROOM, ROOT, scenario_of, with_settings
 
 ALL = sorted((ROOT / "scenarios").glob("*.yaml"))

@@ -9,8 +9,8 @@ import msgspec
 
 from swarm.messages import Broadcast, Command
 from swarm.scenario.load import checked
-from world.storm.history import History, Moment, record
-from world.storm.plan import StormPlan
+from world.storm.history.history import History, Moment, record
+from world.storm.plans.plan import StormPlan
 
 FLOOR = """\
 ###########################

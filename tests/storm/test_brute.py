@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from world.storm.brute import can_all_arrive
+from world.storm.history.brute import can_all_arrive
 
 Floor = Sequence[Collection[int]]
 Stops = Sequence[Sequence[Collection[int]]]

@@ -12,7 +12,7 @@ from tests.storm import works
 from tests.storm.shared import plan_of
 from world.storm.command import INTERRUPTED, Options, run
 from world.storm.output import Lines
-from world.storm.plan import read
+from world.storm.plans.plan import read
 from world.storm.results import Job, Result, perform
 
 Capture = pytest.CaptureFixture[str]

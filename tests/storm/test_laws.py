@@ -9,15 +9,15 @@ from msgspec.structs import replace as changed
 
 from swarm.messages import Assigned, Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
-from swarm.traffic.cells import OUTSIDE
+from swarm.traffic.lattice.cell_map import OUTSIDE
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
-from world.bodies import Contact
+from world.bodies.shapes import Contact
 from world.faults import Health
-from world.storm.history import History, Moment, record
-from world.storm.laws import LAWS, judge
-from world.storm.laws_mission import nobody_stands_unnamed
+from world.storm.history.history import History, Moment, record
+from world.storm.history.seen import cells_at
+from world.storm.laws.judge import LAWS, judge
+from world.storm.laws.mission import nobody_stands_unnamed
 from world.storm.results import is_silent
-from world.storm.seen import cells_at
 
 TICK = 60  # by then both robots drive
 LATER = 2000  # ticks, 100 s

@@ -4,10 +4,10 @@ import re
 from pathlib import Path
 
 from benchmarks.mutants import BROKE, MUTANTS, ROOT, Mutant, mend, missing, plant
-from world.storm.profiles import PROFILES
+from world.storm.plans.profiles import PROFILES
 
-GONE = Mutant("gone", "all", "swarm/traffic/reservations.py", "a text that is in no file", "pass")
-OFTEN = Mutant("often", "all", "swarm/traffic/reservations.py", "claim", "pass")
+GONE = Mutant("gone", "all", "swarm/traffic/reservations/rules.py", "a text that is in no file", "pass")
+OFTEN = Mutant("often", "all", "swarm/traffic/reservations/rules.py", "claim", "pass")
 MOVED = Mutant("moved", "all", "swarm/none.py", "claim", "pass")
 
 
@@ -17,7 +17,7 @@ def test_a_fault_whose_text_is_not_there_exactly_once_is_named() -> None:
 
 
 def test_a_fault_is_planted_and_mended(tmp_path: Path) -> None:
-    mutant = Mutant("numbers", "claims", "swarm/traffic/reservations.py", "class Reservations(", "class Other(")
+    mutant = Mutant("numbers", "claims", "swarm/traffic/reservations/rules.py", "class Reservations(", "class Other(")
     (tmp_path / "swarm" / "traffic").mkdir(parents=True)
     mend(mutant, tmp_path)
     plant(mutant, tmp_path)

@@ -11,10 +11,10 @@ from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
 from tests.shared import mostly_long, scenario_of
 from world.simulate import Simulation
-from world.storm.draw import draw
-from world.storm.history import record
-from world.storm.laws import judge
-from world.storm.mute import make_mute
+from world.storm.history.history import record
+from world.storm.laws.judge import judge
+from world.storm.plans.draw import draw
+from world.storm.uncooperative import make_mute
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 TWO_WAYS = """\

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from swarm.errors import ConfigError
 from swarm.scenario.starts import names
 from tests.storm.shared import plan_of
-from world.storm.draw import draw
-from world.storm.plan import StormPlan, read
-from world.storm.profiles import PROFILES
+from world.storm.plans.draw import draw
+from world.storm.plans.plan import StormPlan, read
+from world.storm.plans.profiles import PROFILES
 from world.storm.results import NOBODY_DEAD, Job, perform
 
 seeds = st.integers(0, 2**53)

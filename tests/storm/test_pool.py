@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.storm import works
-from world.storm.pool import Lost, answers
+from world.storm.workers import Lost, answers
 
 JOBS = list(range(12))
 

@@ -7,9 +7,9 @@ import pytest
 
 from swarm.messages import Event
 from tests.storm.shared import plan_of, with_moments, with_report
-from world.storm.draw import draw
-from world.storm.history import History, Moment, record
-from world.storm.laws import judge
+from world.storm.history.history import History, Moment, record
+from world.storm.laws.judge import judge
+from world.storm.plans.draw import draw
 
 POOL = [[5.4, 1.8], [5.4, 3.0], [3.0, 3.0]]
 

@@ -9,7 +9,7 @@ from swarm.cli import main
 from swarm.launch import storm
 from swarm.launch.storm import perform_both
 from tests.storm.shared import plan_of
-from world.storm.plan import only_simulated
+from world.storm.plans.plan import only_simulated
 from world.storm.results import Job
 
 Capture = pytest.CaptureFixture[str]

@@ -7,9 +7,9 @@ from typing import Final
 
 import pytest
 
-from world.storm.plan import read
-from world.storm.pool import Lost, answers
+from world.storm.plans.plan import read
 from world.storm.results import Job, perform
+from world.storm.workers import Lost, answers
 
 pytestmark = pytest.mark.long("a hundred storms on all cores: two minutes")
 

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.storm.shared import plan_of
-from world.storm import laws
-from world.storm.draw import can_be_driven, draw
-from world.storm.history import History
-from world.storm.plan import StormPlan
-from world.storm.profiles import PROFILES
-from world.storm.seen import Found
-from world.storm.shrink import Trial, breaks, first_broken, first_of, shrink
-from world.storm.simpler import CUTS, faults, lanes, robots, simpler, size
+from world.storm.history.history import History
+from world.storm.history.seen import Found
+from world.storm.laws import judge as laws
+from world.storm.plans.draw import can_be_driven, draw
+from world.storm.plans.plan import StormPlan
+from world.storm.plans.profiles import PROFILES
+from world.storm.plans.shrink import Trial, breaks, first_broken, first_of, shrink
+from world.storm.plans.simpler import CUTS, faults, lanes, robots, simpler, size
 
 PLANTED = "nobody east of 5 m"
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from world.storm.laws import Violation
+from world.storm.laws.judge import Violation
 from world.storm.results import CLASSES, Result
 from world.storm.summary import as_json, as_text, tables, wilson
 

@@ -10,9 +10,9 @@ import pytest
 import swarm.robot.cell_pilot as pilot
 from swarm.robot.pilot import fuzzy_speeds
 from tests.shared import mostly_long
-from world.storm.draw import draw
-from world.storm.history import record
-from world.storm.laws import LAWS
+from world.storm.history.history import record
+from world.storm.laws.judge import LAWS
+from world.storm.plans.draw import draw
 
 SAFE = (
     "no exception", "no contact", "no overlap", "no hold without a claim", "takes only what is free", "no body outside",

@@ -6,7 +6,7 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from world.storm.laws import Violation
+from world.storm.laws.judge import Violation
 from world.storm.results import Job, Result
 
 

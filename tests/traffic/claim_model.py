@@ -11,7 +11,7 @@ from functools import cache
 from typing import NamedTuple, TypeVar
 
 from swarm.messages.traffic import Claim, Notice
-from swarm.traffic.reservations import ASK, GRANT, TAKE, Acks, Case, Reservations, Rule, acknowledged, obstacle
+from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Acks, Case, Reservations, Rule, acknowledged, obstacle
 
 T = TypeVar("T")
 

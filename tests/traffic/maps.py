@@ -10,7 +10,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.scenario.benchmark import ROBOT, SENSORS
 from swarm.scenario.load import Scenario
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings, TrafficSettings
-from swarm.traffic.cells import CellMap
+from swarm.traffic.lattice.cell_map import CellMap
 from tests.shared import DATA
 from world.faults import Faults
 from world.simulate import Simulation

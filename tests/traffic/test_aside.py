@@ -7,9 +7,9 @@ import pytest
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.aside import CLEAR, LASTS, Aside
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.mute import SAYS, Mutes, Spoken
+from swarm.traffic.peers.step_aside import CLEAR, LASTS, Aside
+from swarm.traffic.peers.uncooperative import SAYS, Mutes, Spoken
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
 

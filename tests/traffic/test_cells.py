@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells import OUTSIDE, CellMap
-from swarm.traffic.cells_of import best_offset
-from swarm.traffic.fitting import OPEN, measure
-from swarm.traffic.route import own_way
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.fitting import OPEN, measure
+from swarm.traffic.lattice.placement import best_offset
+from swarm.traffic.own_route import own_way
 from tests.traffic.maps import BAY, SIDE, Drawn
 
 

@@ -14,8 +14,8 @@ from swarm.errors import ConfigError
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings
 from swarm.settings import TrafficSettings as LatticeSettings
-from swarm.traffic.cells import CellMap
-from swarm.traffic.cells_of import (
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import (
     DEAF,
     LOSSY,
     UNHEARD,

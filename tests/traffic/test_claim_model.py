@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from swarm.traffic.reservations import ASK, GRANT, TAKE, Case, Rule
+from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Case, Rule
 from tests.traffic.claim_model import Model
 
 HOLDS = ("I hold the cell", "somebody holds it")

@@ -4,13 +4,13 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.claiming import Claimed, Claiming
-from swarm.traffic.following import Following
-from swarm.traffic.presence import Footprint
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
+from swarm.traffic.joint.following import Following
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.claims import Claimed, Claiming
+from swarm.traffic.reservations.presence import Footprint
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")

@@ -4,10 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.following import Following
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import RouteProgress
-from swarm.traffic.situation import Situation
+from swarm.traffic.joint.following import Following
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.route import RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdef")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.getting_on import GettingOn
+from swarm.traffic.progress_checker import GettingOn
 
 LONGER = 2
 

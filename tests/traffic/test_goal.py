@@ -4,11 +4,11 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.goal import Goal
-from swarm.traffic.presence import Footprint
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.reservations.presence import Footprint
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("ab#c", "de#f")

@@ -4,18 +4,18 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.calls import Frozen
-from swarm.traffic.doing import Doing
-from swarm.traffic.following import Following
 from swarm.traffic.goal import Goal
-from swarm.traffic.granting import activity, hinderers, looks, stops_in, way_ahead, waypoints
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
-from swarm.traffic.joint import JointPlanning
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.states import Frozen
+from swarm.traffic.outputs import activity, hinderers, looks, stops_in, way_ahead, waypoints
+from swarm.traffic.own_record import SLACK, Telling
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
+from swarm.traffic.result import Doing
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
-from swarm.traffic.telling import SLACK, Telling
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcdefgh", "i.......")

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.hearing import in_range, missed
+from swarm.traffic.peers.radio_range import in_range, missed
 
 REACH, HEARD = 5.0, 4.0  # m
 places = st.lists(

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic import joint_search
-from swarm.traffic.cells import CellMap
-from swarm.traffic.duration import CORNER, duration, pace
-from swarm.traffic.improving import CHANCE, LONGER, MOST_OUT, POPS, Improving
-from swarm.traffic.joint_search import Budget, JointSearch
-from swarm.traffic.lacam import Search, State, Steps
-from swarm.traffic.pibt import Configuration, Ties
-from swarm.traffic.plan_check import faults
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.mapf import planner as joint_search
+from swarm.traffic.mapf.check import faults
+from swarm.traffic.mapf.lacam import Search, State, Steps
+from swarm.traffic.mapf.lns import CHANCE, LONGER, MOST_OUT, POPS, Improving
+from swarm.traffic.mapf.makespan import CORNER, duration, pace
+from swarm.traffic.mapf.pibt import Configuration, Ties
+from swarm.traffic.mapf.planner import Budget, JointSearch
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abc", "dme", "fgh")

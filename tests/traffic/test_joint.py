@@ -6,14 +6,14 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.assign import Aside, assign
-from swarm.traffic.calls import Free
-from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.joint import JointPlanning
-from swarm.traffic.peer_records import Event
-from swarm.traffic.question import ATTEMPTS, Attempt, Round
+from swarm.traffic.joint.assignment import Aside, assign
+from swarm.traffic.joint.problem import ATTEMPTS, Attempt, Round
+from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.states import Free
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 ROUND = Drawn("a.n......f.b", ".##########.", "............")

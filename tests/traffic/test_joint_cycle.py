@@ -7,13 +7,13 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Refusal
-from swarm.traffic import joint as joint_planning
-from swarm.traffic.calls import Call, Free, Move, Part, Published
-from swarm.traffic.following import SETTLE
-from swarm.traffic.joint import TRANSITIONS, JointPlanning, Transition
-from swarm.traffic.peer_records import Event
+from swarm.traffic.joint import protocol as joint_planning
+from swarm.traffic.joint.following import SETTLE
+from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Transition
+from swarm.traffic.joint.states import Call, Free, Move, Part, Published
+from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcd", "....")

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic import joint_search
-from swarm.traffic.best_first import BestFirst
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells import CellMap
-from swarm.traffic.dependencies import order_of
-from swarm.traffic.duration import duration
-from swarm.traffic.joint_search import Budget, JointSearch, Outcome, Result
-from swarm.traffic.lacam import Search, State, Steps, without_detours
-from swarm.traffic.pibt import Ties
-from swarm.traffic.plan_check import faults
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.mapf import planner as joint_search
+from swarm.traffic.mapf.best_first import BestFirst
+from swarm.traffic.mapf.check import faults
+from swarm.traffic.mapf.lacam import Search, State, Steps, without_detours
+from swarm.traffic.mapf.makespan import duration
+from swarm.traffic.mapf.pibt import Ties
+from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome, Result
+from swarm.traffic.mapf.precedence import order_of
 from tests.shared import needs_data
 from tests.traffic.maps import BAY, HARD, RING, TREE, Drawn, public
 
@@ -362,7 +362,7 @@ def test_the_limits_of_a_search_that_is_told_none() -> None:
 
 def test_the_search_of_one_at_a_time_keeps_so_many_configurations_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     for most, expansions in ((2, 1), (1, 0)):
-        monkeypatch.setattr("swarm.traffic.best_first.MOST_KEPT", most)
+        monkeypatch.setattr("swarm.traffic.mapf.best_first.MOST_KEPT", most)
         once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
         assert once.advance(1) is State.RUNNING
         assert once.expansions == expansions

@@ -4,14 +4,14 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Refusal
-from swarm.traffic import leading
-from swarm.traffic.calls import Collecting, Free, Move, Part, Published, Searching
-from swarm.traffic.cells import CellMap
-from swarm.traffic.dependencies import After, Order
-from swarm.traffic.joint_search import Outcome, Result
-from swarm.traffic.question import Question
+from swarm.traffic.joint import leader as leading
+from swarm.traffic.joint.problem import Question
+from swarm.traffic.joint.states import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.mapf.planner import Outcome, Result
+from swarm.traffic.mapf.precedence import After, Order
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcd", "efgh")

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.halting import ABOUT, AT_LAST, CLOSE, HALTED, LINGERS, STILL, Halt, Halting, robot_at
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
+from swarm.traffic.obstacles.detector import ABOUT, AT_LAST, CLOSE, HALTED, LINGERS, STILL, Halt, Halting, robot_at
+from swarm.traffic.obstacles.scan import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
+from swarm.traffic.obstacles.tracker import COMING, NEARER, NOTED
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.threat import COMING, NEARER, NOTED
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn(".....", "..a.b", ".....")

@@ -8,12 +8,12 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.look import Scan
-from swarm.traffic.lookout import Look, Lookout
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.obstacles.inspection import Look, Lookout
+from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcde")

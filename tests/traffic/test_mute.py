@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.mute import SAYS, STAYS, Mutes, Spoken, covered
-from swarm.traffic.peer_records import PeerRecords
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route import OwnWay
-from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.own_route import OwnWay
+from swarm.traffic.peers.records import PeerRecords
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.peers.uncooperative import SAYS, STAYS, Mutes, Spoken, covered
+from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import DOOR
 
 CELLS = DOOR.cells

@@ -6,11 +6,11 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.calls import Free, Part
-from swarm.traffic.following import Following
-from swarm.traffic.need import named_leader, reason
+from swarm.traffic.joint.conflict import named_leader, reason
+from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.states import Free, Part
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 LINE = Drawn("abcdef")

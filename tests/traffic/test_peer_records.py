@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Relayed, TrafficBroadcast
-from swarm.traffic.peer_records import SKEW, SLACK, PeerRecords
+from swarm.traffic.peers.records import SKEW, SLACK, PeerRecords
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import DOOR
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.duration import BACK, CORNER, duration
-from swarm.traffic.pibt import Configuration, StepGenerator, Ties, lanes
+from swarm.traffic.mapf.makespan import BACK, CORNER, duration
+from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties, lanes
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))

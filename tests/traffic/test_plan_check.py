@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.plan_check import faults
+from swarm.traffic.mapf.check import faults
 
 #  3 4 5
 #  0 1 2      all joined as a grid

@@ -5,9 +5,9 @@ from msgspec.structs import replace
 
 from swarm.geometry import Pose
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.cells import OUTSIDE
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.presence import (
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.reservations.presence import (
     OFF_WAY,
     Footprint,
     Presence,
@@ -18,8 +18,8 @@ from swarm.traffic.presence import (
     owned_up,
     spread,
 )
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
 

@@ -8,11 +8,11 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, Record
-from swarm.traffic import question as questions
-from swarm.traffic.joint_search import Budget
-from swarm.traffic.question import Member, Question, members_of, question_of
+from swarm.traffic.joint import problem as questions
+from swarm.traffic.joint.problem import Member, Question, members_of, question_of
+from swarm.traffic.mapf.planner import Budget
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")

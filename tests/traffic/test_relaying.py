@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, Refusal
-from swarm.traffic.relaying import WELCOME, Known, Relaying
+from swarm.traffic.peers.relay import WELCOME, Known, Relaying
 from swarm.traffic.settings import TrafficSettings
 
 SETTINGS: Final = TrafficSettings()  # a range of 8 m: who is 7 m apart may not hear each other

@@ -9,9 +9,9 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Notice, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
-from swarm.traffic.reservations import ASK, GRANT, TAKE, Case, Reservations, acknowledged, obstacle
+from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Case, Reservations, acknowledged, obstacle
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.traffic import Traffic
+from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
 CELL, OTHER = 5, 6

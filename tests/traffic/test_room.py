@@ -9,11 +9,11 @@ from msgspec.structs import replace
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
-from swarm.traffic.cells import CellMap
-from swarm.traffic.claiming import LEANS
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.reservations.claims import LEANS
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.traffic import Traffic
+from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn("........", ".a....b.", "........", "........", "..c.....")

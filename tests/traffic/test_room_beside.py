@@ -5,10 +5,10 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.room import room_beside
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
-from swarm.traffic.threat import Threat
+from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
+from swarm.traffic.reservations.side_cells import room_beside
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefg", "hijklmn", "opqrstu", "vwxyzAB", "CDEFGHI")

@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.traffic.breadth_first import FAR
-from swarm.traffic.cells import CellMap
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route import STRAY, OwnWay, off_line, own_way
-from swarm.traffic.route_progress import ALONE, RouteProgress
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.own_route import STRAY, OwnWay, off_line, own_way
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
-from swarm.traffic.traffic import Traffic
+from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
 ROWS, COLUMNS = 6, 8

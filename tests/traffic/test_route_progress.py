@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.messages.traffic import Claim
-from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 from tests.traffic.maps import Drawn
 
 CLAIM = Claim(9, 4, 70)

@@ -8,11 +8,11 @@ from zlib import crc32
 
 import pytest
 
-from swarm.traffic.best_first import BestFirst
-from swarm.traffic.improving import Improving
-from swarm.traffic.joint_search import Budget, JointSearch
-from swarm.traffic.lacam import Search, State, without_detours
-from swarm.traffic.pibt import Ties
+from swarm.traffic.mapf.best_first import BestFirst
+from swarm.traffic.mapf.lacam import Search, State, without_detours
+from swarm.traffic.mapf.lns import Improving
+from swarm.traffic.mapf.pibt import Ties
+from swarm.traffic.mapf.planner import Budget, JointSearch
 from tests.traffic.maps import BAY, DOOR, RING, TREE, Drawn
 
 CROWD = Drawn("abcd", "efgh", "ijkl")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.sight import without_unheard
+from swarm.traffic.lattice.line_of_sight import without_unheard
 from tests.traffic.maps import Drawn
 
 CORNER = Drawn("ab#", "#cd", "##e")

@@ -3,8 +3,8 @@
 import pytest
 
 from swarm.messages.traffic import Claim, Record, Sighting
+from swarm.traffic.peers.sightings import Sightings, keeps
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.sightings import Sightings, keeps
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdef")

@@ -4,10 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record
-from swarm.traffic.calls import Call, Free, Frozen, Move, Part
+from swarm.traffic.joint.member import called, plan_came, stood_in_vain
+from swarm.traffic.joint.states import Call, Free, Frozen, Move, Part
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.situation import Situation
-from swarm.traffic.standing import called, plan_came, stood_in_vain
 from tests.traffic.maps import Drawn
 
 SETTINGS = TrafficSettings()

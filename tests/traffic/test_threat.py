@@ -7,10 +7,10 @@ import pytest
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
-from swarm.traffic.look import Scan
-from swarm.traffic.reservations import Reservations
-from swarm.traffic.route_progress import ALONE, BESIDE, RouteProgress
-from swarm.traffic.threat import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
+from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.obstacles.tracker import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
+from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.rules import Reservations
 
 DT = 0.05  # s
 RADIUS = 0.2  # m

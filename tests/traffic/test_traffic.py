@@ -12,11 +12,11 @@ from swarm.geometry import Pose
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, TrafficBroadcast
 from swarm.scenario.load import Scenario
 from swarm.settings import StartSettings
-from swarm.traffic import traffic
+from swarm.traffic import step as traffic
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
-from swarm.traffic.look import Scan
+from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.settings import TrafficSettings
-from swarm.traffic.traffic import Traffic
+from swarm.traffic.step import Traffic
 from tests.traffic.maps import BAY, CORRIDOR, DOOR, TREE, Drawn
 from world.faults import Faults
 from world.simulate import Simulation

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose
-from swarm.traffic.cells import OUTSIDE
-from swarm.traffic.peer_records import Event
-from swarm.traffic.watch import STUCK, Fault, Seen, Watch
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.peers.records import Event
 from tests.traffic.maps import SIDE, Drawn
+from world.measure.cell_watch import STUCK, Fault, Seen, Watch
 
 FLOOR = Drawn("abcd", "efgh", "ijkl")
 CELL = {name: FLOOR.cell(place) for name, place in FLOOR.names.items()}

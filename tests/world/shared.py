@@ -13,11 +13,11 @@ from swarm.messages import JOIN, Command, Event, Join, Liveness, Phase, Seen, To
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from world import snapshot, snapshot_file
-from world.answering import answer
-from world.course import Course
+from world.host.answering import answer
+from world.host.run import Course
+from world.saving import snapshot, snapshot_file
+from world.saving.snapshot import HostState, Snapshot
 from world.simulate import Simulation
-from world.snapshot import HostState, Snapshot
 from world.world import REST, World
 
 NOISE: Final[dict[str, Any]] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}

@@ -3,7 +3,7 @@
 from typing import Any
 
 from swarm.messages import Activity, Command
-from world.answers import AGAIN, SILENT, Asked, LastMessages
+from world.host.last_messages import AGAIN, SILENT, Asked, LastMessages
 
 
 def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401

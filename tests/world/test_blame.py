@@ -5,8 +5,8 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.settings import MoverSettings
-from world.blame import MOVES, Blame
-from world.bodies import Contact
+from world.bodies.shapes import Contact
+from world.measure.contact_cause import MOVES, Blame
 
 DT = 0.05  # s
 RADIUS = 0.2  # m, of the robots and of the disc

@@ -28,11 +28,11 @@ from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from tests.world.shared import absent, ask, come, course_of, step
 from world.ending import AWAY
-from world.repeatable import MOST, REAL_TIME, Repeatable
-from world.rival import check_alone
-from world.roll import LOST
+from world.fleet.liveness import LOST
+from world.fleet.single_world import check_alone
+from world.host.reproducible import MOST, REAL_TIME, Repeatable
 from world.simulate import Simulation
-from world.status import STOPS
+from world.views.status import STOPS
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
 BLOCK = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -54,7 +54,7 @@ def test_a_button_whose_phase_is_reached_changes_nothing(before: Phase, again: D
 
 
 def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(tmp_path: Path) -> None:
-    file = tmp_path / "world.snapshot"
+    file = tmp_path / "world.saving.snapshot"
     one = course_of(file=file)
     for name, session in (("r1", "a"), ("r2", "b")):
         come(one, name, session)

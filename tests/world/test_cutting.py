@@ -7,8 +7,8 @@ import pytest
 from swarm.errors import ConfigError
 from swarm.messages import Edit, Kind, Order, PoolTargets
 from tests.shared import scenario_of
-from world.cutting import looked_ahead, told
 from world.simulate import Simulation
+from world.tasks.cutting import looked_ahead, told
 from world.world import World
 
 ROOMS = """\

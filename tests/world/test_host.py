@@ -34,7 +34,7 @@ from swarm.messages import (
 from swarm.secure import Identity
 from swarm.settings import Pace
 from tests.world.shared import course_of, request_of, step
-from world.process import LOOK, Host
+from world.host.process import LOOK, Host
 from world.world import REST
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from swarm.bus import Presence
 from swarm.errors import PeerError
-from world.lobby import BACK, HOLD, PARTING, PROMISED, STRANGERS, Lobby
+from world.fleet.membership import BACK, HOLD, PARTING, PROMISED, STRANGERS, Lobby
 
 ROBOTS = [f"r{number}" for number in range(1, 6)]
 LATER = 2 * HOLD  # s

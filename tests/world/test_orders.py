@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import Order, RobotAction, RobotDo
-from world.orders import FATES, KEPT, MOST_TARGETS, REMEMBERED, Orders, Outcome, Progress
+from world.tasks.orders import FATES, KEPT, MOST_TARGETS, REMEMBERED, Orders, Outcome, Progress
 
 HOME = (0.5, 0.5)
 OWN = [(1.0, 1.0), HOME]

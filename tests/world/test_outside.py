@@ -9,8 +9,8 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import BodyReport, Event
 from tests.shared import scenario_of
-from world.outside import check_outside
-from world.snapshot import restore, saved
+from world.bodies.external import check_outside
+from world.saving.snapshot import restore, saved
 from world.world import World
 
 STARTS = [Pose(2.5, 2.5, 0.0), Pose(2.5, 4.5, 0.0)]

@@ -2,8 +2,8 @@
 
 import pytest
 
-from world import pace
-from world.pace import SLIP, Stopwatch, Times, Timetable
+from world.host import pace
+from world.host.pace import SLIP, Stopwatch, Times, Timetable
 
 
 class Clock:

@@ -13,8 +13,8 @@ from swarm.geometry import Pose, Twist, distance, from_frame, integrate, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, OccupancyMap
 from swarm.maps.text import from_text
 from tests.shared import ROOM
-from world.bodies import Contact
-from world.physics import Physics
+from world.bodies.physics import Physics
+from world.bodies.shapes import Contact
 
 RADIUS, TOP, DT = 0.2, 1.6, 0.05
 WIDE = from_text("#" * 40 + "\n" + ("#" + "." * 38 + "#\n") * 38 + "#" * 40 + "\n", 1.0)

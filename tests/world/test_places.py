@@ -19,9 +19,9 @@ from swarm.messages import JOIN, PLACES, Activity, Join, Liveness, Order, Phase,
 from swarm.settings import MOST_ROBOTS
 from tests.shared import scenario_of
 from tests.world.shared import NOISE, ask, course_of, reborn
-from world.course import Course
-from world.places import MOST_AT_ONCE, REMEMBERED, Spots
+from world.host.run import Course
 from world.simulate import Simulation
+from world.tasks.places import MOST_AT_ONCE, REMEMBERED, Spots
 from world.world import REST
 
 FREE: Final = (7.5, 4.5, 1.0)
@@ -209,7 +209,7 @@ def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noq
 def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
     fields: dict[str, Any], tmp_path: Path
 ) -> None:
-    expected, got = course(**fields), course(tmp_path / "world.snapshot", **fields)
+    expected, got = course(**fields), course(tmp_path / "world.saving.snapshot", **fields)
     assert expected["robots"] == 6
     assert got == expected
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import PoolTargets
-from world.orders import REMEMBERED
-from world.pool import MOST_OPEN, MOST_TARGETS, SCENARIO, TRANSITIONS, Errand, Occasion, Pool, Stage
+from world.tasks.orders import REMEMBERED
+from world.tasks.task_pool import MOST_OPEN, MOST_TARGETS, SCENARIO, TRANSITIONS, Errand, Occasion, Pool, Stage
 
 WALL = (9.0, 9.0)
 BACK = (Occasion.GIVEN_UP, Occasion.REPLACED, Occasion.LOST, Occasion.STUCK)

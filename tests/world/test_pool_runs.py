@@ -11,9 +11,9 @@ from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from tests.world.shared import reborn
-from world.dispatch import STUCK, WINDOW
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
+from world.tasks.dispatcher import STUCK, WINDOW
 from world.world import World
 
 HALL = """\

@@ -5,7 +5,7 @@ from math import inf
 import pytest
 
 from swarm.geometry import Pose
-from world.progress import SQUARE, STALLED, ProgressWatch
+from world.measure.progress import SQUARE, STALLED, ProgressWatch
 
 DT = 1.0  # s
 FULL = round(STALLED / DT)

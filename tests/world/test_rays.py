@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, from_frame
-from world import rays
+from world.bodies import rays
 
 ROWS, COLUMNS = 6, 8  # cells
 EDGE: Final = 1e-6  # m, by which shapes are seen larger or smaller

@@ -12,9 +12,9 @@ from swarm.geometry import Pose
 from swarm.maps.text import from_text
 from swarm.messages import Activity, Command
 from tests.shared import scenario_of
-from world.blame import MOVES
-from world.bodies import Contact
-from world.recorder import PARTED, Recorder
+from world.bodies.shapes import Contact
+from world.measure.contact_cause import MOVES
+from world.measure.recorder import PARTED, Recorder
 from world.world import REST
 
 SCENARIO = scenario_of()

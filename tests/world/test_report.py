@@ -23,8 +23,8 @@ from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
-from world.account import shortest_length, shortest_lengths
-from world.report import listed, missing, report, write
+from world.views.metrics import shortest_length, shortest_lengths
+from world.views.report import listed, missing, report, write
 from world.world import REST, World
 
 COLUMNS = 10

@@ -22,8 +22,8 @@ from swarm.messages import (
     RobotDo,
     Topic,
 )
-from world import requests
-from world.requests import SHARE, WAIT, Closed, Requests, waits_in_tick
+from world.host import requests
+from world.host.requests import SHARE, WAIT, Closed, Requests, waits_in_tick
 
 DT = 0.05  # s
 

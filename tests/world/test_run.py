@@ -12,13 +12,13 @@ from swarm.robot.tuning import SAFETY
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from world import simulate
-from world.edits import edited
+from world.bodies.edits import edited
+from world.bodies.movers import Patrol
 from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
-from world.movers import Patrol
-from world.progress import STALLED
+from world.measure.progress import STALLED
+from world.measure.verdict import PROVEN
 from world.simulate import Simulation
-from world.truth import truth
-from world.verdict import PROVEN
+from world.views.truth import truth
 from world.world import REST, World
 
 DT = 0.05  # s

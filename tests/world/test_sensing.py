@@ -8,8 +8,8 @@ import pytest
 
 from swarm.geometry import Pose
 from tests.shared import scenario_of, with_settings
-from world.physics import Physics
-from world.sensing import Sensing
+from world.bodies.physics import Physics
+from world.bodies.sensing import Sensing
 
 NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
 QUIET = scenario_of()

@@ -12,12 +12,12 @@ from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, Rob
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from tests.world.shared import absent, course_of
-from world.course import Course
 from world.ending import AWAY
 from world.faults import Faults, Health, Spell
-from world.progress import STALLED
+from world.host.run import Course
+from world.measure.progress import STALLED
 from world.simulate import Simulation
-from world.status import states
+from world.views.status import states
 from world.world import REST
 
 DONE = Activity.DONE

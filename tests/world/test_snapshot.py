@@ -13,8 +13,8 @@ from swarm.messages import Edit, Kind, Order
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from tests.world.shared import NOISE, reborn, snapshot_of, through_file
-from world import snapshot, snapshot_file
 from world.faults import Faults
+from world.saving import snapshot, snapshot_file
 from world.simulate import Simulation
 from world.world import REST, World
 
@@ -67,7 +67,7 @@ def test_a_world_that_goes_on_from_its_snapshots_is_the_undisturbed_one(name: st
     fields, robots, faults = RUNS[name]
     scenario = scenario_of(**fields)
     expected = course(scenario, robots, seed, faults)
-    got = course(scenario, robots, seed, faults, tmp_path / "world.snapshot")
+    got = course(scenario, robots, seed, faults, tmp_path / "world.saving.snapshot")
     for field, value in expected.items():
         assert got[field] == value, field
     if "movers" in name:
@@ -240,7 +240,7 @@ FROM_THE_START = {  # attributes that are not saved: they follow from scenario, 
 
 @pytest.mark.parametrize("name", FROM_THE_START)
 def test_every_attribute_is_saved_or_follows_from_the_start(name: str) -> None:
-    """Whoever adds an attribute decides: a field of the table in world/snapshot.py, or a word here."""
+    """Whoever adds an attribute decides: a field of the table in world/saving/snapshot.py, or a word here."""
     part = snapshot.parts(Simulation.of(scenario_of(), 2, 1).world)[name]
     kind = snapshot.WorldState.__annotations__[name]
     assert set(vars(part)) - FROM_THE_START[name] == set(kind.__struct_fields__)

@@ -11,10 +11,10 @@ from swarm.bus.codec import decode, encode
 from swarm.geometry import Pose
 from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness, Phase, Seen, Welcome
 from tests.shared import scenario_of
-from world import speaker
-from world.speaker import EVENTS_KEPT, Speaker
-from world.truth import truth
-from world.welcome import welcome
+from world.fleet import publisher as speaker
+from world.fleet.publisher import EVENTS_KEPT, Speaker
+from world.views.truth import truth
+from world.views.welcome import welcome
 from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)

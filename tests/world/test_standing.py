@@ -9,8 +9,8 @@ from swarm.messages import Activity, Liveness, Phase, RobotAction, RobotDo, Robo
 from tests.shared import scenario_of
 from world.faults import Faults
 from world.simulate import Simulation
-from world.standing import why
-from world.status import status
+from world.views.standing import why
+from world.views.status import status
 from world.world import World
 
 CORRIDOR, ROOM = ("\n".join(["#" * 12, *["#" + "." * 10 + "#"] * rows, "#" * 12]) + "\n" for rows in (1, 5))

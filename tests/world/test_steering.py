@@ -12,9 +12,9 @@ from swarm.geometry import Pose
 from swarm.messages import COMMAND, VERSION, Activity, Command, Sense, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
+from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
-from world.steering import BY, CLOSE, IDLE, SteeringWatch, classify
-from world.truth import truth
+from world.views.truth import truth
 from world.world import REST, World
 
 TABLES, TIGHTENED, TURNED, BLENDED, BRAKED = (

@@ -4,9 +4,9 @@ import msgspec
 
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
-from swarm.traffic.cells import OUTSIDE
+from swarm.traffic.lattice.cell_map import OUTSIDE
 from tests.shared import ROOM, scenario_of
-from world.traffic_watch import TrafficWatch
+from world.measure.reservation_check import TrafficWatch
 from world.world import REST, World
 
 SCENARIO = scenario_of(traffic={"cell": 1.0, "offset": [0.0, 0.0]})

@@ -40,11 +40,11 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from tests.world.shared import course_of
-from world.answering import answer
-from world.course import Course
-from world.process import Host
-from world.snapshot import saved
-from world.snapshot_file import ENCODER
+from world.host.answering import answer
+from world.host.process import Host
+from world.host.run import Course
+from world.saving.snapshot import saved
+from world.saving.snapshot_file import ENCODER
 
 # requests that are right and refused while the run waits without robots, and what is wrong in one way each
 RIGHT: dict[str, Message] = {
@@ -191,6 +191,6 @@ def changes(request: Request, course: Course, bus: Bus) -> None:
 def test_the_judge_speaks_of_a_planted_fault(
     make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch, fault: Callable[..., None], says: str
 ) -> None:
-    monkeypatch.setattr("world.process.answer", fault)
+    monkeypatch.setattr("world.host.process.answer", fault)
     found = attacked(make_bus, 400, patience=0.5)
     assert any(says in one for one in found), found

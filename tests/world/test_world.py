@@ -10,9 +10,9 @@ from swarm.maps.text import from_text
 from swarm.messages import COMMAND, Activity, Command, Event
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
-from world.answers import merged
-from world.clearance import ClearanceJudge
-from world.radio_model import RadioModel
+from world.bodies.radio_model import RadioModel
+from world.host.last_messages import merged
+from world.measure.clearance import ClearanceJudge
 from world.world import REST, World
 
 AT = Pose(2.5, 2.5, 0.0)

@@ -10,12 +10,12 @@ from typing import Final
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
 from world.storm import summary
-from world.storm.draw import draw
 from world.storm.output import Lines, Say, shown, write_plan
-from world.storm.plan import StormPlan, only_simulated, read
-from world.storm.pool import Lost, answers
+from world.storm.plans.draw import draw
+from world.storm.plans.plan import StormPlan, only_simulated, read
+from world.storm.plans.shrink import deadline, first_broken, first_of, shrink
 from world.storm.results import Job, Result, lost, perform
-from world.storm.shrink import deadline, first_broken, first_of, shrink
+from world.storm.workers import Lost, answers
 
 INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell
 

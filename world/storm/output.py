@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from swarm.errors import ConfigError
-from world.storm.plan import StormPlan
+from world.storm.plans.plan import StormPlan
 from world.storm.results import Result
 
 Say = Callable[[str], None]

@@ -5,11 +5,11 @@ from typing import Any, Final, NamedTuple
 
 from msgspec import Struct
 
-from world.storm.draw import draw
-from world.storm.history import History, record
-from world.storm.laws import Violation, judge
-from world.storm.plan import StormPlan
-from world.storm.seen import dead_of
+from world.storm.history.history import History, record
+from world.storm.history.seen import dead_of
+from world.storm.laws.judge import Violation, judge
+from world.storm.plans.draw import draw
+from world.storm.plans.plan import StormPlan
 
 NOBODY_DEAD: Final = "known floor, nobody dead"
 SOME_DEAD: Final = "known floor, with the dead"

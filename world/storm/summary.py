@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from math import sqrt
 from typing import Any, Final, NamedTuple
 
-from world.storm.laws import LAWS
+from world.storm.laws.judge import LAWS
 from world.storm.results import CLASSES, REPLAY, Result
 
 Z: Final = 1.959964  # quantile of the normal distribution for 95 %

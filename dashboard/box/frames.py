@@ -1,0 +1,163 @@
+"""What the box tells a browser beside the wire's own messages: progress in numbers and words, and one robot's rules."""
+
+from typing import Annotated, Final, NamedTuple
+
+import msgspec
+from msgspec import Struct
+
+from dashboard.fold import naming, palette
+from dashboard.fold.contacts import CONTACT
+from dashboard.fold.overlays import explained
+from dashboard.fold.progress import Progress
+from dashboard.fold.scene import Scene
+from swarm.errors import SwarmError
+from swarm.fuzzy import Controller
+from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
+from swarm.messages.fields import says
+
+OVERVIEW: Final = "box/overview"
+RULES: Final = "box/rules"
+HELLO: Final = "box/hello"
+JOINT: Final = "box/joint"
+LEARNED: Final = "box/learned"
+COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """One robot's progress."""
+
+    robot: Annotated[str, says("its name")]
+    heard: Annotated[Liveness, says("whether its process is there and speaks")]
+    doing: Annotated[str, says("in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
+    activity: Annotated[Activity, says("what it is doing")]
+    share: Annotated[float, says("of its way through its targets, 0 to 1, by distance")]
+    reached: Annotated[int, says("targets reached")]
+    stops: Annotated[int, says("targets, and home if the mission returns; 0: it has not spoken yet")]
+    target: Annotated[int, says("index of the target it drives to; the number of targets when all are reached")]
+    left: Annotated[float, says("m; to that target along its path")]
+    waits: Annotated[float, says("s; for how long it has been waiting now")]
+    waited: Annotated[float, says("s; in this run")]
+    unreachable: Annotated[tuple[int, ...], says("targets given up because no path leads there")]
+    assignment: Annotated[int, says("number of its targets; 0: the scenario's")]
+
+
+class Overview(Struct, frozen=True, kw_only=True):
+    """The progress of the run."""
+
+    run: Annotated[int, says("increases with each restart")]
+    time: Annotated[float, says("s; since the run began")]
+    phase: Annotated[Phase, says("phase of the run")]
+    link: Annotated[bool, says("the box is connected to the fleet's router")]
+    share: Annotated[float, says("of all robots' ways, 0 to 1")]
+    contacts: Annotated[int, says("touches of robots with anything, among the last 100 events")]
+    robots: Annotated[tuple[Row, ...], says("all robots of the run")]
+    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
+
+
+class Why(Struct, frozen=True, kw_only=True):
+    """Why a robot's wheels turn as they do: the inference of its fuzzy controller."""
+
+    robot: Annotated[str, says("its name")]
+    steering: Annotated[str | None, says("how its command differs from the tables' speeds")]
+    inputs: Annotated[dict[str, float], says("m, and degrees (right positive)")]
+    memberships: Annotated[dict[str, dict[str, float]], says("0 to 1, of each input in each term")]
+    weights: Annotated[dict[str, float], says("of each behaviour; they sum to 1")]
+    rules: Annotated[list[tuple[str, int, float, str]], says("behaviour, number, strength 0..1, text")]
+    left_v: Annotated[float, says("m/s; the tables' speed of the left rim")]
+    right_v: Annotated[float, says("m/s")]
+
+
+class Turn(Struct, frozen=True, kw_only=True):
+    """The order in which robots enter a cell."""
+
+    at: Annotated[tuple[float, float], says("m; the cell's middle")]
+    robots: Annotated[str, says("such as `r3 > r1`")]
+
+
+class Joint(Struct, frozen=True, kw_only=True):
+    """A joint plan under way."""
+
+    leader: Annotated[str, says("the robot that made it")]
+    ways: Annotated[dict[str, list[tuple[float, float]]], says("m; of each member, from where it is")]
+    turns: Annotated[list[Turn], says("the longest orders")]
+
+
+def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:
+    """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours."""
+    colours = [palette.hexadecimal(palette.robot(number)) for number in range(COLOURS)]
+    return {"fleet": fleet, "scenarios": scenarios, "colours": colours}
+
+
+def framed(key: str, content: object) -> str:
+    """Return a frame of the WebSocket: a key and a message as JSON; a content that is a function is called for it."""
+    if callable(content):
+        content = content()
+    return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
+
+
+def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
+    """Return the progress in numbers and words; ``home`` says whether the scenario's mission returns."""
+    rows = tuple(_row(progress, name, home) for name in progress.order)
+    return Overview(
+        run=max(0, progress.run),
+        time=progress.time,
+        phase=progress.phase,
+        link=link,
+        share=progress.way,
+        contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
+        robots=rows,
+        pool=progress.pool,
+    )
+
+
+class Overviewing(NamedTuple):
+    """An overview that is made when the first browser takes it; the same progress makes the same one."""
+
+    progress: Progress
+    home: bool
+    link: bool
+
+    def __call__(self) -> Overview:
+        """Return the overview."""
+        return overview(self.progress, self.home, link=self.link)
+
+
+def _row(progress: Progress, name: str, home: bool) -> Row:
+    robot = progress.robot(name)
+    return Row(
+        robot=name,
+        heard=progress.heard(name),
+        doing=naming.lane(robot, home),
+        activity=robot.activity,
+        share=round(robot.share, 4),
+        reached=robot.reached,
+        stops=robot.stops,
+        target=robot.target,
+        left=round(robot.distance, 3),
+        waits=round(progress.waits(name), 1),
+        waited=round(progress.seconds(robot.waited), 1),
+        unreachable=robot.unreachable,
+        assignment=robot.assignment,
+    )
+
+
+def rules(controller: Controller, scene: Scene, truth: Truth, selected: frozenset[str]) -> dict[str, Why | str]:
+    """Return for each selected robot which rules fire, or a sentence that says why that cannot be told."""
+    return {body.robot: _why(controller, scene, body) for body in truth.bodies if body.robot in selected}
+
+
+def _why(controller: Controller, scene: Scene, body: Body) -> Why | str:
+    try:
+        told = explained(controller, scene.settings, body)
+    except SwarmError as fault:
+        return str(fault)
+    return Why(
+        robot=body.robot,
+        steering=None if body.steering is None else body.steering.value,
+        inputs=told.inputs,
+        memberships=told.memberships,
+        weights=told.weights,
+        rules=[(rule.behaviour, rule.rule, rule.strength, rule.text) for rule in told.rules],
+        left_v=told.left_v,
+        right_v=told.right_v,
+    )

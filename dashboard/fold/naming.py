@@ -1,0 +1,125 @@
+"""Words for stops and activities, the same in the terminal and in Rerun."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from dashboard.fold.progress import Robot
+from swarm.messages import Activity, Event
+
+WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
+DOING: Final[Mapping[str, str]] = {WAITS: "giving way", "drives": "driving", "starts": "starting"}  # by word: of many
+
+
+def stop_name(number: int, stops: int, home: bool) -> str:
+    """Return the name of a stop: ``1``, ``2``, ... and ``home`` for the last one if the mission returns.
+
+    >>> [stop_name(i, 3, home=True) for i in range(4)]
+    ['1', '2', 'home', 'done']
+    """
+    if number >= stops:
+        return DONE
+    return HOME if home and number == stops - 1 else str(number + 1)
+
+
+def stop_of(robot: Robot, number: int, home: bool) -> str:
+    """Return the name of a robot's stop; ``home`` is the scenario's, and says nothing of the stops of an order."""
+    return stop_name(number, robot.stops, _ends_home(robot, home))
+
+
+def _ends_home(robot: Robot, home: bool) -> bool:
+    return home and robot.assignment == 0
+
+
+def stop_lane(number: int, stops: int, home: bool) -> str:
+    """Return the words for driving to a stop, as a lane shows them."""
+    name = stop_name(number, stops, home)
+    return name if name in {DONE, HOME} else f"to {name}"
+
+
+def lane(robot: Robot, home: bool) -> str:
+    """Return in a word or two what a robot does: the stop that it drives to, or why it stands."""
+    if robot.stops == 0:
+        return READY
+    match robot.activity:
+        case Activity.GIVE_WAY:
+            return WAITS
+        case Activity.BLOCKED:
+            return BLOCKED
+        case Activity.STOPPED:
+            return STOPPED
+        case Activity.DONE:
+            return DONE
+        case Activity.READY:
+            return READY
+        case Activity.DRIVE:
+            return stop_lane(robot.target, robot.stops, _ends_home(robot, home))
+
+
+def words(activity: Activity) -> str:
+    """Return the word for an activity."""
+    return {Activity.GIVE_WAY: WAITS, Activity.DRIVE: "drives"}.get(activity, activity.value)
+
+
+def counted(count: int, word: str) -> str:
+    """Return how many robots do what the ``word`` for one robot says.
+
+    >>> counted(17, "gives way"), counted(1, "gives way"), counted(2, "done")
+    ('17 giving way', '1 giving way', '2 done')
+    """
+    return f"{count} {DOING.get(word, word)}"
+
+
+TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text
+    "contact": "{}",
+    "gone": "is gone: its process has ended; it stands until it is started again",
+    "left": "has left: its process ended by itself; its body stays where it stands",
+    "lost": "is lost: it has been away for long, and the run may end without it",
+    "stale": "is silent: its process is there, but says nothing",
+    "back": "{}",
+    "unreachable": "{}",
+    "taken_up": "{}",
+    "stalled": "{}",
+    "unsolvable": "says that {}",
+    "false_claim": "{}",
+    "duplicate": "{}",
+    "edit_refused": "a change of the floor was refused: {}",
+    "request_refused": "a request was refused: {}",
+}
+
+
+def trouble(event: Event) -> str:
+    """Return an event that needs attention in words for people; "" for one that does not.
+
+    >>> trouble(Event(run=0, tick=9, time=0.45, robot="r1", kind="contact", text="touches wall"))
+    'r1 touches wall'
+    """
+    words = TROUBLE.get(event.kind, "").format(event.text)
+    return f"{event.robot} {words}" if words and event.robot is not None else words
+
+
+# what somebody asked for, and what became of it: kinds of events
+ASKED: Final = frozenset({"order", "stop", "go_on", "home", "cancel", "cancelled", "edit", "pool"})
+
+
+def asked(event: Event) -> str:
+    """Return an event about a request that somebody made in words for people; "" for another one.
+
+    >>> asked(Event(run=0, tick=9, time=0.45, robot="r1", kind="stop", text="stops by request"))
+    'r1: stops by request'
+    """
+    return f"{event.robot or event.kind}: {event.text}" if event.kind in ASKED else ""
+
+
+def same_touch(one: Event, other: Event) -> bool:
+    """Return True if two events tell the contact of the same two robots, each as one of them sees it."""
+    there_and_back = f"touches robot {other.robot}", f"touches robot {one.robot}"
+    return one.kind == other.kind == "contact" and one.tick == other.tick and (one.text, other.text) == there_and_back
+
+
+def plain(text: str) -> str:
+    """Return the text in printable ASCII and line ends, which every viewer's font has; the rest becomes a ``?``.
+
+    >>> plain("90\u00b0 \u2588")
+    '90? ?'
+    """
+    return "".join(c if c == "\n" or " " <= c <= "~" else "?" for c in text)

@@ -1,0 +1,115 @@
+"""The reader of recordings: it returns the texts of an entity, of a file that may be anything."""
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import rerun
+import rerun.chunk
+
+from dashboard.fold.account import Saved, read
+from dashboard.rerun.frames import is_whole, readable, written_by
+from dashboard.rerun.layout import ACCOUNT, APPLICATION, TIMELINE
+from swarm.errors import ConfigError
+
+TEXT: Final = "TextDocument:text"
+ASK: Final = "give the FILE of `swarm run --record FILE`"
+
+
+class Recorded(NamedTuple):
+    """The texts of one entity."""
+
+    texts: list[str]  # in the order of time
+    whole: bool  # the file has the footer that is written at its end
+
+
+def read_texts(path: Path, entity: str) -> Recorded:
+    """Return the texts of an entity; of a file that is cut, those before the cut.
+
+    Raises:
+        ConfigError: there is no such file, or it is no recording of a dashboard that can be read.
+    """
+    try:
+        _check(path)
+        with readable(path) as file:
+            return Recorded(_texts(file, entity, path), is_whole(path))
+    except OSError as fault:
+        why = fault.strerror or _short(fault)
+        raise ConfigError(f"{path}: expected a recording that can be read, got: {why}; {ASK}") from None
+    except (ValueError, RuntimeError) as fault:
+        raise ConfigError(f"{path}: expected a recording, got one that is spoilt: {_short(fault)}; {ASK}") from None
+
+
+def read_account(path: Path) -> tuple[Saved, bool]:
+    """Return the last account of a recording, and whether the recording is whole.
+
+    Raises:
+        ConfigError: the file is no recording that can be read, or has no account.
+    """
+    recorded = read_texts(path, f"/{ACCOUNT}")
+    if not recorded.texts:
+        why = "its dashboard ended before the world had told it any" if recorded.whole else "it is cut before the first"
+        raise ConfigError(f"{path}: expected an account of the run, found none: {why}, or it is of an older version")
+    try:
+        return read(recorded.texts[-1]), recorded.whole
+    except ConfigError as fault:
+        raise ConfigError(f"{path}: {fault}") from None
+
+
+def moving(path: Path) -> Iterator[rerun.chunk.Chunk]:
+    """Yield the chunks of a recording that are on the timeline.
+
+    Raises:
+        OSError, ValueError, RuntimeError: the file cannot be read.
+    """
+    with readable(path) as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore", rerun.error_utils.RerunWarning)  # that a file has no footer
+        for chunk in rerun.chunk.RrdReader(file).stream():
+            if not chunk.is_static and TIMELINE in chunk.timeline_names:
+                yield chunk
+
+
+def _check(path: Path) -> None:
+    """Check that a file is a recording that this version of Rerun reads."""
+    version, ours = written_by(path), _ours()
+    if version is None:
+        what = "another file, or one that is cut at its begin" if path.stat().st_size else "an empty file"
+        raise ConfigError(f"{path}: expected a recording (.rrd), got {what}; {ASK}")
+    if version > ours:
+        theirs, known = (f"{major}.{minor}" for major, minor in (version, ours))
+        raise ConfigError(
+            f"{path}: expected a recording of Rerun {known} or older, got one of {theirs}; "
+            "analyze it with the version of this project that has recorded it"
+        )
+
+
+def _ours() -> tuple[int, int]:
+    major, minor, *_ = rerun.__version__.split(".")
+    return int(major), int(minor)
+
+
+def _texts(file: Path, entity: str, named: Path) -> list[str]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rerun.error_utils.RerunWarning)  # that a file has no footer
+        reader = rerun.chunk.RrdReader(file)
+        known = {one.application_id for one in reader.recordings()}
+    if known and APPLICATION not in known:
+        found = ", ".join(sorted(known))
+        raise ConfigError(f"{named}: expected a recording of a fleet, got one of {found}; {ASK}")
+    chunks = [chunk for chunk in reader.stream().filter(content=entity) if chunk.num_rows] if known else []
+    rows = [row for chunk in chunks for row in _rows(chunk)]
+    return [text for _, text in sorted(rows, key=lambda row: row[0])]
+
+
+def _rows(chunk: rerun.chunk.Chunk) -> list[tuple[int, str]]:
+    """Return time [ns] and text of each row of a chunk."""
+    batch: Any = chunk.to_record_batch()
+    if chunk.is_static or not {TIMELINE, TEXT} <= set(batch.schema.names):
+        return []
+    times, values = batch.column(TIMELINE).cast("int64").to_pylist(), batch.column(TEXT).to_pylist()
+    return [(time, value[0]) for time, value in zip(times, values, strict=True) if time is not None and value]
+
+
+def _short(fault: Exception) -> str:
+    return (str(fault).splitlines() or [type(fault).__name__])[0][:200]

@@ -1,0 +1,175 @@
+"""The questions that a leader asks its search: who moves from where to where, and which cells are blocked."""
+
+from collections.abc import Collection, Mapping
+from enum import Enum, auto
+from random import Random
+from typing import Final, NamedTuple
+
+from swarm.geometry import distance
+from swarm.messages.traffic import Epoch, Record
+from swarm.traffic.joint.assignment import Aside, assign
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.mapf.planner import Budget, JointSearch
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.settings import TrafficSettings
+
+
+class Round(Enum):
+    """The cells of robots that take no part that a plan avoids. Members look into the others before they enter them."""
+
+    HELD = auto()  # all cells that they hold or claim
+    BODIES = auto()  # cells that their bodies reached into when they were heard last
+    MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
+
+
+class Attempt(NamedTuple):
+    """How a leader asks its search; an easier question follows if there is no answer."""
+
+    round: Round
+    everybody: bool  # robots at their goals move too, if they are in the way
+    aside: Aside
+
+
+ATTEMPTS: Final = (
+    Attempt(Round.HELD, True, Aside.NEAR),
+    Attempt(Round.HELD, False, Aside.NEAR),  # a smaller question: a search for many robots sometimes takes too long
+    Attempt(Round.BODIES, True, Aside.NEAR),
+    Attempt(Round.HELD, True, Aside.STAY),
+    Attempt(Round.HELD, False, Aside.STAY),
+    Attempt(Round.BODIES, True, Aside.STAY),
+    Attempt(Round.MIDDLES, True, Aside.NEAR),
+)
+
+
+class Member(NamedTuple):
+    """A robot that stands for the plan, as its leader knows it."""
+
+    head: int  # cell
+    goal: int  # cell
+    idle: bool
+    done: bool
+    moved: int  # tick of its last progress
+    wants: int  # tick since which it has had this goal
+
+
+class Question(NamedTuple):
+    """What a leader asks its search, and what it needs to write down the plan."""
+
+    attempt: int  # which of ATTEMPTS
+    members: tuple[str, ...]  # those that move
+    starts: tuple[int, ...]
+    goals: tuple[int, ...]
+    blocked: frozenset[int]
+    eager: tuple[int, ...]  # indices of the members that must reach their own goals, the longest waiting first
+    exact: bool  # only walls are in the way, and each has its own goal: "unsolvable" is true of the mission
+    at_rest: Mapping[str, int]  # robots that stay, and their cells
+    until: tuple[str, ...]  # members for which the others make room
+
+    @property
+    def asks(self) -> object:
+        """What distinguishes it from other questions."""
+        return self.members, self.goals, self.blocked
+
+    def search(self, epoch: Epoch, cells: CellMap, settings: TrafficSettings) -> JointSearch:
+        """Return a search for the answer."""
+        blocked, expansions = self.blocked, settings.expansions // (2 if self.attempt else 1)
+        return JointSearch(
+            [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
+            if blocked
+            else cells.neighbours,
+            [cells.distances(goal, blocked) for goal in self.goals],
+            self.starts,
+            self.goals,
+            budget=Budget(settings.starts, expansions, settings.enough // len(self.members)),
+            random=Random(f"{epoch.tick} {epoch.leader}"),
+            eager=self.eager,
+        )
+
+
+def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
+    """Return all that stand for a plan, ``me`` included; of robots that share a head, only the first."""
+    now = situation
+    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants)}
+    for robot, record in situation.fresh.items():
+        heads = [member.head for member in members.values()]
+        if record.frozen == epoch and record.held and record.held[-1] not in heads:
+            head = record.held[-1]
+            members[robot] = Member(head, record.goal, record.idle, record.done, record.moved, record.wants)
+    return members
+
+
+def question_of(
+    number: int, everybody: Mapping[str, Member], situation: Situation, cells: CellMap, settings: TrafficSettings
+) -> Question:
+    """Return the question of an attempt."""
+    attempt = ATTEMPTS[number]
+    heads = {robot: member.head for robot, member in everybody.items()}
+    in_the_way = situation.blocked | _bodies(situation, attempt.round, cells)
+    if attempt.round is Round.HELD:
+        in_the_way |= _strangers(situation, heads, cells, settings)
+    in_the_way -= set(heads.values())
+    done = {robot for robot, member in everybody.items() if member.done}
+    idle = {robot for robot in everybody if everybody[robot].idle} | (done if attempt.aside is Aside.STAY else set())
+    wishes = {robot: member.goal for robot, member in everybody.items()}
+    since = {robot: member.moved for robot, member in everybody.items()}
+    goals = assign(cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
+    resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
+    members = tuple(sorted(heads.keys() - resting))
+    ends = tuple(goals[robot] for robot in members)
+    blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
+    exact = not blocked and not settings.learns
+    wanting = {robot: everybody[robot] for robot in members if robot not in idle}
+    eager = _eager(members, ends, wanting)
+    return Question(
+        attempt=number,
+        members=members,
+        starts=tuple(heads[robot] for robot in members),
+        goals=ends,
+        blocked=blocked,
+        eager=eager,
+        exact=exact,
+        at_rest={robot: heads[robot] for robot in sorted(resting)},
+        until=tuple(members[index] for index in eager) if number else (),
+    )
+
+
+def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]) -> tuple[int, ...]:
+    """Return the indices of the members that must reach their own goals, the longest waiting first.
+
+    If any of them have stops left, only those count: the others only go back to where they stood.
+    """
+    waiting = sorted(
+        (wanting[robot].done, wanting[robot].wants, number)
+        for number, (robot, end) in enumerate(zip(members, ends, strict=True))
+        if robot in wanting and end == wanting[robot].goal != wanting[robot].head
+    )
+    return tuple(number for done, _, number in waiting if done == waiting[0][0])
+
+
+def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
+    """Return the cells in which bodies of silent robots are likely to be."""
+    if round_ is not Round.MIDDLES:
+        return situation.bodies()
+    return situation.bodies() & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
+
+
+def _strangers(
+    situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficSettings
+) -> frozenset[int]:
+    """Return the cells of robots that are near the members but take no part."""
+    return frozenset(
+        cell
+        for robot, record in situation.others.items()
+        if robot not in heads and _is_among(record, heads.values(), cells, settings)
+        for cell in (*record.held, *(claim.cell for claim in record.claims))
+        if (robot, cell) not in situation.cleared
+    )
+
+
+def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficSettings) -> bool:
+    """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
+
+    A robot that was farther away has driven out of hearing, and its place is not known.
+    """
+    near = settings.radio_range / 2
+    return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)

@@ -1,0 +1,238 @@
+"""The cells of a scenario: the same for every robot and for the world that watches them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from math import ceil, inf, isclose, log
+from typing import Any, Final
+
+import msgspec
+
+from swarm.errors import ConfigError
+from swarm.geometry import distance, on_circle
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.settings import Settings
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.line_of_sight import without_unheard
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
+
+# side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
+RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
+OWN: Final = (4.0, 10.0)  # radii; a map whose squares are of such a side is its own lattice, which loses no floor
+ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
+PHASES: Final = 4  # lattice offsets tried along each axis
+OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
+# Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
+DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
+UNHEARD: Final = 3e-5  # chance that a robot listens and hears nothing from a robot in range
+LOSSY: Final = 0.9  # share lost; a radio that loses more is not supported
+# if walls stop the radio: a robot claims one cell at a time and waits for five broadcasts; silence is common there
+IN_SIGHT: Final[dict[str, Any]] = {
+    "in_sight": True,
+    "horizon": 1,
+    "ripe": 20,
+    "absent": 600,
+    "plan_stuck": 400,
+    "surmise": 600,
+}
+
+
+def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
+    """Return the lattice over a floor, as ``with_lattice`` placed it: all robots must give a cell the same number.
+
+    Raises:
+        ConfigError: The settings do not say where the lattice lies.
+    """
+    side, offset = _place(settings)
+    return lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean(settings))
+
+
+def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
+    """Return the same lattice over what one robot has learned of a floor; unknown fine cells count as free.
+
+    Raises:
+        ConfigError: The settings do not say where the lattice lies.
+    """
+    side, offset = _place(settings)
+    return CellMap(floor, side=side, radius=settings.robot.radius + OFF_LINE, offset=offset, unknown_is_free=True)
+
+
+def _place(settings: Settings) -> tuple[float, Point]:
+    side, offset = settings.traffic.cell, settings.traffic.offset
+    if side is None or offset is None:
+        raise ConfigError(
+            "traffic: expected `cell` and `offset` of the lattice, got none; call swarm.scenario.prepare before the run"
+        )
+    return side, offset
+
+
+def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
+    """Return the settings with the lattice's place, fixed for the whole run: edits and learned walls must not shift it.
+
+    A map drawn in squares that a robot can turn in is its own lattice. Otherwise the side of a cell is the largest,
+    from 6 radii down to 4, at which a robot can reach every stop from the starts over cells. If none serves, the first
+    is taken, and the check of the scenario refuses it.
+    """
+    traffic, sides = settings.traffic, _sides(settings, floor)
+    if traffic.offset is not None:
+        return _settled(settings, sides[0], traffic.offset)
+    fits = settings.robot.radius + OFF_LINE
+    tried: list[tuple[float, Point]] = []
+    for side in sides:
+        offset = (
+            (0.0, 0.0)
+            if side == floor.resolution
+            else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
+        )
+        tried.append((side, offset))
+        if _serves(lattice(floor, side, fits, offset, _lean(settings)), settings):
+            return _settled(settings, side, offset)
+    return _settled(settings, *tried[0])
+
+
+def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
+    """List the sides of cells to try [m], the first choice first; one that is meant to be the map's is the map's."""
+    radius, own = settings.robot.radius, floor.resolution
+    if settings.traffic.cell:
+        sides = [settings.traffic.cell]
+    else:
+        fits = settings.traffic.offset is None and OWN[0] - ALIKE <= own / radius <= OWN[1] + ALIKE
+        sides = [own] * fits + [radii * radius for radii in RADII]
+    return list(dict.fromkeys(own if isclose(side, own, rel_tol=ALIKE) else side for side in sides))
+
+
+def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:
+    """Return the sides of cells [m] that ``with_lattice`` tries, each with the number of its lattices."""
+    sides = _sides(settings, floor)
+    if settings.traffic.offset is not None:
+        return [(sides[0], 1)]
+    return [(side, 1 if side == floor.resolution else PHASES * PHASES) for side in sides]
+
+
+def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
+    traffic = msgspec.structs.replace(settings.traffic, cell=cell, offset=offset)
+    return msgspec.structs.replace(settings, traffic=traffic)
+
+
+def _stops(settings: Settings) -> list[Point]:
+    """List the places to go to that are known before the start poses are drawn [m]; on a circle, starts are targets."""
+    stops = [*settings.targets, *settings.pool, *(stop for stops in settings.own_targets for stop in stops)]
+    if settings.start.circle is not None:
+        return [*stops, *(pose[:2] for pose in on_circle(*settings.start.circle, settings.robots))]
+    return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
+
+
+def _missed(cells: CellMap, settings: Settings) -> int:
+    return sum(short_of(cells, stop, settings) > settings.reach for stop in _stops(settings))
+
+
+def _serves(cells: CellMap, settings: Settings) -> bool:
+    """Return True if a robot that keeps to these cells can reach all stops from all starts."""
+    if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
+        return False
+    places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
+    joined = [cells.nearest_standable(*place) for place in places]
+    if settings.start.area is not None:
+        drawn = cells_within(cells, settings.start.area)
+        if len(drawn) < settings.robots:
+            return False
+        joined += drawn
+    return not joined or (OUTSIDE not in joined and max(cells.distances(joined[0])[cell] for cell in joined) < FAR)
+
+
+def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> list[int]:
+    """List the cells to stand in whose centres lie in the box between two corners [m]."""
+    x0, y0, x1, y1 = min(area[0], area[2]), min(area[1], area[3]), max(area[0], area[2]), max(area[1], area[3])
+    centres = ((cell, cells.centre(cell)) for cell in range(len(cells)) if cells.stands[cell])
+    return [cell for cell, (x, y) in centres if x0 <= x <= x1 and y0 <= y <= y1]
+
+
+def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
+    """Return True if a robot at ``here`` [m] can come within ``reach`` of a place [m] over cells.
+
+    The result is also True if no cell to stand in is under the robot: the cells tell nothing then.
+    """
+    under = [cell for cell in cells.touched(*here, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
+    goal = cells.cell_of(*there)
+    if not under or (goal != OUTSIDE and any(cells.distances(goal)[cell] < FAR for cell in under)):
+        return True
+    reachable = {cell for start in under for cell, steps in enumerate(cells.distances(start)) if steps < FAR}
+    nearest = min(reachable, key=lambda cell: (distance(cells.centre(cell), there), cell))
+    stand = cells.moved_inside(nearest, there, traffic_settings(settings).standing_room)
+    return distance(stand, there) <= settings.reach
+
+
+def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
+    """Return how far from a stop [m] a robot stands that keeps to the cell of the stop; inf if there is no cell."""
+    cell = cells.nearest_standable(*stop)
+    if cell == OUTSIDE:
+        return inf
+    return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + NEAR
+
+
+@lru_cache(maxsize=4)
+def lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
+    """Return the lattice with cells of ``side`` [m] over a floor; ``fits`` [m] must be free around a cell's middle."""
+    cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
+    return cells if lean is None else without_unheard(cells, lean)
+
+
+def _lean(settings: Settings) -> float | None:
+    """Return the room [m] that a robot keeps when it leans round corners; None if walls do not stop the radio."""
+    return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
+
+
+def best_offset(
+    occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[[CellMap], int] = lambda cells: 0
+) -> Point:
+    """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
+
+    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties.
+    """
+
+    def worth(offset: Point) -> tuple[float, int, int]:
+        cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
+        pieces: list[int] = []
+        seen: set[int] = set()
+        for cell, stands in enumerate(cells.stands):
+            if stands and cell not in seen:
+                piece = [other for other, steps in enumerate(cells.distances(cell)) if steps < FAR]
+                seen.update(piece)
+                pieces.append(len(piece))
+        together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
+        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
+
+    return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
+
+
+def traffic_settings(settings: Settings) -> TrafficSettings:
+    """Return traffic's constants for a scenario."""
+    robot, radio = settings.robot, settings.radio
+    constants = TrafficSettings(
+        tick=1.0 / settings.rate,
+        every=radio.every,
+        radius=robot.radius,
+        radio_range=radio.range,
+        speed=4.0 * robot.speed_scale,
+        acceleration=robot.wheel_acceleration,
+        sensor_range=settings.sensors.range,
+        learns=not settings.map.known,
+    )
+    fresh = max(constants.fresh, constants.every * _in_a_row(radio.loss, DEAF))
+    later = max(0, fresh + constants.gap - constants.absent)
+    constants = replace(
+        constants,
+        ripe=max(constants.ripe, 2 * constants.every),
+        fresh=fresh,
+        absent=constants.absent + later,
+        plan_stuck=constants.plan_stuck + later,
+        surmise=constants.surmise + later,
+        listen=max(constants.listen, constants.often * _in_a_row(radio.loss, UNHEARD)),
+    )
+    return replace(constants, **IN_SIGHT) if radio.line_of_sight else constants
+
+
+def _in_a_row(loss: float, chance: float) -> int:
+    """Return how many broadcasts in a row are all lost with at most ``chance``, if the share ``loss`` is lost."""
+    return ceil(log(chance) / log(min(loss, LOSSY))) if loss > 0.0 else 0

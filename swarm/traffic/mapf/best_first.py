@@ -1,0 +1,97 @@
+"""Best-first search over configurations, one robot moving at a time: for few robots in narrow places.
+
+LaCAM searches depth first. It sometimes takes very long where two or three robots have to let each other pass. This
+search keeps every configuration that it has seen. It is slow for many robots, but it ends: with a plan, or with the
+proof that there is none. Robots that are not ``eager`` may end anywhere: configurations that differ only in which of
+them stands where count as one. The configuration with the fewest steps left in total is expanded first (greedy
+best-first search, Pearl 1984).
+
+Configurations are kept as bytes: tuples and sets took five times the memory, and a process did not give it back.
+"""
+
+from array import array
+from collections.abc import Sequence
+from heapq import heappop, heappush
+from typing import Final
+
+from swarm.traffic.mapf.lacam import State, Steps
+from swarm.traffic.mapf.pibt import Configuration, Joined, Tables
+
+MOST_KEPT: Final = 60_000  # configurations kept
+NUMBERS: Final = 1 << 20  # more than the numbers of configurations
+
+
+class BestFirst:
+    """One search from ``starts``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
+
+    The search is solved when each robot of ``eager`` is at its goal, where its table is 0.
+    """
+
+    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, eager: Sequence[int]) -> None:
+        self.state = State.RUNNING
+        self.expansions = 0
+        self.steps: Steps = []
+        self._neighbours = neighbours
+        self._eager = tuple(eager)
+        self._others = tuple(robot for robot in range(len(starts)) if robot not in self._eager)
+        nowhere = [0] * len(neighbours)
+        self._tables = [table if robot in eager else nowhere for robot, table in enumerate(tables)]
+        self._kept = [_packed(starts)]  # configurations, by number
+        self._parents = array("i", [-1])  # number of the configuration before each
+        self._seen = {self._alike(starts)}
+        self._open = [self._left(starts) * NUMBERS]  # steps left * NUMBERS + number
+
+    def advance(self, expansions: int) -> State:
+        """Expand at most ``expansions`` more configurations; return the state of the search."""
+        end = self.expansions + expansions
+        while self.state is State.RUNNING and self.expansions < end and len(self._kept) < MOST_KEPT:
+            if not self._open:
+                self.state = State.UNSOLVABLE
+                break
+            left, number = divmod(heappop(self._open), NUMBERS)
+            self.expansions += 1
+            if left == 0:
+                self.steps = self._run_to(number)
+                self.state = State.SOLVED
+                break
+            at = _unpacked(self._kept[number])
+            taken = set(at)
+            for robot, cell in enumerate(at):
+                table = self._tables[robot]
+                for other in self._neighbours[cell]:
+                    if other in taken:
+                        continue
+                    following = (*at[:robot], other, *at[robot + 1 :])
+                    alike = self._alike(following)
+                    if alike not in self._seen:
+                        self._seen.add(alike)
+                        heappush(self._open, (left + table[other] - table[cell]) * NUMBERS + len(self._kept))
+                        self._kept.append(_packed(following) if self._others else alike)
+                        self._parents.append(number)
+        return self.state
+
+    def _alike(self, at: Configuration) -> bytes:
+        """Return a key that is equal for configurations in which only robots that are not eager have changed places."""
+        if not self._others:
+            return _packed(at)
+        return _packed([*[at[robot] for robot in self._eager], *sorted([at[robot] for robot in self._others])])
+
+    def _left(self, at: Configuration) -> int:
+        return sum(table[cell] for table, cell in zip(self._tables, at, strict=True))
+
+    def _run_to(self, number: int) -> Steps:
+        steps = []
+        while number >= 0:
+            steps.append(_unpacked(self._kept[number]))
+            number = self._parents[number]
+        return steps[::-1]
+
+
+def _packed(cells: Sequence[int]) -> bytes:
+    return array("i", cells).tobytes()
+
+
+def _unpacked(packed: bytes) -> Configuration:
+    cells = array("i")
+    cells.frombytes(packed)
+    return tuple(cells)

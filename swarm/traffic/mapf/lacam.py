@@ -1,0 +1,159 @@
+"""LaCAM: lazy constraints addition search for many robots at once (Okumura, AAAI 2023).
+
+The search goes over configurations, depth first. It expands a configuration by one step of PIBT. If that leads to no
+new configuration, the next expansion adds a constraint ("robot 3 goes there"), until every possible step has been
+tried. So it finds a plan if there is one. If nothing is left to expand, it is proven that there is no plan without
+rings of movers.
+
+The search counts its expansions and stops when told. It can continue later from where it stopped, and its result is the
+same on every machine.
+"""
+
+from array import array
+from collections.abc import Iterable, Sequence
+from enum import Enum
+from random import Random
+from typing import Final
+
+from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables, Ties
+
+Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
+Steps = list[Configuration]  # configurations, one per time step
+
+
+class State(Enum):
+    """The state of a search."""
+
+    RUNNING = "running"
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"  # proven: every configuration within reach was expanded in every way
+
+
+class _Node:
+    """One configuration: how it was reached, the priority of the robots, and the constraints still to be tried.
+
+    A search keeps thousands: an array and a short list need a third of the memory of a list of floats and a deque.
+    """
+
+    __slots__ = ("at", "orders", "parent", "priority", "urgency")
+
+    def __init__(self, at: Configuration, parent: "_Node | None", urgency: Iterable[float]) -> None:
+        self.at = at
+        self.parent = parent
+        self.urgency = array("d", urgency)
+        self.priority = sorted(range(len(at)), key=self.urgency.__getitem__, reverse=True)
+        self.orders: list[Orders] = [()]  # the first is tried next
+
+
+class Search:
+    """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell."""
+
+    def __init__(
+        self,
+        neighbours: Joined,
+        tables: Tables,
+        starts: Configuration,
+        goals: Configuration,
+        *,
+        ties: Ties,
+        random: Random,
+    ) -> None:
+        self.state = State.RUNNING
+        self.expansions = 0
+        self.steps: Steps = []
+        self._goals: Final = goals
+        self._neighbours: Final = neighbours
+        self._random: Final = random
+        self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random)
+        farthest = 1 + max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
+        root = _Node(starts, None, [table[start] / farthest for table, start in zip(tables, starts, strict=True)])
+        self._open: list[_Node] = [root]
+        self._known: dict[Configuration, _Node] = {starts: root}
+        if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
+            self.state = State.UNSOLVABLE  # no way leads to a goal
+
+    def advance(self, expansions: int) -> State:
+        """Expand at most ``expansions`` more configurations; ``steps`` holds the plan once solved."""
+        limit = self.expansions + expansions
+        while self.state is State.RUNNING and self.expansions < limit:
+            self._expand()
+        return self.state
+
+    def _expand(self) -> None:
+        if not self._open:
+            self.state = State.UNSOLVABLE
+            return
+        node = self._open[-1]
+        if node.at == self._goals:
+            self.steps = _way_to(node)
+            self.state = State.SOLVED
+            return
+        if not node.orders:
+            self._open.pop()
+            return
+        self.expansions += 1
+        orders = node.orders.pop(0)
+        self._add_orders(node, orders)
+        before = node.parent.at if node.parent else node.at
+        at = self._generator.step(node.at, before, node.priority, orders)
+        if at is None:
+            return
+        known = self._known.get(at)
+        if known is None:
+            known = _Node(at, node, self._urgency(node, at))
+            self._known[at] = known
+        self._open.append(known)
+
+    def _add_orders(self, node: _Node, orders: Orders) -> None:
+        """Queue every constraint on the next robot, on top of these constraints, for later expansions."""
+        if len(orders) == len(node.at):
+            return
+        robot = node.priority[len(orders)]
+        home = node.at[robot]
+        cells = [*self._neighbours[home], home]
+        self._random.shuffle(cells)
+        node.orders.extend([(*orders, (robot, cell)) for cell in cells])
+
+    def _urgency(self, node: _Node, at: Configuration) -> list[float]:
+        """Return the urgencies one step later: robots not at their goals gain 1, robots at their goals fall below 1."""
+        return [
+            urgency % 1.0 if cell == goal else urgency + 1.0
+            for urgency, cell, goal in zip(node.urgency, at, self._goals, strict=True)
+        ]
+
+
+def _way_to(node: _Node) -> Steps:
+    steps = [node.at]
+    while node.parent:
+        node = node.parent
+        steps.append(node.at)
+    steps.reverse()
+    return steps
+
+
+def without_detours(steps: Sequence[Configuration]) -> Steps:
+    """Return the plan without detours: a robot stays in a cell if it would return before another robot enters it.
+
+    No other robot is affected: the cell was free, and cells that the robot no longer enters stay free.
+    """
+    if not steps:
+        return []
+    plan = [list(at) for at in steps]
+    changed = True
+    while changed:
+        changed = False
+        last: dict[int, tuple[int, int]] = {}  # cell -> (who stood there last, when)
+        for time, at in enumerate(plan):
+            for robot, cell in enumerate(at):
+                who, when = last.get(cell, (robot, time))
+                if who == robot and time - when > 1:
+                    for between in range(when + 1, time):
+                        gone = plan[between][robot]
+                        if last.get(gone) == (robot, between):
+                            del last[gone]
+                        plan[between][robot] = cell
+                    changed = True
+                last[cell] = (robot, time)
+    while len(plan) > 1 and plan[-1] == plan[-2]:
+        plan.pop()
+    return [tuple(at) for at in plan]

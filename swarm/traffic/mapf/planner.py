@@ -1,0 +1,242 @@
+"""The search for a good joint plan, spread over many calls: LaCAM from several starts, the quickest plan improved.
+
+If no plan is found soon, each pair of robots is tried alone. If two robots cannot both arrive even with nobody else
+there, there is no plan. This proof takes moments; a search over all robots would try everything that the others can do
+meanwhile.
+
+Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but always going
+straight jams narrow places. A plan is judged by when its last robot arrives, if each robot goes as soon as the order of
+entries lets it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+from random import Random
+from typing import Final
+
+from swarm.traffic.mapf.best_first import BestFirst
+from swarm.traffic.mapf.lacam import Search, State, Steps, without_detours
+from swarm.traffic.mapf.lns import Improving
+from swarm.traffic.mapf.makespan import duration
+from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
+from swarm.traffic.mapf.precedence import Order, order_of
+
+PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
+TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
+EXTRA: Final = 30  # expansions that any start may cost, beyond its share
+LATE: Final = 4  # starts without a plan, after which each pair is tried alone
+PAIR: Final = 2_000  # expansions for one pair at most
+POP: Final = 3  # expansions of one robot that take as long as one expansion in improving
+FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after which improving ends
+BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
+
+
+Plan = tuple[tuple[float, float], Steps]  # last arrival and sum of arrivals; steps
+
+
+class Outcome(Enum):
+    """The outcome of a search: a plan in the first two cases, a proof in the third."""
+
+    SOLVED = "solved"
+    FOR_ONE = "solved for one"  # one robot arrives, the others only make room
+    UNSOLVABLE = "unsolvable"
+    NOT_FOUND = "no plan found"
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """The limits of a search, in expansions of configurations."""
+
+    starts: int = 4  # searches from scratch; the quickest plan is kept
+    expansions: int = 20_000  # in all
+    enough: int = 20_000  # once there is a plan: no further start after so many; improving may cost as many again
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A finished search."""
+
+    outcome: Outcome
+    steps: Steps  # when solved
+    order: Order | None
+    who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive in any case; solved for one: that one
+    expansions: int = 0
+
+
+class JointSearch:
+    """A search for a joint plan, to be advanced a little in each control step until ``result`` is set.
+
+    ``eager`` are the robots that still have to reach their goals, the longest waiting first; the others only have to
+    stand somewhere. None: all robots that are not at their goals.
+
+    Raises:
+        ValueError: Two robots have the same start or the same goal.
+    """
+
+    def __init__(
+        self,
+        neighbours: Joined,
+        tables: Tables,
+        starts: Configuration,
+        goals: Configuration,
+        *,
+        budget: Budget,
+        random: Random,
+        eager: Sequence[int] | None = None,
+    ) -> None:
+        if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
+            raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
+        self.result: Result | None = None
+        self._problem = (neighbours, tables, starts, goals)
+        self._budget = budget
+        self._random = random
+        self._spent = 0
+        self._begun = 0
+        self._search: Search | None = None
+        self._pairs = list(combinations(range(len(starts)), 2))[::-1]
+        self._best: Plan | None = None
+        self._improver: Improving | None = None
+        self._improving = 0  # expansions that changes of the plan have cost
+        self._fruitless = 0  # changes since the plan last became quicker
+        self._least = 0  # expansions of the cheapest plan so far
+        self._best_first: BestFirst | None = None
+        away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
+        self._eager = tuple(away if eager is None else eager)
+        self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
+        self._together = True  # False once it is proven that they cannot all be at their goals at once
+        self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
+
+    def advance(self, expansions: int) -> Result | None:
+        """Spend at most ``expansions``; return the result once there is one."""
+        while self.result is None and expansions > 0:
+            if self._best is not None and (self._satisfied or self._is_lost):
+                expansions -= self._improve(self._best)
+                continue
+            if self._best is None and self._begun > LATE and self._pairs:
+                expansions -= self._try_a_pair()
+                continue
+            all_asked = len(self._questions) <= len(self._eager)
+            if self._best is None and self._questions and self._begun > LATE and (not all_asked or self._is_lost):
+                expansions -= self._try_best_first(expansions)
+                continue
+            search = self._search or self._begin()
+            if search is None:
+                break
+            before = search.expansions
+            state = search.advance(min(expansions, self._allowance(search)))
+            spent = max(1, search.expansions - before)
+            expansions -= spent
+            self._spent += spent
+            if state is State.SOLVED:
+                self._keep(search)
+            elif state is State.UNSOLVABLE:
+                self._together, self._search, self._begun = False, None, LATE + 1
+            elif self._allowance(search) <= 0:
+                self._search = None
+        return self.result
+
+    def _allowance(self, search: Search) -> int:
+        """Return how many expansions this start may still cost: short tries first, twice as many every fourth time.
+
+        Depth-first search sometimes takes very long. A restart with other random choices is then cheaper than going on.
+        """
+        left = self._budget.expansions - self._spent
+        if self._best is not None:
+            return min(left, PATIENCE * self._least + EXTRA - search.expansions)
+        doubled = min((self._begun - 1) // 4, 20)
+        return min(left, ((2 * self._longest + EXTRA) << doubled) - search.expansions)
+
+    def _try_a_pair(self) -> int:
+        """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all."""
+        neighbours, tables, starts, _ = self._problem
+        pair = self._pairs.pop()
+        spent = 0
+        for eager in (0, 1):
+            if pair[eager] not in self._eager:
+                continue
+            search = BestFirst(neighbours, [tables[robot] for robot in pair], tuple(starts[r] for r in pair), (eager,))
+            if search.advance(PAIR) is State.UNSOLVABLE:
+                self._finish(Outcome.UNSOLVABLE, pair)
+            spent += search.expansions
+        return 1 + 2 * spent // len(starts)
+
+    def _try_best_first(self, expansions: int) -> int:
+        """Search for any plan at all, one robot moving at a time; return what it cost in expansions.
+
+        The first question is a plan in which all arrive. The next is a plan in which the robot that has waited longest
+        arrives, and so on.
+        """
+        neighbours, tables, starts, _ = self._problem
+        eager = self._questions[0]
+        search = self._best_first or BestFirst(neighbours, tables, starts, eager)
+        self._best_first = search
+        before = search.expansions
+        state = search.advance(expansions)
+        if state is State.SOLVED:
+            self._take(search.steps, max(1, search.expansions // len(starts)))
+            if len(eager) < len(starts):
+                self._finish(Outcome.FOR_ONE, eager)
+        elif state is State.UNSOLVABLE and len(eager) == 1:
+            self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+        if state is not State.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
+            self._together = self._together and not (state is State.UNSOLVABLE and len(eager) == len(starts))
+            self._questions = self._questions[1:]
+            self._best_first = None
+        return max(1, search.expansions - before)
+
+    def _begin(self) -> Search | None:
+        neighbours, tables, starts, goals = self._problem
+        if self._is_lost:
+            self._finish(Outcome.NOT_FOUND)
+            return None
+        ties = TURNS[self._begun % len(TURNS)]
+        self._search = Search(neighbours, tables, starts, goals, ties=ties, random=self._random)
+        self._begun += 1
+        return self._search
+
+    @property
+    def _is_lost(self) -> bool:
+        """True if a search for all goals at once cannot find anything more."""
+        return self._spent >= self._budget.expansions or not self._together
+
+    @property
+    def _satisfied(self) -> bool:
+        return self._begun >= self._budget.starts or self._spent >= self._budget.enough
+
+    def _keep(self, search: Search) -> None:
+        self._take(search.steps, search.expansions)
+
+    def _take(self, found: Steps, expansions: int) -> None:
+        """Keep a plan if it is the quickest so far."""
+        steps = without_detours(found)
+        judged = duration(steps)
+        self._least = expansions if self._best is None else min(self._least, expansions)
+        if self._best is None or judged < self._best[0]:
+            self._best = (judged, steps)
+        self._search = None
+
+    def _improve(self, best: Plan) -> int:
+        """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots."""
+        neighbours, tables, starts, _ = self._problem
+        if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
+            self._finish(Outcome.SOLVED)
+            return 0
+        self._fruitless += 1
+        improving = self._improver = self._improver or Improving(neighbours, tables, self._random)
+        before = improving.pops
+        steps = improving.changed(best[1])
+        if steps is not None:
+            judged = duration(steps)
+            if judged < best[0]:
+                self._fruitless = 0
+            if judged <= best[0]:
+                self._best = (judged, steps)
+        spent = 1 + POP * (improving.pops - before) // len(starts)
+        self._improving += spent
+        return spent
+
+    def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
+        steps = self._best[1] if self._best else []
+        self.result = Result(outcome, steps, order_of(steps) if steps else None, who, self._spent)

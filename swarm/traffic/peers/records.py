@@ -1,0 +1,238 @@
+"""What a robot knows of the others: the newest record of each, how far it was relayed, and if it is believable."""
+
+from collections.abc import Collection, Iterable, Sequence
+from itertools import chain
+from math import hypot
+from typing import Final, NamedTuple
+
+from msgspec.structs import replace
+
+from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.peers.relay import Known, Relaying
+from swarm.traffic.peers.uncooperative import Mutes, Spoken
+from swarm.traffic.settings import TrafficSettings
+
+SKEW: Final = 20  # ticks by which clocks may differ before a record counts as from the future
+MOST_CELLS: Final = 64  # cells in one record's lists
+SILENCE: Final = 100  # ticks between two events about the same fault of the same robot
+SLACK: Final = 0.5  # m; a robot that moved farther than it can drive by more than this has jumped
+FOREVER: Final = 1 << 60  # ticks
+
+
+class Event(NamedTuple):
+    """Something to report: its kind, the robots concerned, and a sentence."""
+
+    kind: str
+    robots: tuple[str, ...]
+    text: str
+
+
+class Live(NamedTuple):
+    """The robots that are not silent at a tick; valid until ``until`` if nothing new is heard."""
+
+    tick: int
+    until: int  # tick at which the first of them falls silent
+    records: dict[str, Record]
+    silent: dict[str, Record]  # of all other robots
+    held: frozenset[int]  # cells that any of them holds
+    listens: bool  # one of them does
+
+
+NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)
+
+
+class PeerRecords:
+    """Everything heard so far, merged: the newest stamp wins, however the record came."""
+
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+        self.me = me
+        self.others: dict[str, Record] = {}  # in the order of their ids
+        self._live = NOBODY
+        self._news: list[Record] = []  # taken since ``others`` was made
+        self._known: dict[str, Known] = {}
+        self._direct: dict[str, int] = {}  # stamp of the last record heard from each robot itself
+        self._told: dict[tuple[str, str], int] = {}
+        self._woke = -1
+        self._relaying = Relaying(settings)
+        self.mutes = Mutes(settings)
+        self.cells = cells
+        self._settings = settings
+        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
+
+    def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()) -> list[Event]:
+        """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
+        had_mutes = bool(self.mutes)
+        refused: list[Event] = []
+        for broadcast in broadcasts:
+            self._hear_one(tick, broadcast, refused)
+        self.mutes.hear(tick, mute, self._direct)
+        surmises, new = self._surmises or had_mutes, len(self.others) != len(self._known)
+        if new:
+            self._known = dict(sorted(self._known.items()))
+        if new or surmises:
+            self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+        else:
+            self.others.update([(record.robot, record) for record in self._news])
+        if self.mutes:
+            mutes = self.mutes.records(tick, {robot: known.record for robot, known in self._known.items()}, self.cells)
+            self.others = dict(sorted((self.others | mutes).items()))
+        if self._news or surmises or self.mutes:
+            self._news, self._live = [], NOBODY
+        self._live = self._live_at(tick)
+        return refused
+
+    @property
+    def _surmises(self) -> bool:
+        """True if a record is from before the robot woke: what is concluded from it depends on the tick."""
+        return self._woke > 0 and any(known.record.stamp < self._woke for known in self._known.values())
+
+    def _live_at(self, tick: int) -> Live:
+        if self._live.tick <= tick <= self._live.until:
+            return self._live
+        fresh, records, silent = self._settings.fresh, self.others, {}
+        oldest = min([record.stamp for record in records.values()], default=FOREVER)
+        if oldest < tick - fresh or self.mutes.names:
+            heard = {robot: record for robot, record in self.others.items() if robot not in self.mutes.names}
+            records = {robot: record for robot, record in heard.items() if record.stamp >= tick - fresh}
+            silent = {robot: record for robot, record in self.others.items() if robot not in records}
+            oldest = min([record.stamp for record in records.values()], default=FOREVER)
+        theirs, until = records.values(), oldest + fresh
+        held = frozenset(chain.from_iterable([record.held for record in (*theirs, *self._of_mutes())]))
+        return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
+
+    def _of_mutes(self) -> list[Record]:
+        """Return the records that stand for the mute robots heard lately."""
+        return [self.others[robot] for robot in sorted(self.mutes.names)]
+
+    def expected(self) -> Collection[Record]:
+        """Return the records of robots that are where they say: all but mute ones that move."""
+        moving = self.mutes.moving if self.mutes.names else ()
+        return (
+            [record for robot, record in self.others.items() if robot not in moving] if moving else self.others.values()
+        )
+
+    def heard_lately(self, tick: int) -> dict[str, Record]:
+        """Return the records of all robots heard lately, mute ones too."""
+        fresh, mutes = self.fresh(tick), self._of_mutes()
+        return fresh | {record.robot: record for record in mutes} if mutes else fresh
+
+    def wake(self, tick: int) -> None:
+        """Record that nothing was heard for a while before this tick."""
+        self._woke = tick
+
+    def _as_known(self, record: Record, tick: int) -> Record:
+        """Add to a silent robot's cells those it may have taken while I heard nothing: the next cells of its way."""
+        if record.stamp >= self._woke or tick - record.stamp <= self._settings.fresh:
+            return record
+        further = record.ahead[: self._settings.horizon]
+        return replace(record, held=(*further, *record.held)) if record.held else record
+
+    def silent(self, robot: str, tick: int) -> bool:
+        """Return True if, as far as known, a robot has said nothing for so long that it counts as silent."""
+        return tick - self._known[robot].record.stamp > self._settings.fresh
+
+    def fresh(self, tick: int) -> dict[str, Record]:
+        """Return the records of all robots that are not silent."""
+        return self._live_at(tick).records
+
+    def fallen_silent(self, tick: int) -> dict[str, Record]:
+        """Return the records of all robots that are silent."""
+        return self._live_at(tick).silent
+
+    def somebody_listens(self, tick: int) -> bool:
+        """Return True if a robot that is not silent has just started, and claims nothing yet."""
+        return self._live_at(tick).listens
+
+    def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
+        """Choose the records to relay from a place [m], nearest robots first."""
+        return self._relaying.choose(tick, x, y, self._known, listens=self.somebody_listens(tick))
+
+    def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
+        """Return my cells without those that a live robot holds too: two robots may start in one cell."""
+        theirs = self._live_at(tick).held
+        return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
+
+    def holders_of(self, cell: int, tick: int) -> tuple[Point, ...]:
+        """List where live robots are that hold a cell [m]."""
+        live = self._live_at(tick)
+        if cell not in live.held:
+            return ()
+        return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
+
+    def _hear_one(self, tick: int, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
+        own = broadcast.own
+        if own.robot == self.me:
+            self._name(tick, own.robot, "another robot uses my id", refused)
+            return
+        if own.stamp <= self._direct.get(own.robot, -1):
+            self._name(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
+            return
+        if own.stamp <= tick + SKEW:
+            if own.stamp - self._direct.get(own.robot, -FOREVER) > self._settings.fresh:
+                self._relaying.met(tick)
+            self._direct[own.robot] = own.stamp
+        self._merge(tick, own, 1, refused)
+        most, latest, everybody = self._settings.hops, tick + SKEW, self._known
+        for hops, record in broadcast.others:  # hundreds in a tick, if many robots are close together: mostly old news
+            robot, stamp = record.robot, record.stamp
+            if robot == self.me or hops > most:
+                continue
+            if stamp <= latest:
+                self._relaying.hear(own.robot, record)
+            known = everybody.get(robot)
+            if known is None or (stamp >= known.record.stamp and (known.record is not record or hops + 1 < known.hops)):
+                self._merge(tick, record, hops + 1, refused)
+
+    def _merge(self, tick: int, record: Record, hops: int, refused: list[Event]) -> None:
+        known = self._known.get(record.robot)
+        if known is not None:
+            if record.stamp < known.record.stamp:
+                return
+            if record.stamp == known.record.stamp:
+                if record is not known.record and record != known.record:
+                    self._name(tick, record.robot, f"two different records of tick {record.stamp}", refused)
+                elif hops < known.hops:
+                    self._known[record.robot] = known._replace(hops=hops)
+                return
+        fault = self._fault(tick, record, known.record if known else None)
+        if fault is None:
+            self._known[record.robot] = Known(record, hops)
+            self._news.append(record)
+        else:
+            self._name(tick, record.robot, fault, refused)
+
+    def _name(self, tick: int, robot: str, fault: str, refused: list[Event]) -> None:
+        key = (robot, fault.split(" of tick ")[0])
+        if tick - self._told.get(key, -SILENCE) >= SILENCE:
+            self._told[key] = tick
+            refused.append(Event("refused", (robot,), f"dropped a record of {robot}: {fault}"))
+
+    def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
+        """Return why a record cannot be true, or None."""
+        settings, cells = self._settings, self.cells
+        if record.stamp > tick + SKEW:
+            return "it is from the future"
+        x, y = record.x, record.y
+        if before is not None and (before.x, before.y, before.held, before.claims) == (
+            x,
+            y,
+            record.held,
+            record.claims,
+        ):
+            return None  # it stands, and its cells were checked before
+        mentioned = (*record.held, *[claim.cell for claim in record.claims])
+        if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
+            return "holds or claims cells that are not there"
+        for at_x, at_y in map(cells.centre, mentioned):
+            if hypot(at_x - x, at_y - y) > self._farthest:
+                return "holds or claims a cell far from where it is"
+        if before is not None:
+            driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK
+            if hypot(before.x - x, before.y - y) > driven:
+                return "jumped farther than a robot can drive"
+        here = cells.cell_of(x, y)
+        if here != OUTSIDE and here not in record.held:
+            return "is in a cell that it does not hold"
+        return None

@@ -1,0 +1,183 @@
+"""Layer 1 of one robot: it claims the next cells of its route, and takes those that all near have acknowledged."""
+
+from collections.abc import Collection
+from math import hypot
+from typing import Final, NamedTuple
+
+from swarm.geometry import Pose, distance
+from swarm.messages.traffic import Claim
+from swarm.traffic.joint.following import Following
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.peers.sightings import keeps
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.presence import Footprint
+from swarm.traffic.reservations.route import RouteProgress
+from swarm.traffic.reservations.rules import ASK, TAKE, Case, obstacle
+from swarm.traffic.settings import TrafficSettings
+
+LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
+MOST_BESIDE: Final = 4  # cells beside the way claimed at a time
+UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
+NOBODY: Final[frozenset[str]] = frozenset()
+
+
+class Claimed(NamedTuple):
+    """The new progress of a robot, and the robots that it waits for."""
+
+    progress: RouteProgress
+    waits: tuple[str, ...]
+    took: bool  # it took a cell of its way
+
+
+class Claiming:
+    """Applies the rules of ``reservations`` to the cells a robot wants next, in the order of its way and its plan."""
+
+    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+        self.me = me
+        self.cells = cells
+        self.settings = settings
+
+    def step(
+        self,
+        progress: RouteProgress,
+        plan: Following | None,
+        situation: Situation,
+        body: Footprint,
+        room: Collection[int],
+    ) -> Claimed:
+        """Claim the next cells of the way, and the cells of ``room`` beside it; take those that are granted."""
+        progress, waits = self._ask(progress, plan, situation, body)
+        near = (
+            self._near(situation, body.pose) if progress.reservations.claims or progress.reservations.beside else NOBODY
+        )
+        claimed = self._advance(Claimed(progress, waits, took=False), plan, situation, body.pose, near)
+        if self.settings.in_sight:
+            return claimed
+        progress = self._make_room(claimed.progress, situation, body.pose, room, near)
+        return claimed if progress is claimed.progress else claimed._replace(progress=progress)
+
+    def _advance(
+        self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
+    ) -> Claimed:
+        """Take the claimed cells that all ``near`` have acknowledged, in the order of the plan."""
+        progress, waits, took = claimed
+        while progress.route:
+            cell = progress.route[0]
+            step_free = plan is None or plan.waits_for(progress.next_step, situation) is None
+            mine = cell in progress.reservations.held and not any(
+                cell in record.held for record in situation.fresh.values()
+            )
+            if mine and not progress.reservations.claims and step_free:
+                progress = progress.grown(progress.reservations.keep((*progress.reservations.held, cell)))
+                continue
+            if not progress.reservations.claims or progress.reservations.claims[0].cell != cell:
+                break
+            claim = progress.reservations.claims[0]
+            case = self._case(claim, progress, situation, near)
+            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose)
+            against = obstacle(TAKE, case) if step_free and heard else "not its turn"
+            if against is not None:
+                waits = waits if waits and against == "it is too young" else self._hinderers(case)
+                break
+            progress = progress.grown(progress.reservations.take(claim))
+            took, waits = True, ()
+        return Claimed(progress, waits, took)
+
+    def _make_room(
+        self, progress: RouteProgress, situation: Situation, pose: Pose, room: Collection[int], near: frozenset[str]
+    ) -> RouteProgress:
+        """Claim the cells of ``room``, beside the way; take those that all others have granted."""
+        if progress.reservations.beside:
+            given_up = [claim for claim in progress.reservations.beside if claim.cell not in room]
+            progress = progress._replace(reservations=progress.reservations.withdraw(given_up))
+            for claim in progress.reservations.beside:
+                if obstacle(TAKE, self._case(claim, progress, situation, near)) is None:
+                    progress = progress.with_room(claim)
+        if not room:
+            return progress
+        ahead = progress.route[: self.settings.horizon]
+        taken = {
+            *progress.reservations.held,
+            *[claim.cell for claim in progress.reservations.all_claims],
+            *ahead,
+            *situation.blocked,
+        }
+        for cell in room:
+            if cell in taken or len(progress.reservations.beside) >= MOST_BESIDE:
+                continue
+            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+                continue
+            case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
+            if obstacle(ASK, case) is None:
+                progress = progress._replace(reservations=progress.reservations.claim_beside(cell, situation.tick))
+        return progress
+
+    def _ask(
+        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Footprint
+    ) -> tuple[RouteProgress, tuple[str, ...]]:
+        """Claim what may be claimed, in order; return also who keeps the robot from the first cell of the route."""
+        pose, place = body.pose, progress.place(body.cell)
+        room = self.settings.horizon - (len(progress.reservations.held) - 1 - place)
+        for ahead, cell in enumerate(progress.route[: max(0, room)]):
+            step = progress.next_step + ahead
+            first = plan.waits_for(step, situation) if plan is not None else None
+            if plan is not None and first is not None and not (ahead == 0 and plan.next_after(step, situation)):
+                return progress, (first,) if ahead == 0 else ()
+            if ahead < len(progress.reservations.claims):
+                continue
+            if cell in progress.reservations.held or cell in situation.blocked:
+                return progress, ()
+            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+                return progress, ()
+            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose):
+                return progress, ()
+            case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
+            against = obstacle(ASK, case)
+            if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
+                return progress, self._hinderers(case) if ahead == 0 else ()
+            progress = progress._replace(reservations=progress.reservations.claim(cell, situation.tick))
+        return progress, ()
+
+    def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
+        """Return True if all that may claim or hold that cell hear me. Round a corner, robots lean towards the cell."""
+        if not self.cells.is_blind(head, cell):
+            return distance(self.cells.centre(head), pose) <= LEANS
+        return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
+
+    def _queues(self, against: str, case: Case, situation: Situation) -> bool:
+        """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
+        cell = case.claim.cell
+        held_by_others = [
+            robot for robot, notice in case.others.items() if cell in notice.held and (robot, cell) not in case.cleared
+        ]
+        return against == "somebody holds it" and all(robot in situation.fresh for robot in held_by_others)
+
+    def _case(self, claim: Claim, progress: RouteProgress, situation: Situation, near: frozenset[str]) -> Case:
+        age = situation.tick - claim.stamp
+        others = situation.others
+        return Case(
+            claim, self.me, self.me, progress.reservations, others, near, situation.cleared, age, self.settings.ripe
+        )
+
+    def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
+        """Return the robots heard lately that could claim a cell that I can claim."""
+        reach = self.settings.asking_distance(self.cells.side)
+        x, y, _ = pose
+        return frozenset(
+            [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
+        )
+
+    def _hinderers(self, case: Case) -> tuple[str, ...]:
+        """Return who holds or claims a cell, or else who has not acknowledged the claim yet."""
+        cell = case.claim.cell
+        owners = tuple(
+            [
+                robot
+                for robot, notice in case.others.items()
+                if keeps(notice, cell) and (robot, cell) not in case.cleared
+            ]
+        )
+        if owners or case.age < UNANSWERED:
+            return owners
+        ack = (self.me, case.claim.number)
+        return tuple([robot for robot in sorted(case.near) if ack not in case.others[robot].acks])

@@ -1,0 +1,1 @@
+"""What moves, touches and is sensed. Imports no other sub-room of the world."""

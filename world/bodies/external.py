@@ -1,0 +1,99 @@
+"""Robots whose body is outside, as a real one is: their poses are reported, and the world only places what is told.
+
+Pure: it knows no bus and no clock but the run's ticks. The brain of such a robot is a robot process as any other.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import hypot
+from typing import Final
+
+from swarm.errors import ConfigError
+from swarm.geometry import Pose, wrap
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import BODY, BodyReport
+from swarm.scenario.starts import names as scenario_names
+from world.bodies.sensing import Distances
+
+SLACK: Final = 0.02  # m that a body may seem to move beyond its top speed: it measures, too
+
+Said = tuple[int, str, str]  # robot, kind and text of an event
+
+
+def check_outside(names: Sequence[str], robots: int) -> tuple[str, ...]:
+    """Return the names of robots whose body is outside.
+
+    Raises:
+        ConfigError: there is no such robot.
+    """
+    for name in names:
+        if name not in scenario_names(robots):
+            raise ConfigError(f"--body {name}: expected one of {', '.join(scenario_names(robots))}, got {name!r}")
+    return tuple(names)
+
+
+class Outside:
+    """The bodies that are outside, by the robots' numbers."""
+
+    def __init__(self, numbers: Mapping[str, int], starts: Sequence[Pose], top_speed: float, dt: float) -> None:
+        self._numbers = numbers
+        self.told: Mapping[str, BodyReport] = {}  # the newest reports that have come
+        self._top_speed, self._dt = top_speed, dt
+        self.poses = {number: starts[number] for number in numbers.values()}
+        self.reports: dict[int, BodyReport] = {}  # the newest one
+        self.silent: list[int] = []
+
+    def step(
+        self, tick: int, floor: OccupancyMap, wheels: list[tuple[float, float]]
+    ) -> tuple[dict[int, Pose], list[int], list[Said]]:
+        """Take in what was reported since the last tick; set the rim speeds ``wheels`` [m/s] of these bodies.
+
+        Return the pose of each body at the next tick, the bodies that have jumped there, and what is worth an event. A
+        body without a report stands where it was; after ``BODY.timeout`` that is told. A report from beyond the map is
+        refused, and counts as none.
+        """
+        jumped, said = list[int](), list[Said]()
+        for name, number in self._numbers.items():
+            last, report = self.reports.get(number), self.told.get(name)
+            if report is not None and not floor.inside(floor.cell_of(report.x, report.y)):
+                said.append(
+                    (
+                        number,
+                        "body_refused",
+                        f"is at ({report.x:g}, {report.y:g}) m by its body's report, beyond the map",
+                    )
+                )
+                report = None
+            if report is not None and (last is None or report.tick > last.tick):
+                pose, before = Pose(report.x, report.y, wrap(report.yaw)), self.poses[number]
+                ticks = report.tick - (-1 if last is None else last.tick)
+                moved, most = hypot(pose.x - before.x, pose.y - before.y), self._top_speed * self._dt * ticks + SLACK
+                if moved > most:
+                    jumped.append(number)
+                    said.append(
+                        (
+                            number,
+                            "body_jumped",
+                            f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report",
+                        )
+                    )
+                if number in self.silent:
+                    self.silent.remove(number)
+                    said.append((number, "body_back", "reports its body again"))
+                self.reports[number], self.poses[number] = report, pose
+                wheels[number] = (report.left, report.right)
+                continue
+            wheels[number] = (0.0, 0.0)
+            quiet = (tick - (-1 if last is None else last.tick)) * self._dt
+            if quiet > BODY.timeout and number not in self.silent:
+                self.silent.append(number)
+                said.append(
+                    (number, "body_silent", f"has reported no body for {BODY.timeout:g} s; it counts as standing")
+                )
+        return dict(self.poses), jumped, said
+
+    def read(self, distances: list[Distances], rays: int, reach: float) -> None:
+        """Replace what the world has cast by what a body has measured itself, if it tells all its rays."""
+        for number, report in self.reports.items():
+            if number not in self.silent and len(report.rays) == 3 * rays:
+                told = [min(reach, ray) for ray in report.rays]
+                distances[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)

@@ -1,0 +1,1 @@
+"""What the world measures by itself: it trusts no robot. Imports `bodies`."""

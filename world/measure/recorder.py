@@ -1,0 +1,170 @@
+"""The record of a run, from which the report is made: poses, contacts, stops reached, waiting times."""
+
+import hashlib
+import struct
+from collections import Counter
+from collections.abc import Sequence
+from itertools import chain
+from typing import Final
+
+import msgspec
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages import Activity, Command, Message
+from swarm.scenario.load import Scenario
+from world.bodies.shapes import Contact
+from world.measure.clearance import ClearanceJudge
+from world.measure.contact_cause import MOVES, Blame, stands
+
+PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: bodies under pressure tremble
+WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
+
+
+class Recorder:
+    """The record of one run. The world feeds it tick by tick."""
+
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose], stops: list[tuple[Point, ...]], dt: float) -> None:
+        robots = len(starts)
+        self._dt = dt
+        self._digest = bytes(16)
+        self.judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius)
+        self.blame = Blame(scenario.settings.movers, scenario.settings.robot.radius, starts, dt)
+        self._last: Sequence[Pose] = starts
+        self._ticks = 0
+        self._touched: dict[Contact, int] = {}  # the tick at which each contact was seen last
+        self.path_length = [0.0] * robots  # m
+        self.contact_counts = [Counter[str]() for _ in range(robots)]
+        self.struck = [0] * robots  # contacts while the robot stood still: no braking could have prevented them
+        self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, could the robot have avoided it
+        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
+        self.laps = [0] * robots  # of a patrol, complete
+        self.waiting = [0.0] * robots  # s
+        self.standing = [0.0] * robots  # s, with a stop left
+        self.waits_for: list[dict[str, float]] = [{} for _ in range(robots)]  # s, for each robot waited for
+        self.replans = [0] * robots
+        self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
+
+    def add_robot(self, start: Pose) -> None:
+        """Record one more robot from now on; it has no stops."""
+        self.judge.settle()  # it judges ticks with equally many robots at once
+        self._last = [*self._last, start]
+        self.path_length.append(0.0)
+        self.contact_counts.append(Counter())
+        self.struck.append(0)
+        self.blame.add_robot(start)
+        self.reached_at.append([])
+        self.laps.append(0)
+        self.waiting.append(0.0)
+        self.standing.append(0.0)
+        self.waits_for.append({})
+        self.replans.append(0)
+        self.unreachable.append([])
+
+    @property
+    def digest(self) -> str:
+        """A hash of every robot's pose at every tick and of all requests to robots: equal runs have equal digests."""
+        return self._digest.hex()
+
+    @property
+    def clearance_min(self) -> float:
+        """The smallest gap seen [m], recomputed from the poses."""
+        return self.judge.smallest
+
+    @property
+    def avoidable(self) -> int:
+        """Number of contacts that a robot could have avoided by stopping; one of two robots counts once."""
+        return len({(tick, c.kind, frozenset((c.robot, c.other))) for tick, c, avoidable in self.begun if avoidable})
+
+    @property
+    def complete(self) -> bool:
+        """True if every robot has been at all its stops."""
+        rows = zip(self.laps, self.reached_at, strict=True)
+        return all(laps or None not in row for laps, row in rows)
+
+    def poses(self, poses: Sequence[Pose]) -> None:
+        """Record the poses of all robots at a tick."""
+        self._ticks += 1
+        packed = struct.pack(f"<{3 * len(poses)}d", *chain.from_iterable(poses))
+        self._digest = hashlib.blake2b(self._digest + packed, digest_size=16).digest()
+        for number, (before, pose) in enumerate(zip(self._last, poses, strict=True)):
+            if pose != before:
+                self.path_length[number] += distance(before, pose)
+        self.judge.observe(poses)
+        self._last = poses
+
+    def set_floor(self, floor: OccupancyMap) -> None:
+        """Judge gaps against this floor from now on."""
+        self.judge.set_floor(floor)
+
+    def contacts(
+        self,
+        contacts: Sequence[Contact],
+        touching: Sequence[Contact],
+        wheels: Sequence[tuple[float, float]],
+        poses: Sequence[Pose],
+    ) -> list[Contact]:
+        """Record the contacts that began in a tick, with the rim speeds [m/s] in it; return those that count.
+
+        A contact that begins again within ``PARTED`` of its end does not count: it is still the same. ``touching`` are
+        the contacts that have not ended, and ``poses`` those at the tick's end.
+        """
+        kept, seen = PARTED / self._dt, self._touched
+        fresh = [c for c in contacts if c not in seen or self._ticks - seen[c] >= kept]
+        self._touched |= dict.fromkeys((*contacts, *touching), self._ticks)
+        verdicts = self.blame.look(self._ticks, fresh, touching, wheels, poses)
+        for contact, avoidable in zip(fresh, verdicts, strict=True):
+            self.contact_counts[contact.robot][contact.kind] += 1
+            self.struck[contact.robot] += stands(wheels[contact.robot])
+            self.begun.append((self._ticks, contact, avoidable))
+        return fresh
+
+    def is_reached(self, robot: int, stop: int) -> bool:
+        """Return True if a stop counts as reached."""
+        return self.reached_at[robot][stop] is not None
+
+    def next_stop(self, robot: int, given_up: Sequence[int]) -> int | None:
+        """Return the first stop that a robot has neither reached nor given up."""
+        row = self.reached_at[robot]
+        if not given_up:
+            return row.index(None) if None in row else None
+        return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
+
+    def reached(self, robot: int, stop: int, time: float) -> None:
+        """Record that a robot has reached a stop at a time [s]."""
+        self.reached_at[robot][stop] = time
+
+    def begin_lap(self, robot: int) -> None:
+        """Record that a robot on patrol has been at all stops, and begins again."""
+        self.laps[robot] += 1
+        self.reached_at[robot] = [None] * len(self.reached_at[robot])
+
+    def begin(self, robot: int, stops: int) -> None:
+        """Record that a robot has new stops, in place of those before."""
+        self.reached_at[robot], self.laps[robot], self.unreachable[robot] = [None] * stops, 0, []
+
+    def reopen(self, robot: int, stop: int) -> None:
+        """Record that a robot has to reach a stop, home, once more."""
+        self.reached_at[robot][stop] = None
+
+    def request(self, robot: int, request: Message) -> None:
+        """Record a request to a robot that has changed something."""
+        packed = msgspec.msgpack.encode((robot, request))
+        self._digest = hashlib.blake2b(self._digest + packed, digest_size=16).digest()
+
+    def doing(self, commands: Sequence[Command]) -> None:
+        """Record what every robot did in a tick."""
+        for number, command in enumerate(commands):
+            self.replans[number] = command.replans
+            self.unreachable[number] = command.unreachable
+            if command.activity in WAITING:
+                self.waiting[number] += self._dt
+                row = self.waits_for[number]
+                for other in set(command.waits):
+                    row[other] = row.get(other, 0.0) + self._dt
+
+    def stood(self, stops: Sequence[int | None], wheels: Sequence[tuple[float, float]]) -> None:
+        """Record who stood in a tick with a stop left, by the rim speeds [m/s]; it does not depend on what they say."""
+        for number, (stop, (left, right)) in enumerate(zip(stops, wheels, strict=True)):
+            if stop is not None and abs(left) <= MOVES and abs(right) <= MOVES:
+                self.standing[number] += self._dt

@@ -1,0 +1,140 @@
+"""The file of a snapshot: MessagePack behind a line with the format and a checksum; decoding it is strict."""
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+
+from swarm.errors import ConfigError
+from swarm.scenario.load import Scenario
+from world.fleet.single_world import new_identity
+from world.saving.snapshot import Noise, Snapshot
+
+FORMAT: Final = b"zenoh-swarm snapshot "
+HEAD: Final = FORMAT + b"4\n"  # the version of the tables
+CHECK: Final = 16  # bytes of the checksum
+
+
+def fingerprint(scenario: Scenario) -> str:
+    """Return a hash of a scenario's settings, profile and map."""
+    return hashlib.blake2b(msgspec.msgpack.encode(scenario.to_wire()), digest_size=16).hexdigest()
+
+
+def _to_plain(value: object) -> object:
+    if isinstance(value, Noise):
+        state: Any = value.bit_generator.state
+        numbers = state["state"]
+        return [numbers[name].to_bytes(16) for name in ("state", "inc")], state["has_uint32"], state["uinteger"]
+    raise NotImplementedError(type(value))
+
+
+def _from_plain(kind: Any, value: Any) -> object:  # noqa: ANN401
+    if kind is Noise:
+        (state, inc), has, last = value
+        bits = np.random.PCG64()
+        bits.state = {
+            "bit_generator": "PCG64",
+            "state": {"state": int.from_bytes(state), "inc": int.from_bytes(inc)},
+            "has_uint32": int(has),
+            "uinteger": int(last),
+        }
+        return Noise(bits)
+    return Counter(msgspec.convert(value, dict[str, int]))
+
+
+ENCODER: Final = msgspec.msgpack.Encoder(enc_hook=_to_plain)
+DECODER: Final = msgspec.msgpack.Decoder(Snapshot, dec_hook=_from_plain)
+
+
+def write(snapshot: Snapshot, path: Path) -> None:
+    """Replace the file at once, and keep the one before: whoever reads finds a whole snapshot.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    packed = ENCODER.encode(snapshot)
+    beside = _beside(path)
+    beside.write_bytes(HEAD + checksum(packed) + packed)
+    earlier(path).unlink(missing_ok=True)
+    with suppress(OSError):  # there is none yet, or the file system has no links: then there is no one before
+        os.link(path, earlier(path))
+    os.replace(beside, path)
+
+
+def earlier(path: Path) -> Path:
+    """Return the file of the snapshot before."""
+    return path.with_name(f".{path.name}.earlier")
+
+
+def make_room(path: Path) -> None:
+    """Remove what is kept beside a snapshot."""
+    for file in (earlier(path), _beside(path)):
+        file.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.new")
+
+
+def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:
+    """Return the snapshot in a file, or the one before if that file is spoilt; None if there is no file.
+
+    If the fleet takes orders, the world of the one before has another identity. Its robots may know later stops than it
+    does, so they have to join it again.
+
+    Raises:
+        ConfigError: neither can be read, is whole and belongs to this run.
+    """
+    if not path.exists():
+        return None
+    try:
+        return read(path, scenario, robots, seed)
+    except ConfigError as fault:
+        try:
+            found = read(earlier(path), scenario, robots, seed)
+        except ConfigError:
+            raise fault from None
+        log(f"{fault}; went on from the snapshot before")
+        ordered = scenario.settings.serve or found.state.orders.last > 0
+        return replace(found, identity=new_identity()) if ordered else found
+
+
+def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:
+    """Return the snapshot in a file.
+
+    Raises:
+        ConfigError: the file cannot be read, is no whole snapshot, or belongs to another run.
+    """
+    otherwise = "give another file, or remove it to begin a new run"
+    try:
+        content = path.read_bytes()
+    except OSError as fault:
+        raise ConfigError(f"snapshot {path}: expected a file that can be read, got {fault.strerror}") from None
+    if not content.startswith(HEAD):
+        found = content[: len(HEAD)]
+        what = f"one of version {found[len(FORMAT) :]!r}" if found.startswith(FORMAT) else "another file"
+        raise ConfigError(f"snapshot {path}: expected a snapshot of this version, got {what}; {otherwise}")
+    check, packed = content[len(HEAD) :][:CHECK], content[len(HEAD) + CHECK :]
+    if check != checksum(packed):
+        raise ConfigError(f"snapshot {path}: expected a whole file, got one that is cut or changed; {otherwise}")
+    try:
+        snapshot = DECODER.decode(packed)
+    except (msgspec.DecodeError, TypeError, ValueError, RecursionError) as fault:
+        raise ConfigError(f"snapshot {path}: expected a snapshot, got one with {fault}; {otherwise}") from None
+    mine = {"scenario": fingerprint(scenario), "robots": robots, "seed": seed}
+    for name, wanted in mine.items():
+        if (got := getattr(snapshot, name)) != wanted:
+            raise ConfigError(f"snapshot {path}: {name}: expected {wanted!r}, got {got!r}; {otherwise}")
+    return snapshot
+
+
+def checksum(packed: bytes) -> bytes:
+    """Return what the head of a file is followed by."""
+    return hashlib.blake2b(packed, digest_size=CHECK).digest()

@@ -1,0 +1,1 @@
+"""What happened in a run of a storm, and what can be seen in it."""

@@ -1,0 +1,1 @@
+"""Who is to drive where: missions, orders, the pool, places. Imports `measure` and `bodies`."""

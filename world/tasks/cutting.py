@@ -1,0 +1,82 @@
+"""Whom an edit leaves without a way: the robots and targets to which a way leads now, and none after it."""
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import TYPE_CHECKING, Final
+
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages import Edit, Kind
+from swarm.traffic.lattice.placement import cells_of
+from world.bodies.edits import edited
+from world.tasks.reachable import Reachable
+
+if TYPE_CHECKING:
+    from world.world import World
+
+Cut = tuple[str, str]  # robot and the name of its target; ``POOL`` and the name of an errand
+POOL: Final = "pool"
+LOOKS: Final = 64  # targets without a way that are looked at, about 1 ms each: the world stands meanwhile
+
+
+def looked_ahead(world: "World", edit: Edit, *, sensed: bool) -> tuple[bool, list[Cut]]:
+    """Return whether an edit changes the floor, and the targets not reached yet whose last way it takes, homes too.
+
+    It changes nothing, and looks at ``LOOKS`` targets that have no way, at most.
+
+    Raises:
+        ConfigError: the edit is refused.
+    """
+    poses = world.poses()
+    bodies = zip(world.robots, poses, world.wheels, strict=True)
+    floor = edited(world.floor, edit, bodies, world.settings.robot, world.dt, int(sensed))
+    if edit.kind is Kind.FREE or floor == world.floor:
+        return floor != world.floor, []
+    before, after = Ways(world, world.floor), Ways(world, floor)
+    here = [(pose.x, pose.y) for pose in poses]
+    lost = list(islice(_lost(world, after, here), LOOKS))
+    led = [(who, what) for who, what, starts, there in lost if any(before.lead(start, there) for start in starts)]
+    return True, led
+
+
+def told(lost: Sequence[Cut]) -> str:
+    """Return a clause that says whom an edit leaves without a way; "" if there is nobody.
+
+    >>> told([("r1", "target 2"), ("r1", "home"), ("r2", "target 1")])
+    '; no way leads r1 to target 2 and home, r2 to target 1 any more'
+    """
+    by: dict[str, list[str]] = {}
+    for who, what in lost:
+        by.setdefault(who, []).append(what)
+    parts = [f"{'any robot' if who == POOL else who} to {_listed(what)}" for who, what in by.items()]
+    return f"; no way leads {', '.join(parts)} any more" if parts else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = [*names[:3], *([f"{len(names) - 3} more"] if len(names) > 3 else [])]
+    return f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0]
+
+
+class Ways:
+    """The ways on one floor, by the same check as an order's targets."""
+
+    def __init__(self, world: "World", floor: OccupancyMap) -> None:
+        self.cells = cells_of(floor, world.settings)
+        self._floor, self._reachable = floor, Reachable(world.settings)
+
+    def lead(self, here: Point, there: Point) -> bool:
+        """Return True if a robot can come from ``here`` to a target ``there`` [m]."""
+        return self._reachable.leads(here, there, self._floor, self.cells)
+
+
+def _lost(world: "World", ways: Ways, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
+    """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
+    for number, (name, row) in enumerate(zip(world.robots, world.missions.orders.rows, strict=True)):
+        reached, given_up = world.recorder.reached_at[number], world.commands[number].unreachable
+        for stop, there in enumerate([] if row.pooled else row.stops):
+            left = (reached[stop] is None or world.settings.patrol) and stop not in given_up
+            if left and not ways.lead(here[number], there):
+                yield name, world.missions.label(number, stop), here[number : number + 1], there
+    for name, errand in world.dispatch.pool.open.items():
+        takers = [place for number, place in enumerate(here) if not world.missions.orders.withdrawn(number)]
+        if not any(ways.lead(place, errand.at) for place in takers):
+            yield POOL, f"pool target {name}", takers, errand.at

@@ -1,0 +1,215 @@
+"""The missions of all robots: the stops that each has now, which of them it has been at, and requests for others."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages import Activity, Assigned, Command, Order, PoolTargets, RobotAction
+from swarm.robot.mission import LEAST
+from swarm.settings import Settings
+from swarm.traffic.lattice.cell_map import CellMap
+from world.measure.recorder import Recorder
+from world.tasks.orders import Orders, Outcome, Past, Progress
+from world.tasks.reachable import Reachable
+
+Said = tuple[str, str]  # kind and text of an event
+
+
+class Missions:
+    """The stops of one run, by the robots' numbers. What counts is where a robot is, not what it says."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        starts: Sequence[Pose],
+        stops: Sequence[Sequence[Point]],
+        robots: Sequence[str],
+        recorder: Recorder,
+    ) -> None:
+        self._robots, self._homes = robots, [(start.x, start.y) for start in starts]
+        self._reach, self._patrols = settings.reach, settings.patrol
+        self._recorder = recorder
+        self.reachable = Reachable(settings)
+        self.orders = Orders(robots, stops, returns=settings.return_home)
+        self.left: list[int | None] = [
+            0 if row else None for row in stops
+        ]  # the first stop neither reached nor given up
+        self._places: list[tuple[int, NDArray[np.float64]] | None] = [None] * len(starts)
+
+    def add_robot(self, start: Pose) -> None:
+        """Add a robot with its home; it has no stops, and is told so as of other stops that it does not know."""
+        self._homes.append((start.x, start.y))
+        self.orders.add_robot()
+        self.left.append(None)
+        self._places.append(None)
+
+    def stops(self, number: int) -> tuple[Point, ...]:
+        """Return a robot's stops [m]."""
+        return tuple(self.orders.rows[number].stops)
+
+    def places(self, number: int) -> NDArray[np.float64]:
+        """Return a robot's stops as an array (n, 2) [m]."""
+        row, known = self.orders.rows[number], self._places[number]
+        if known is None or known[0] != row.number:
+            known = row.number, np.array(row.stops, np.float64).reshape(-1, 2)
+            self._places[number] = known
+        return known[1]
+
+    def label(self, number: int, stop: int) -> str:
+        """Return the name of a stop for people."""
+        row = self.orders.rows[number]
+        if row.pooled:
+            return row.what
+        return stop_label(stop, len(row.stops), row.home)
+
+    def stopped(self, number: int) -> bool:
+        """Return True if a robot was told to stop."""
+        return self.orders.rows[number].stopped
+
+    @property
+    def any_stopped(self) -> bool:
+        """True if a robot was told to stop."""
+        return any(row.stopped for row in self.orders.rows)
+
+    @property
+    def dropped(self) -> list[tuple[str, str]]:
+        """The robots from which `cancel` took targets that they had not reached, and what those were of."""
+        return [(name, row.dropped) for name, row in zip(self._robots, self.orders.rows, strict=True) if row.dropped]
+
+    @property
+    def under_way(self) -> list[int | None]:
+        """The stop that each robot should make progress to; None also for one that was told to stop."""
+        return [None if row.stopped else left for row, left in zip(self.orders.rows, self.left, strict=True)]
+
+    def to_tell(self, number: int, command: Command) -> Assigned | None:
+        """Return the stops that a robot has not taken over yet, by its last command; None: it has."""
+        return None if command.assignment == self.orders.rows[number].number else self.orders.assigned(number)
+
+    def finished(self, number: int, command: Command) -> bool:
+        """Return True if a robot says that it is done, and has no stop left but those it has given up."""
+        done = command.activity is Activity.DONE and command.assignment == self.orders.rows[number].number
+        return done and self.left[number] is None
+
+    def history(self, number: int) -> list[Past]:
+        """Return all stops that a robot has had, the present ones last."""
+        return self.orders.history(number, self._progress(number))
+
+    # --- requests ---
+
+    def take(
+        self, number: int, request: Order | RobotAction, here: Point, floor: OccupancyMap, cells: CellMap
+    ) -> Outcome:
+        """Carry out a request to a robot that is at ``here`` [m].
+
+        Raises:
+            PeerError: the request is refused; nothing has changed.
+        """
+
+        def check(targets: Sequence[Point]) -> None:
+            self.reachable.check(self._robots[number], here, targets, floor, cells)
+
+        outcome = self.orders.take(number, request, self._progress(number), self._homes[number], check)
+        if outcome.new_stops:
+            self._begin(number)
+        if outcome.changed:
+            self._recorder.request(number, request)
+        return outcome
+
+    def been_everywhere(self, number: int) -> bool:
+        """Return True if a robot has been at all the stops that it has now."""
+        return self._progress(number).done
+
+    def hand(self, number: int, errand: str | None, *targets: Point) -> Outcome:
+        """Give a robot an errand of the pool, a name and its target [m], or take back the one that it has."""
+        outcome = self.orders.hand(number, self._progress(number), errand, targets)
+        self._begin(number)
+        self._recorder.request(number, Order(id="pool", targets=list(targets)))
+        return outcome
+
+    def record_pool(self, request: PoolTargets) -> None:
+        """Record targets that were put into the pool."""
+        self._recorder.request(len(self._robots), request)
+
+    def _begin(self, number: int) -> None:
+        """Begin with new stops."""
+        self._recorder.begin(number, len(self.orders.rows[number].stops))
+        self.left[number] = self._recorder.next_stop(number, ())
+
+    def _progress(self, number: int) -> Progress:
+        return Progress(self._recorder.reached_at[number], self._recorder.laps[number])
+
+    # --- what robots say, and where they are ---
+
+    def of_these_stops(self, number: int, command: Command) -> Command:
+        """Return a command without what it says about stops that the robot no longer has."""
+        if command.assignment == self.orders.rows[number].number:
+            return command
+        return replace(command, reached=[], unreachable=[])
+
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
+        """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
+        said = [
+            ("unreachable", f"gives up {self.label(number, stop)}: no path leads there")
+            for stop in command.unreachable
+            if stop < len(self.orders.rows[number].stops) and stop not in before.unreachable
+        ]
+        if command.unreachable != before.unreachable:
+            said += self._taken_up(number, before, command)
+            self._next(number, command.unreachable)
+        stops = self.orders.rows[number].stops
+        for stop, claimed in enumerate(command.reached[: len(stops)]):
+            if claimed and not self._recorder.is_reached(number, stop) and before.reached[stop : stop + 1] != [True]:
+                away = distance(pose, stops[stop])
+                text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
+                said.append(("false_claim", text))
+        ours = command.assignment == self.orders.rows[number].number
+        done = ours and Activity.DONE is command.activity is not before.activity
+        if done and (lacks := self.left[number]) is not None:
+            said.append(
+                ("false_claim", f"says it is done but has not reached {self.label(number, lacks)}; not counted")
+            )
+        return said
+
+    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
+        """Name the stops that a robot takes up again; it drives home again after them."""
+        row = self.orders.rows[number]
+        stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
+        stops = [stop for stop in stops if not self._recorder.is_reached(number, stop)]
+        if stops and row.home:
+            self._recorder.reopen(number, len(row.stops) - 1)
+        return [("taken_up", f"takes up {self.label(number, stop)} again: a path leads there now") for stop in stops]
+
+    def is_at_next_stop(self, number: int, pose: Pose) -> bool:
+        """Return True if the next stop counts at the end of this tick."""
+        stop = self.left[number]
+        return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
+
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
+        """Record the stops that a robot is at, at a time [s]."""
+        said = []
+        while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
+            self._recorder.reached(number, stop, time)
+            said.append(("reached", f"is at {self.label(number, stop)}"))
+            if self._next(number, given_up):
+                break
+        return said
+
+    def _next(self, number: int, given_up: Sequence[int]) -> bool:
+        """Find a robot's next stop; return True if a lap of its patrol begins with it."""
+        row = self.orders.rows[number]
+        self.left[number] = self._recorder.next_stop(number, given_up)
+        turns = self._patrols and not row.number and len(row.stops) - len(given_up) >= LEAST
+        if self.left[number] is not None or not turns:
+            return False
+        self._recorder.begin_lap(number)
+        self.left[number] = self._recorder.next_stop(number, given_up)
+        return True
+
+
+def stop_label(stop: int, stops: int, return_home: bool) -> str:
+    """Return the name of a stop for people: ``target 1``, ..., ``home``."""
+    return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"

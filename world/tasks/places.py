@@ -1,0 +1,212 @@
+"""Places for robots that come while a fleet runs: the book of requests, and where a body may be put.
+
+The book outlives a restart: the places stay open. A spot is put to the same questions as a start of the scenario, and
+is refused where a robot drives that could not stop before it, or holds the cells under it.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from math import hypot
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+
+from swarm.errors import PeerError
+from swarm.geometry import Pose, distance, wrap
+from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from swarm.messages import Accepted, Places
+from swarm.messages.naming import meant
+from swarm.robot.tuning import SAFETY
+from swarm.scenario.check import pieces
+from swarm.settings import MOST_ROBOTS, Settings
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.placement import traffic_settings
+from world.bodies.edits import stops_before
+
+if TYPE_CHECKING:
+    from world.world import World
+
+
+MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
+REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
+CLEAR: Final = 0.05  # m, beside the footprint, to walls: as far as robots may stray
+
+
+class Opened(Struct, kw_only=True, forbid_unknown_fields=True):
+    """A request that was carried out."""
+
+    count: int
+    at: list[tuple[float, float, float]]
+    robots: list[str]
+
+
+class Book(Struct, kw_only=True, forbid_unknown_fields=True):
+    """All places that were opened, in order, and the last requests by their ids."""
+
+    starts: list[Pose]
+    requests: dict[str, Opened]
+
+    def known(self, request: Places) -> Opened | None:
+        """Return the request that was carried out under this id, if it is the same.
+
+        Raises:
+            PeerError: it was another one.
+        """
+        opened = self.requests.get(meant(request.id, self.requests))
+        if opened is not None and (opened.count, opened.at) != (request.count, list(request.at)):
+            raise PeerError(
+                f"places {request.id}: expected what was accepted with it, got another request; use a new id"
+            )
+        return opened
+
+    def enter(self, request: Places, starts: Sequence[Pose], robots: Sequence[str]) -> Opened:
+        """Record places that were opened."""
+        self.starts += starts
+        self.requests[request.id] = Opened(count=request.count, at=list(request.at), robots=list(robots))
+        if len(self.requests) > REMEMBERED:
+            del self.requests[next(iter(self.requests))]
+        return self.requests[request.id]
+
+
+class Occupant(NamedTuple):
+    """One robot, as far as it matters to a body that is put beside it."""
+
+    name: str
+    pose: Pose
+    wheels: tuple[float, float]  # m/s
+    held: Collection[int]  # cells
+
+
+class Spots:
+    """The free floor at one moment."""
+
+    def __init__(
+        self, settings: Settings, floor: OccupancyMap, cells: CellMap, occupants: Sequence[Occupant],
+        movers: Sequence[Pose], homes: Sequence[Point], wanted: Sequence[Point],
+    ) -> None:  # fmt: skip
+        """Look at the floor. A restart puts bodies back to their ``homes`` [m]: no other body may be put there.
+
+        ``wanted`` are places [m] that robots are to visit: they are the last to be chosen.
+        """
+        self._settings, self._floor, self._cells = settings, floor, cells
+        self._occupants = list(occupants)
+        outlines = (mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2 for mover in settings.movers)
+        self._movers = list(zip(movers, outlines, strict=True))
+        self._homes = homes
+        self._wanted = {cells.cell_of(*place) for place in [*homes, *wanted]}
+        self._enough = traffic_settings(settings).claim_radius + cells.side  # m to other bodies; more is no better
+
+    def starts(self, request: Places, robots: int) -> list[Pose]:
+        """Return where the bodies of a request are put; the fleet has ``robots`` now.
+
+        Raises:
+            PeerError: the request is refused: there are too many, or a spot is not free.
+        """
+        where = f"places {request.id}"
+        if not 1 <= request.count <= MOST_AT_ONCE or request.count < len(request.at):
+            raise PeerError(
+                f"{where}: expected 1 to {MOST_AT_ONCE} places, and no more starts than places, got {request.count} "
+                f"with {len(request.at)} starts; ask again for more"
+            )
+        if robots + request.count > MOST_ROBOTS:
+            raise PeerError(
+                f"{where}: expected at most {MOST_ROBOTS} robots, got {request.count} beside the {robots} of now"
+            )
+        found: list[Pose] = []
+        for number, (x, y, yaw) in enumerate(request.at, start=1):
+            if (fault := self._fault((x, y))) is not None:
+                raise PeerError(f"{where}: place {number} at ({x:g}, {y:g}): {fault}")
+            found.append(self._take(Pose(x, y, wrap(yaw))))
+        found.extend(self._take(Pose(*spot, 0.0)) for spot in self._chosen(request.count - len(found)))
+        if len(found) < request.count:
+            raise PeerError(
+                f"{where}: expected a free cell for each of {request.count} robots, found {len(found)}; ask for "
+                "fewer, or wait until robots have driven on"
+            )
+        return found
+
+    def _take(self, start: Pose) -> Pose:
+        touched = self._cells.touched(start.x, start.y, self._settings.robot.radius + SAFETY.gap)
+        self._occupants.append(Occupant("another new one", start, (0.0, 0.0), touched))
+        return start
+
+    def _fault(self, at: Point) -> str | None:
+        """Return what is wrong with a spot [m]; None: a body may be put there."""
+        settings, cells, robot = self._settings, self._cells, self._settings.robot
+        if not self._floor.inside(self._floor.cell_of(*at)):
+            return "expected a place on the map, got one outside; move it"
+        if self._floor.at(*at) != FREE:
+            return "expected free floor, got a wall or obstacle; move it"
+        touched = cells.touched(*at, robot.radius + CLEAR)
+        if OUTSIDE in touched or not cells.fits(touched, *at, robot.radius + CLEAR):
+            return f"expected at least {robot.radius + CLEAR:g} m from any wall and from the edge of the map; move it"
+        if not cells.stands[cells.cell_of(*at)]:
+            return "expected a cell in which a robot can stand, got one that is too narrow; move it"
+        for pose, radius in self._movers:
+            if distance(at, pose) <= robot.radius + radius + SAFETY.gap:
+                return "expected a free place, a moving obstacle is there; wait or move it"
+        for other in self._occupants:
+            gap = distance(at, other.pose) - 2 * robot.radius
+            if gap <= SAFETY.gap:
+                return f"expected a free place, {other.name} stands there; move it"
+            if not stops_before(gap, other.wheels, robot, 1.0 / settings.rate):
+                return (
+                    f"expected a place that {other.name} can stop before, it drives {gap:.2f} m away; wait or move it"
+                )
+            if not set(touched).isdisjoint(other.held):
+                return f"expected a place that nobody has reserved, {other.name} holds it; wait or move it"
+        if any(distance(at, home) <= 2 * robot.radius + SAFETY.gap for home in self._homes):
+            return "expected a place that is nobody's home, a restart puts a robot back there; move it"
+        return None
+
+    def _chosen(self, count: int) -> Iterator[Point]:
+        """Yield middles of cells [m], the best first: joined to robots, wanted by none, out of reach of claims.
+
+        The caller takes each before the next, so that the next one is far from it as well.
+        """
+        cells, taken = self._cells, 0
+        standing = [cell for cell in range(len(cells)) if cells.stands[cell]]
+        centres = np.array([cells.centre(cell) for cell in standing], np.float64).reshape(-1, 2)
+        piece = pieces(cells)
+        joined = {piece[cells.cell_of(*other.pose[:2])] for other in self._occupants}
+        worse = np.array([4.0 * (piece[cell] not in joined) + 2.0 * (cell in self._wanted) for cell in standing])
+        apart = np.full(len(standing), self._enough)  # m to the nearest body
+        seen = 0
+        while taken < count and len(standing):
+            for other in self._occupants[seen:]:
+                np.minimum(apart, np.hypot(*(centres - other.pose[:2]).T), out=apart)
+            seen = len(self._occupants)
+            best = int(np.argmin(worse - apart / self._enough))
+            if worse[best] == np.inf:
+                return
+            worse[best] = np.inf  # nor is it free for a later one
+            if self._fault(spot := cells.centre(standing[best])) is None:
+                taken += 1
+                yield spot
+
+
+def opened(world: "World", request: Places) -> tuple[Accepted, list[tuple[str, str]]]:
+    """Open places and put the bodies there; return the answer, and a line on each robot whose place is new.
+
+    Raises:
+        PeerError: the request is refused; nothing has changed.
+    """
+    known, said = world.places.known(request), list[tuple[str, str]]()
+    if known is None:
+        starts = _spots(world).starts(request, len(world.robots))
+        robots = [world.add_robot(start) for start in starts]
+        known = world.places.enter(request, starts, robots)
+        text = "has a place at ({:.2f}, {:.2f}) m; it waits for a process to take it"
+        said = [(name, text.format(*start)) for name, start in zip(robots, starts, strict=True)]
+    many = "places are" if len(known.robots) > 1 else "place is"
+    return Accepted(text=f"{', '.join(known.robots)}: the {many} open", robots=known.robots), said
+
+
+def _spots(world: "World") -> Spots:
+    rows = zip(world.robots, world.poses(), world.wheels, (command.held for command in world.commands), strict=True)
+    stops = [stop for row in world.missions.orders.rows for stop in row.stops]
+    homes, pool = [start[:2] for start in world.starts], [errand.at for errand in world.dispatch.pool.open.values()]
+    return Spots(
+        world.settings, world.floor, world.traffic.watch.cells, [Occupant(*row) for row in rows],
+        world.mover_poses(), homes, [*stops, *pool],
+    )  # fmt: skip

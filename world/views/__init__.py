@@ -1,0 +1,1 @@
+"""The state of the world as messages and as a report; it changes nothing."""

@@ -1,0 +1,194 @@
+"""The report of a run: one JSON object, every field measured by the recorder or recomputed from its poses."""
+
+import json
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any, Final
+
+from swarm.errors import ConfigError
+from world.ending import stands_for_good
+from world.tasks.orders import FATES
+from world.views.metrics import accounts, contacts
+from world.world import World
+
+NAMED: Final = 200  # characters for the stops of one robot, and for errands, in the sentence on what is missing
+ROOM: Final = 440  # characters for each of at most four parts, half for what was cancelled: a status takes 2,000
+
+
+def report(
+    world: World,
+    shortest: Sequence[float | None],
+    *,
+    scenario: str,
+    seed: int,
+    robots_per_process: int,
+    pace: str,
+    wall_time: float,
+    late_commands: int,
+    tick_wall: dict[str, float] | None,
+    reason: str,
+    not_reproducible: Sequence[str] = (),
+    lost: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Return the report of a run; ``wall_time`` in s, ``reason`` says why the run ended if it is not complete.
+
+    ``shortest`` are the lengths [m] of ``shortest_lengths`` on the floor as it is at the end.
+    ``avoidable_contacts`` are those that a robot could have avoided by stopping. A run has ``passed``, and its exit
+    status is 0, if it is complete and has none of these. ``not_reproducible`` says why the run cannot be repeated bit
+    for bit; ``lost`` are robots that stayed away. ``tick_wall`` [s] is the time of a tick on the wall clock, None where
+    ticks do not follow the wall clock.
+    """
+    record = world.recorder
+    return {
+        "scenario": scenario,
+        "seed": seed,
+        "robots": len(world.robots),
+        "robots_per_process": robots_per_process,
+        "pace": pace,
+        "complete": world.complete,
+        "passed": world.complete and not record.avoidable,
+        "reason": "" if world.complete else reason,
+        "lost": list(lost),
+        "reproducible": not not_reproducible,
+        "not_reproducible": list(not_reproducible),
+        "sim_time": world.time,
+        "wall_time": wall_time,
+        "real_time_factor": world.time / wall_time if wall_time else 0.0,
+        "ticks": world.tick,
+        "late_commands": late_commands,
+        "tick_wall": tick_wall,
+        "contacts": contacts(world),
+        "avoidable_contacts": record.avoidable,
+        "clearance_min": record.clearance_min,
+        "steering": world.steering.report(),
+        "traffic": _traffic(world),
+        **_pool(world),
+        "per_robot": {
+            name: {
+                **{field: getattr(account, field) for field in account.__struct_fields__},
+                **_orders(world, number),
+            }
+            for number, (name, account) in enumerate(accounts(world, shortest).items())
+        },
+        "digest": record.digest,
+    }
+
+
+def _orders(world: World, number: int) -> dict[str, Any]:
+    """Return the stops that a robot has had one after the other; nothing if it has had the scenario's only."""
+    history = world.missions.history(number)
+    if not history[-1].number:
+        return {}
+    fates, older = [one.fate for one in history], world.missions.orders.rows[number].older
+    return {
+        "orders": {fate: fates.count(fate) + older.get(fate, 0) for fate in (*FATES, "open")},
+        "history": [
+            {
+                "number": one.number,
+                "what": one.what,
+                "stops": [list(stop) for stop in one.stops],
+                "reached": one.reached,
+                "fate": one.fate,
+            }
+            for one in history
+        ],
+    }
+
+
+def _pool(world: World) -> dict[str, Any]:
+    """Return how far the pool is, and what is left in it; nothing if nothing was ever put in."""
+    pool = world.dispatch.pool
+    if not pool.given:
+        return {}
+    left = [
+        {"errand": errand.name, "at": list(errand.at), "is": errand.stage.value, "since": errand.given}
+        for errand in pool.open.values()
+    ]
+    minutes = world.time / 60
+    rate = pool.done / minutes if minutes else 0.0
+    return {"pool": {"given": pool.given, "done": pool.done, "per_minute": rate, "left": left}}
+
+
+def _traffic(world: World) -> dict[str, Any]:
+    """Return the counts of the traffic watch."""
+    watch = world.traffic.watch
+    for_good = not world.complete and not watch.in_circle and stands_for_good(world)
+    return {
+        "conflicts": watch.conflicts,
+        "joint_plans": watch.joint_plans,
+        "deadlocks": watch.deadlocks + for_good,
+        "stalled": sum(world.progress.times),
+        "longest_wait": watch.longest_wait,
+        "overlaps": watch.count("overlap"),
+        "outside": watch.count("outside"),
+        "intrusions": watch.count("intrusion"),
+    }
+
+
+def missing(world: World) -> str:
+    """Return in one sentence what was cancelled or not reached, what of that had no path, and which robots stalled.
+
+    It names as many as fit into a status message; ``per_robot`` of the report has all.
+    """
+    lacking = []
+    record = world.recorder
+    everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
+    for number, (name, laps, row, given_up) in enumerate(everybody):
+        if laps:
+            continue  # a patrol: it has been everywhere
+        stops = [
+            world.missions.label(number, stop) + (" (no path)" if stop in given_up else "")
+            for stop, time in enumerate(row)
+            if time is None
+        ]
+        if stops:
+            lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
+    if left := list(world.dispatch.pool.left()):
+        lacking.append(listed(left, ", ", NAMED))
+    cancelled = [f"{name}'s {what} was cancelled" for name, what in world.missions.dropped]
+    parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
+    if lacking:
+        stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
+                 for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
+        parts += [world.verdict.text[:ROOM]] if world.verdict.text else []
+        parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
+        parts += [listed(stuck, ", ", ROOM)] if stuck else []
+    return "; ".join(parts)
+
+
+def listed(parts: Sequence[str], separator: str, room: int) -> str:
+    """Return the first parts, as many as fit into ``room`` characters but at least one, and how many more there are.
+
+    >>> listed(["r1", "r2", "r3"], ", ", 7)
+    'r1, r2 and 1 more'
+    """
+    fitting, length = 0, 0
+    for part in parts:
+        length += len(part) + len(separator)
+        if fitting and length > room:
+            break
+        fitting += 1
+    more = f" and {len(parts) - fitting} more" if fitting < len(parts) else ""
+    return separator.join(parts[:fitting]) + more
+
+
+def write(summary: dict[str, Any], path: Path) -> None:
+    """Write a report as JSON; a number that is not finite becomes null.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\n"
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise ConfigError(f"--report {path}: expected a file that can be written, got {fault.strerror}") from None
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value if not isinstance(value, float) or isfinite(value) else None

@@ -1,0 +1,45 @@
+"""The answer to a robot that joins: its place, the scenario, the map, and its progress by the world's own record."""
+
+from msgspec import UNSET
+from msgspec.structs import replace
+
+from swarm.messages import State, Welcome
+from world.fleet.publisher import Speaker
+from world.world import World
+
+
+def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int) -> Welcome:
+    """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
+    floor = speaker.floor
+    return Welcome(
+        robot=name,
+        world=world.identity,
+        session=session,
+        scenario=replace(floor.scenario, starts=UNSET),
+        packed=floor.packed,
+        edits=floor.edits,
+        start=world.starts[world.number(name)],
+        state=progress(name, world) if world.tick else None,
+        assigned=world.missions.orders.assigned(world.number(name)),
+        sender=sender,
+    )
+
+
+def progress(name: str, world: World) -> State:
+    """Return how far a robot has come: not what it says, but where the world has seen it."""
+    number = world.number(name)
+    command, reached_at = world.commands[number], world.recorder.reached_at[number]
+    stop = world.recorder.next_stop(number, command.unreachable)
+    return State(
+        robot=name,
+        run=world.run,
+        tick=world.tick,
+        activity=command.activity,
+        target=len(reached_at) if stop is None else stop,
+        reached=[time is not None for time in reached_at],
+        unreachable=[stop for stop in command.unreachable if stop < len(reached_at)],
+        distance=0.0,
+        replans=command.replans,
+        laps=world.recorder.laps[number],
+        assignment=world.missions.orders.rows[number].number,
+    )
