@@ -1,6 +1,7 @@
 """The benchmark of large fleets: its rows come one by one, and what it computes can be worked out by hand."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -152,3 +153,16 @@ def test_a_fleet_that_does_not_end_when_told_is_killed(monkeypatch: pytest.Monke
     fleets.end(stubborn)
     assert not stubborn.is_running()
     stubborn.stdout.close()
+
+
+def test_a_benchmark_that_is_told_to_end_ends_its_fleet(tmp_path: Path) -> None:
+    """By default SIGTERM ends Python at once, and its fleet would run on for its whole limit."""
+    launcher = tmp_path / "python"
+    launcher.write_text("#!/bin/sh\nexec sleep 1000\n")
+    launcher.chmod(0o700)
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit) as ended, fleets.fleet(ROWS[0], 1.0, "max", python=str(launcher)) as (process, _):
+        signal.raise_signal(signal.SIGTERM)
+    assert ended.value.code == 128 + signal.SIGTERM
+    assert not process.is_running()
+    assert signal.getsignal(signal.SIGTERM) is before

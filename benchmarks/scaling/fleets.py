@@ -1,5 +1,6 @@
 """A fleet over real processes: it is started, its clock is heard, and the use of the machine is read at two ticks."""
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -46,12 +47,16 @@ def fleet(
         "--pace", pace, "--dashboard", "off", "--limit", f"{limit:g}",
         "--port", str(endpoint.port), "--fleet", FLEET, *more,
     ]  # fmt: skip
-    with TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
-        process = psutil.Popen(command, cwd=empty, stdout=subprocess.DEVNULL)
-        try:
-            yield process, endpoint
-        finally:
-            end(process)
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # by default it leaves a fleet
+    try:
+        with TemporaryDirectory() as empty:  # in a checkout, Python would import the code there
+            process = psutil.Popen(command, cwd=empty, stdout=subprocess.DEVNULL)
+            try:
+                yield process, endpoint
+            finally:
+                end(process)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def end(launcher: psutil.Process) -> None:

@@ -4,8 +4,9 @@ from collections.abc import Collection
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from swarm.traffic.breadth_first import Joined, breadth_first, joined
+from swarm.traffic.breadth_first import FAR, Joined, breadth_first, joined
 
 KEPT: Final = 256  # tables, at most
 LARGEST: Final = 1 << 18  # steps in all tables, 2 MB; at least one table is kept
@@ -17,6 +18,7 @@ class Distances:
     def __init__(self, neighbours: Collection[Collection[int]]) -> None:
         self._neighbours = neighbours
         self._joined: Joined | None = None
+        self._numbers: NDArray[np.object_] = np.array([FAR], object)  # 0, 1, 2 ... and FAR: the objects in all tables
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
 
     def to(self, goal: int, without: Collection[int]) -> list[int]:
@@ -26,8 +28,16 @@ class Distances:
         if table is None:
             if self._joined is None:
                 self._joined = joined(self._neighbours)
-            table = breadth_first(self._joined, goal, np.array([*key[1]], np.int64)).tolist()
+            table = self._shared(breadth_first(self._joined, goal, np.array([*key[1]], np.int64)))
             if len(self._tables) >= max(1, min(KEPT, LARGEST // len(table))):
                 del self._tables[next(iter(self._tables))]
             self._tables[key] = table
+        return table
+
+    def _shared(self, steps: NDArray[np.int64]) -> list[int]:
+        """Return steps as a list without objects of its own: each FAR of its own would take four times the list."""
+        longest = int(steps.max(where=steps < FAR, initial=0))
+        if longest + 1 >= len(self._numbers):
+            self._numbers = np.array([*range(2 * longest + 1), FAR], object)
+        table: list[int] = self._numbers[np.minimum(steps, len(self._numbers) - 1)].tolist()
         return table

@@ -324,6 +324,26 @@ def test_the_newest_256_tables_of_distances_are_kept() -> None:
     assert cells.distances(0) is not first, "the oldest was dropped"
 
 
+def test_all_tables_of_distances_share_their_numbers() -> None:
+    """Each FAR was an object of its own: 32 bytes, beside the 8 in the table."""
+    cells = CellMap(OccupancyMap(np.zeros((20, 20), np.uint8), SIDE), side=SIDE, radius=0.23)
+    wall = range(200, 220)
+    tables = [cells.distances(goal, wall) for goal in (*range(200), *range(220, 276))]
+    assert {number for table in tables for number in table} == {*range(19 + 9 + 1), FAR}
+    assert len({id(number) for table in tables for number in table if number == FAR}) == 1
+
+
+def test_numbers_beyond_those_known_are_made_once() -> None:
+    path = np.ones((2, 1300), np.uint8)
+    path[0] = 0
+    cells = CellMap(OccupancyMap(path, SIDE), side=SIDE, radius=0.23)
+    near = cells.distances(650, {640, 660})[:1300]
+    far, again = (cells.distances(goal)[:1300] for goal in (0, 1299))
+    assert near == [abs(cell - 650) if 640 < cell < 660 else FAR for cell in range(1300)]
+    assert far == list(range(1300)) == again[::-1]
+    assert {id(number) for number in again} == {id(number) for number in far}
+
+
 @pytest.mark.parametrize(("side", "kept"), [(128, 16), (512, 1)])
 def test_tables_of_a_wide_floor_are_fewer(side: int, kept: int) -> None:
     cells = CellMap(OccupancyMap(np.ones((side, side), np.uint8), SIDE), side=SIDE, radius=0.23)
