@@ -155,7 +155,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
     wire = ("--connect", str(endpoint), "--fleet", "driven")
     with (
         Command(
-            "world", str(small), "--robots", "3", "--pace", "5", "--report", str(report), *wire, runtime=tmp_runtime
+            "world", str(small), "--robots", "3", "--pace", "2", "--report", str(report), *wire, runtime=tmp_runtime
         ) as world,
         Bus(endpoint, "driven") as bus,
     ):

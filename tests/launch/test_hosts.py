@@ -44,7 +44,7 @@ def test_robots_join_late_one_by_one_and_a_third_finds_no_place(
     with Command("robot", *wire, runtime=tmp_runtime), Command("robot", *wire, runtime=tmp_runtime) as second:
         await_phase(bus, Phase.RUNNING)
         for name, reason in (
-            ([], "a robot: world/join: all 2 places are taken; start the world with more robots"),
+            ([], "a robot: join: all 2 places are taken; start the world with more robots"),
             (["--id", "r1"], "robot 'r1' is here already; stop that one first, or join without a name"),
             (["--id", "r9"], "expected one of r1, r2, got 'r9'"),
         ):
