@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Final
 
 from dashboard.fold.account import saved, written
+from dashboard.fold.collect import Collector
 from dashboard.fold.overlays import Overlays, detailed
 from dashboard.fold.progress import Progress, fold
 from dashboard.fold.radio import wanted
 from dashboard.fold.scene import Scene, scene_of
 from dashboard.recording.earlier import earlier
 from dashboard.rerun import Recorder, View
-from dashboard.rerun.collect import Collector
 from swarm.errors import SwarmError
 from swarm.messages import Broadcast, Event, Events, Map, Message, Status, Truth
 

@@ -41,10 +41,10 @@ ORDER: Final = (
     "swarm.launch.drill",
     "swarm.cli",
 )
-LIBRARIES: Final = {
+LIBRARIES: Final[dict[str, str | tuple[str, ...]]] = {
     "zenoh": "swarm/bus",
     "pymunk": "world/bodies/physics.py",
-    "rerun": "dashboard/rerun",
+    "rerun": ("dashboard/rerun", "dashboard/recording/reader.py"),
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
 }

@@ -10,9 +10,9 @@ import rerun as rr
 
 from dashboard.fold.scene import Scene
 from dashboard.mode import ANY, LOOPBACK
+from dashboard.recording.frames import finish
 from dashboard.rerun.compaction import compact
 from dashboard.rerun.drawing import View
-from dashboard.rerun.frames import finish
 from dashboard.rerun.layout import APPLICATION, blueprint
 from swarm.errors import ConfigError
 

@@ -8,12 +8,12 @@ import pytest
 from msgspec.structs import replace
 
 from dashboard.fold import palette
+from dashboard.fold.collect import totals
 from dashboard.fold.contacts import Touch, touches
 from dashboard.fold.overlays import detailed
 from dashboard.fold.progress import Progress, fold
 from dashboard.fold.scene import Scene, scene_of
 from dashboard.rerun import Recorder
-from dashboard.rerun.collect import totals
 from dashboard.rerun.layout import blueprint
 from dashboard.show import Show
 from swarm.geometry import Pose

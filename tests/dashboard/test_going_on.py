@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from dashboard.fold.collect import past
 from dashboard.recording import earlier
 from dashboard.rerun import Recorder
-from dashboard.rerun.collect import past
 from dashboard.show import Show
 from swarm.messages import Account, Phase, Status
 from tests.dashboard.recording import Recording

@@ -9,8 +9,8 @@ import pytest
 import rerun as rr
 from msgspec.structs import replace
 
+from dashboard.recording.frames import is_whole
 from dashboard.rerun import Recorder
-from dashboard.rerun.frames import is_whole
 from dashboard.show import Show
 from swarm.cli import main
 from swarm.messages import Account, Phase, Status

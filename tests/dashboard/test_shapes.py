@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dashboard.fold import palette
+from dashboard.fold.collect import BODIES, Batch
 from dashboard.rerun import shapes
-from dashboard.rerun.collect import BODIES, Batch
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Truth

@@ -8,10 +8,10 @@ import pytest
 from msgspec.structs import replace
 
 from dashboard.fold import palette
+from dashboard.fold.collect import Batch
 from dashboard.fold.overlays import Drawing, Overlay
 from dashboard.fold.scene import scene_of
 from dashboard.rerun import Recorder
-from dashboard.rerun.collect import Batch
 from dashboard.show import Show
 from swarm.errors import ConfigError
 from swarm.messages import Event, Events, Map, Message, Mover, Phase, Truth

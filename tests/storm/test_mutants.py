@@ -18,7 +18,7 @@ def test_a_fault_whose_text_is_not_there_exactly_once_is_named() -> None:
 
 def test_a_fault_is_planted_and_mended(tmp_path: Path) -> None:
     mutant = Mutant("numbers", "claims", "swarm/traffic/reservations/rules.py", "class Reservations(", "class Other(")
-    (tmp_path / "swarm" / "traffic").mkdir(parents=True)
+    (tmp_path / mutant.file).parent.mkdir(parents=True)
     mend(mutant, tmp_path)
     plant(mutant, tmp_path)
     original, planted = ((root / mutant.file).read_text() for root in (ROOT, tmp_path))
