@@ -41,6 +41,30 @@ ORDER: Final = (
     "swarm.launch.drill",
     "swarm.cli",
 )
+# sub-rooms, and which other sub-rooms of their room each imports
+SUBROOMS: Final = {
+    "swarm.traffic.mapf": "",
+    "swarm.traffic.lattice": "",
+    "swarm.traffic.peers": "lattice",
+    "swarm.traffic.reservations": "lattice peers joint obstacles",  # the last two go back and forth
+    "swarm.traffic.obstacles": "lattice peers reservations",
+    "swarm.traffic.joint": "lattice mapf peers reservations",
+    "world.bodies": "",
+    "world.measure": "bodies",
+    "world.tasks": "bodies measure",
+    "world.fleet": "",
+    "world.views": "fleet tasks",
+    "world.saving": "bodies fleet measure tasks",
+    "world.host": "bodies fleet saving tasks views",
+    "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
+    "world.storm.history": "plans",
+    "world.storm.laws": "history",
+    "dashboard.fold": "",
+    "dashboard.rerun": "fold recording",
+    "dashboard.recording": "fold rerun",
+    "dashboard.box": "fold",
+}
+MOST: Final = 12  # modules in a folder of these rooms
 LIBRARIES: Final[dict[str, str | tuple[str, ...]]] = {
     "zenoh": "swarm/bus",
     "pymunk": "world/bodies/physics.py",
@@ -90,6 +114,29 @@ def test_a_room_imports_only_rooms_below_it(file: Path) -> None:
     assert own in ORDER, "give the new room its place in the order"
     rooms = {room for module in imported(file) if (room := room_of(module)) not in {None, own}}
     assert [room for room in rooms if room not in ORDER[: ORDER.index(own)]] == []
+
+
+@pytest.mark.parametrize("name", SUBROOMS)
+def test_a_sub_room_imports_only_those_that_it_may(name: str) -> None:
+    room, own = name.rsplit(".", 1)
+    siblings = {other.rsplit(".", 1)[1] for other in SUBROOMS if other.rsplit(".", 1)[0] == room} - {own}
+    files = list((ROOT / name.replace(".", "/")).glob("*.py"))
+    found = {
+        module.removeprefix(f"{room}.").split(".")[0]
+        for file in files
+        for module in imported(file)
+        if module.startswith(f"{room}.")
+    }
+    assert found & siblings == set(SUBROOMS[name].split())
+    assert len(files) - 1 <= MOST
+
+
+def test_every_folder_of_a_room_with_sub_rooms_is_one() -> None:
+    rooms = {name.rsplit(".", 1)[0].replace(".", "/") for name in SUBROOMS}
+    folders = {init.parent for room in rooms for init in (ROOT / room).glob("*/__init__.py")}
+    named_here = {ROOT / name.replace(".", "/") for name in SUBROOMS} | {ROOT / room for room in rooms}
+    assert folders <= named_here
+    assert [room for room in rooms if len(list((ROOT / room).glob("*.py"))) - 1 > MOST] == []
 
 
 @pytest.mark.parametrize("library", LIBRARIES)
