@@ -151,7 +151,7 @@ def test_the_commands_that_talk_to_a_fleet_are_answered(folder: Path) -> None:
     }  # fmt: skip
     talk.sort(key=lambda command: command == "swarm stop")  # ground.md edits a fleet too
     scenario, *arguments = FLEET.removeprefix("swarm run ").split()
-    with Fleet(Path(scenario), *arguments, "--pace", "1", runtime=folder / "fleets") as fleet, fleet.bus() as bus:
+    with Fleet(Path(scenario), *arguments, "--pace", "0.2", runtime=folder / "fleets") as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         for command in ["swarm status", *talk]:
             done = subprocess.run(started(command), capture_output=True, text=True, timeout=60, check=False)

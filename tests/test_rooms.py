@@ -60,15 +60,15 @@ SUBROOMS: Final = {
     "world.storm.history": "plans",
     "world.storm.laws": "history",
     "dashboard.fold": "",
-    "dashboard.rerun": "fold recording",
+    "dashboard.rerun": "fold",
     "dashboard.recording": "fold rerun",
     "dashboard.box": "fold",
 }
 MOST: Final = 12  # modules in a folder of these rooms
-LIBRARIES: Final[dict[str, str | tuple[str, ...]]] = {
+LIBRARIES: Final = {
     "zenoh": "swarm/bus",
     "pymunk": "world/bodies/physics.py",
-    "rerun": ("dashboard/rerun", "dashboard/recording/reader.py"),
+    "rerun": "dashboard/rerun",
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from dashboard.fold.account import Saved, is_earlier
-from dashboard.recording.reader import read_account
+from dashboard.rerun.reader import read_account
 from swarm.errors import ConfigError
 
 LARGEST: Final = 256 * 2**20  # bytes; the server keeps no more either

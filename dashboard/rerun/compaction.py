@@ -6,8 +6,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from dashboard.frames import is_whole
 from dashboard.mode import viewer_program
-from dashboard.recording.frames import is_whole
 
 LARGEST: Final = 1_000_000_000  # bytes; Rerun's program holds the whole recording in memory
 

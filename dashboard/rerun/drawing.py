@@ -18,9 +18,9 @@ from dashboard.fold.contacts import Touch, touches
 from dashboard.fold.learning import Learned
 from dashboard.fold.overlays import Arrow, Box, Drawing, Overlay
 from dashboard.fold.scene import Scene
-from dashboard.recording.reader import moving
 from dashboard.rerun import shapes
 from dashboard.rerun.layout import ACCOUNT, TIMELINE
+from dashboard.rerun.reader import moving
 from dashboard.rerun.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth

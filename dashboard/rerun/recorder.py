@@ -9,8 +9,8 @@ from typing import Final
 import rerun as rr
 
 from dashboard.fold.scene import Scene
+from dashboard.frames import finish
 from dashboard.mode import ANY, LOOPBACK
-from dashboard.recording.frames import finish
 from dashboard.rerun.compaction import compact
 from dashboard.rerun.drawing import View
 from dashboard.rerun.layout import APPLICATION, blueprint

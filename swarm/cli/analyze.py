@@ -22,7 +22,7 @@ def analyze(options: argparse.Namespace) -> int:
 
     if lacking := without_rerun():
         raise ConfigError(f"analyze: {lacking}")
-    from dashboard.recording.reader import read_account
+    from dashboard.rerun.reader import read_account
 
     first, *others = options.files
     if others:
@@ -44,7 +44,7 @@ def analyze(options: argparse.Namespace) -> int:
 def _later(path: Path, account: "Saved") -> str | None:
     """Return the newest file in which a dashboard that was started again has gone on with a run, or None."""
     from dashboard.fold.account import is_earlier
-    from dashboard.recording.reader import read_account
+    from dashboard.rerun.reader import read_account
     from swarm.launch.table import numbered
 
     for number in range(STARTS, 1, -1):

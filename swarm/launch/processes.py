@@ -120,7 +120,7 @@ class Processes:
 
     @property
     def _snapshot(self) -> Path:
-        return self.summary_file.with_name("world.saving.snapshot")
+        return self.summary_file.with_name("world.snapshot")
 
     @property
     def given_up(self) -> Path:

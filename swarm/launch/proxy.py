@@ -73,12 +73,14 @@ async def hand_on(
         try:
             far_reader, far_writer = await asyncio.open_connection(router.host, router.port)
         except OSError:  # the router is away: the robot tries again
-            writer.close()
+            await _close(writer)
             return
         ways = (_one_way(reader, far_writer, delay, chance), _one_way(far_reader, writer, delay, chance))
-        await asyncio.gather(*ways, return_exceptions=True)  # a connection that breaks ends both its ways
-        for one in (far_writer, writer):
-            one.close()
+        try:
+            await asyncio.gather(*ways, return_exceptions=True)  # a connection that breaks ends both its ways
+        finally:
+            await _close(far_writer)
+            await _close(writer)
 
     try:
         server = await asyncio.start_server(connected, endpoint.host, endpoint.port)
@@ -87,6 +89,12 @@ async def hand_on(
     while not stopped():
         await asyncio.sleep(LOOK)
     server.close()
+
+
+async def _close(writer: asyncio.StreamWriter) -> None:
+    writer.close()
+    with suppress(OSError):  # it was broken
+        await writer.wait_closed()
 
 
 async def _one_way(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, delay: Delay, chance: Random) -> None:

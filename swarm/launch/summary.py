@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from dashboard.recording.frames import is_whole
+from dashboard.frames import is_whole
 from dashboard.terminal import ROWS
 from swarm.errors import ConfigError
 from swarm.launch.table import numbered

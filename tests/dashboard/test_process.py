@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from dashboard import process
-from dashboard.recording.frames import is_whole
+from dashboard.frames import is_whole
 from swarm.bus import Bus, Endpoint, Presence
 from swarm.errors import ConfigError
 from tests.dashboard.actors import World, router

@@ -9,7 +9,7 @@ import pytest
 import rerun as rr
 from msgspec.structs import replace
 
-from dashboard.recording.frames import is_whole
+from dashboard.frames import is_whole
 from dashboard.rerun import Recorder
 from dashboard.show import Show
 from swarm.cli import main

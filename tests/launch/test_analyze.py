@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from dashboard.fold.account import read
-from dashboard.recording.frames import readable
-from dashboard.recording.reader import read_texts
+from dashboard.frames import readable
 from dashboard.rerun.layout import ACCOUNT
+from dashboard.rerun.reader import read_texts
 from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase

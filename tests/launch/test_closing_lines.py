@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from dashboard.recording.frames import FOOTER
+from dashboard.frames import FOOTER
 from dashboard.terminal import ROWS
 from swarm.errors import ConfigError
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report

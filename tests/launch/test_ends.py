@@ -11,7 +11,7 @@ from threading import Event as Flag
 import psutil
 import pytest
 
-from dashboard.recording.frames import is_whole
+from dashboard.frames import is_whole
 from swarm.messages import ACTION, EVENT, Action, Do
 from tests.launch.actors import PATIENCE, Command, Fleet, await_clock, await_event, await_presence
 from tests.shared import mostly_long

@@ -20,10 +20,13 @@ def through(delay: Delay, work: Callable[[Streams], Awaitable[None]], answers: b
     """Let ``work`` speak through a proxy to a server that sends everything back; or to none."""
 
     async def echo(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        while piece := await reader.read(4096):
-            writer.write(piece)
-            await writer.drain()
-        writer.close()
+        try:
+            while piece := await reader.read(4096):
+                writer.write(piece)
+                await writer.drain()
+        finally:
+            writer.close()
+            await writer.wait_closed()
 
     async def all_of_it() -> None:
         server, over = await asyncio.start_server(echo, HOST, 0), asyncio.Event()
@@ -41,6 +44,7 @@ def through(delay: Delay, work: Callable[[Streams], Awaitable[None]], answers: b
                 await asyncio.sleep(0)
         await work(streams)
         streams[1].close()
+        await streams[1].wait_closed()
         over.set()
         await proxy
         server.close()

@@ -174,7 +174,7 @@ def test_on_many_hosts_a_world_goes_on_from_the_file_that_it_is_given(
 ) -> None:
     wire = ("--connect", str(endpoint), "--fleet", "many")
     arguments = (str(noisy), "--robots", "2", "--pace", "max", "--seed", "1", *wire)
-    file, report = tmp_runtime / "world.saving.snapshot", tmp_runtime / "report.json"
+    file, report = tmp_runtime / "world.snapshot", tmp_runtime / "report.json"
     assert main(["world", *arguments, "--resume", str(file)]) == 2
     assert f"--resume {file}: expected a snapshot, found none" in capsys.readouterr().err
     bus = make_bus(fleet="many")

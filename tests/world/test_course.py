@@ -54,7 +54,7 @@ def test_a_button_whose_phase_is_reached_changes_nothing(before: Phase, again: D
 
 
 def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(tmp_path: Path) -> None:
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     one = course_of(file=file)
     for name, session in (("r1", "a"), ("r2", "b")):
         come(one, name, session)

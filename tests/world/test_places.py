@@ -209,7 +209,7 @@ def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noq
 def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
     fields: dict[str, Any], tmp_path: Path
 ) -> None:
-    expected, got = course(**fields), course(tmp_path / "world.saving.snapshot", **fields)
+    expected, got = course(**fields), course(tmp_path / "world.snapshot", **fields)
     assert expected["robots"] == 6
     assert got == expected
 

@@ -72,7 +72,7 @@ def state(one: Course) -> tuple[object, ...]:
 @pytest.mark.parametrize("name", CHANGES)
 def test_what_a_request_changes_is_in_the_file_when_the_answer_goes_out(name: str, pace: Pace, tmp_path: Path) -> None:
     """A world that is killed right after its answer must not forget what it promised."""
-    (topic, message, ids), file = CHANGES[name], tmp_path / "world.saving.snapshot"
+    (topic, message, ids), file = CHANGES[name], tmp_path / "world.snapshot"
     one = staying(file, pace, Phase.RUNNING)
     step(one)
     if pace != "max":  # in lockstep requests wait for the end of the tick
@@ -87,7 +87,7 @@ def test_what_a_request_changes_is_in_the_file_when_the_answer_goes_out(name: st
 
 
 def test_an_order_that_was_answered_is_known_after_a_restart(tmp_path: Path) -> None:
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     one = course_of(file=file)
     come(one, "r1", "a")
     one.go_to(Phase.RUNNING)
@@ -104,7 +104,7 @@ def test_an_order_that_was_answered_is_known_after_a_restart(tmp_path: Path) -> 
 
 def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
     """A world that is killed in between would tell it twice."""
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     told = list[str]()
 
     def send(topic: Any, message: Any, **ids: str) -> None:  # noqa: ANN401
@@ -122,7 +122,7 @@ def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
 
 
 def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     one = course_of(file=file)
     one.save()
     for name, session in (("r1", "a"), ("r2", "b")):
@@ -145,7 +145,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
 
 
 def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     one = course_of(file=file, pace=1.0)
     come(one, "r1", "a")
     one.world.senses(lockstep=False)
@@ -159,7 +159,7 @@ def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path
 
 
 def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
-    file = tmp_path / "world.saving.snapshot"
+    file = tmp_path / "world.snapshot"
     one = course_of(file=file)
     one.world.senses(lockstep=True)
     one.in_tick = True
@@ -173,7 +173,7 @@ def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
 
 def test_a_file_that_cannot_be_written_is_told_once_and_costs_no_run(tmp_path: Path) -> None:
     said: list[str] = []
-    one = course_of(file=tmp_path / "no folder" / "world.saving.snapshot", log=said.append)
+    one = course_of(file=tmp_path / "no folder" / "world.snapshot", log=said.append)
     for _ in range(60):
         step(one)
     lines = [line for line in said if "cannot be written" in line]
@@ -182,7 +182,7 @@ def test_a_file_that_cannot_be_written_is_told_once_and_costs_no_run(tmp_path: P
 
 
 def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Path) -> None:
-    file, said = tmp_path / "world.saving.snapshot", list[str]()
+    file, said = tmp_path / "world.snapshot", list[str]()
     beside = tmp_path / ".world.snapshot.new"  # where a snapshot is written before it replaces the one before
     one = course_of(file=file, log=said.append)
     come(one, "r1", "a")

@@ -67,7 +67,7 @@ def test_a_world_that_goes_on_from_its_snapshots_is_the_undisturbed_one(name: st
     fields, robots, faults = RUNS[name]
     scenario = scenario_of(**fields)
     expected = course(scenario, robots, seed, faults)
-    got = course(scenario, robots, seed, faults, tmp_path / "world.saving.snapshot")
+    got = course(scenario, robots, seed, faults, tmp_path / "world.snapshot")
     for field, value in expected.items():
         assert got[field] == value, field
     if "movers" in name:

@@ -57,9 +57,8 @@ class Reachable:
             return "expected free floor, got a wall or obstacle"
         if (short := short_of(cells, there, settings)) > settings.reach:
             how = "no place there to stand" if short == inf else f"it has to stay {short:.2f} m away from it"
-            return (
-                f"expected a place that {name} comes within {settings.reach:g} m of, got one too close to walls: {how}"
-            )
+            where = "at a wall or at the corner of traffic cells"
+            return f"expected a place that {name} comes within {settings.reach:g} m of, got one {where}: {how}"
         start, goal = cells.cell_of(*here), cells.cell_of(*there)
         joined = OUTSIDE not in {start, goal} and self._pieces[start] == self._pieces[goal] != NOWHERE
         if not joined and not comes_near(cells, here, there, settings):

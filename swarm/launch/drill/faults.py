@@ -101,7 +101,7 @@ def hold_up(*robots: str, gap: float) -> Fault:
 
 def spoil_snapshot(live: Live) -> None:
     """Spoil the snapshot and kill the world before it writes the next one."""
-    pid, file = live.member("world"), live.home / "world.saving.snapshot"
+    pid, file = live.member("world"), live.home / "world.snapshot"
     os.kill(pid, signal.SIGSTOP)
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     os.kill(pid, signal.SIGKILL)

@@ -9,7 +9,7 @@ import rerun
 import rerun.chunk
 
 from dashboard.fold.account import Saved, read
-from dashboard.recording.frames import is_whole, readable, written_by
+from dashboard.frames import is_whole, readable, written_by
 from dashboard.rerun.layout import ACCOUNT, APPLICATION, TIMELINE
 from swarm.errors import ConfigError
 
