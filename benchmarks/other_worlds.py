@@ -2,13 +2,14 @@
 
 ``python -m benchmarks.other_worlds --seeds 300 --start 0`` draws worlds, drives each in one process, and prints how
 many were driven and how many were broken, by what. Walls are squares of 0.4 to 1.5 m: halls, rooms and mazes. Contacts
-are judged by the recorded poses and the drawing, ways by a flood fill of the drawing: no lattice, no planner.
+are judged by the recorded poses and the drawing, ways by a flood fill of the drawing (with the storm it shares only
+this flood fill): no lattice, no planner. A mission may take as long as its robots would need one after the other.
 """
 
 import argparse
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, pairwise, product
 from math import ceil, floor, hypot, pi
 from random import Random
 from traceback import format_exc
@@ -24,17 +25,16 @@ from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
 from world.faults import Faults
 from world.simulate import Simulation
+from world.storm.drawing import FINE, SPARE, Grid, gaps, spaces, steps
 
-Grid = NDArray[np.bool_]  # [row, column], row 0 at the bottom; True is solid
 At = tuple[float, float]  # m
 
 BODY: Final = 0.2  # m, radius of a robot
-FINE: Final = 0.05  # m, side of a pixel of the flood fill
-SPARE: Final = 0.05  # m, beside a body, for a way to count
 TOUCH: Final = 2e-3  # m; bodies that overlap by more touch
 LANE: Final = 1.3  # m, the least width of a maze's lanes and of doors
 APART: Final = 1.4  # m, between two starts, and between two last targets
-LIMIT: Final = 300.0  # s
+LIMIT: Final = 300.0  # s; it grows with the robots and their ways, see ``_patience``
+SLOWEST: Final = 0.2  # m/s along the shortest ways, if the robots drive one after the other: half of what they drive
 IDLE: Final = 120.0  # s in which nobody arrives or comes to another square metre: the run is over
 OVER: Final = 60.0  # s after the last arrival in which a run has to end
 PROVEN: Final = ("no way exists", "no plan exists")  # a jam that the robots have proven and said ends a run
@@ -47,6 +47,7 @@ class Drawn(NamedTuple):
     raw: dict[str, Any]  # the scenario's file
     solid: Grid
     side: float  # m, of a square
+    spaces: NDArray[np.int64]  # pieces of the floor, as ``spaces`` counts them
     faults: Faults
 
 
@@ -67,27 +68,27 @@ def draw(seed: int) -> Drawn | None:
     solid = np.ones((rows + 2, columns + 2), np.bool_)
     chance.choice((_hall, _rooms, _maze))(solid[1:-1, 1:-1], ceil(LANE / side - 1e-9), chance)
     text = "".join("".join("#" if cell else "." for cell in row) + "\n" for row in solid[::-1])
-    free = _pieces(solid, side, BODY + SPARE)
+    free = spaces(solid, side, BODY + SPARE)
     label = Counter(free[free > 0].tolist()).most_common(1)
     robots = chance.choice((1, 2, 2, 3, 3, 4, 4, 5, 6, 8, 10, 12))
-    spots = [tuple((index + 0.5) * FINE) for index in np.argwhere(free == label[0][0])[:, ::-1]] if label else []
+    inside = np.argwhere(free == label[0][0])[:, ::-1].tolist() if label else []
+    spots = [(round((x + 0.5) * FINE, 3), round((y + 0.5) * FINE, 3)) for x, y in inside]
     starts, ends = (_spread(spots, robots, chance) for _ in range(2))
     if len(starts) < robots or len(ends) < robots:
         return None
     rows_of_stops = [[*chance.sample(spots, chance.randrange(3)), end] for end in ends]
     raw: dict[str, Any] = {
-        "name": f"other.{seed}", "map": {"text": text, "cell": side}, "robots": robots, "seed": seed, "limit": LIMIT,
-        "return_home": False, "start": {"poses": [[*_cut(at), round(chance.uniform(-pi, pi), 3)] for at in starts]},
-        "own_targets": [[list(_cut(at)) for at in row] for row in rows_of_stops],
+        "name": f"other.{seed}", "map": {"text": text, "cell": side}, "robots": robots, "seed": seed, "limit": 3600.0,
+        "return_home": False, "start": {"poses": [[*at, round(chance.uniform(-pi, pi), 3)] for at in starts]},
+        "own_targets": [[list(at) for at in row] for row in rows_of_stops],
         "radio": {"range": chance.choice((6.5, 8.0, 12.0, 50.0)), "loss": chance.choice((0.0, 0.0, 0.1, 0.3))},
         "sensors": {"noise": chance.choice((0.0, 0.0, 0.01, 0.03))},
     }  # fmt: skip
     if chance.random() < 0.2 and len(spots) > 1:
-        a, b = chance.sample(spots, 2)
-        raw["movers"] = [{"waypoints": [list(_cut(a)), list(_cut(b))], "speed": 0.25, "radius": 0.2}]
+        raw["movers"] = [{"waypoints": [list(at) for at in chance.sample(spots, 2)], "speed": 0.25, "radius": 0.2}]
     late, slow = chance.choice((0.0, 0.0, 0.1, 0.2)), chance.choice((0.0, 0.0, 0.0, 0.2))
     held_up = chance.choice((0.0, 0.0, 20.0))
-    return Drawn(raw, solid, side, Faults(late=late, slow=0.0 if late else slow, held_up=held_up))
+    return Drawn(raw, solid, side, free, Faults(late=late, slow=0.0 if late else slow, held_up=held_up))
 
 
 def _hall(inner: Grid, lane: int, chance: Random) -> None:
@@ -115,30 +116,27 @@ def _maze(inner: Grid, lane: int, chance: Random) -> None:
     """Draw lanes between walls one square thick, by a walk that turns back, and open some walls for loops."""
     step = lane + 1
     rows, columns = ((size + 1) // step for size in inner.shape)
-    if not rows or not columns:
-        inner[:] = False
-        return
-    stack, seen = [(0, 0)], {(0, 0)}
+    inner[:] = rows * columns > 1
     inner[:lane, :lane] = False
+    stack = [(0, 0)] * (rows * columns > 1)
+    seen = set(stack)
     while stack:
         row, column = stack[-1]
         near = [(row + a, column + b) for a, b in ((0, 1), (1, 0), (0, -1), (-1, 0))]
         ways = [at for at in near if 0 <= at[0] < rows and 0 <= at[1] < columns]
         new = [at for at in ways if at not in seen]
-        if not new and chance.random() < 0.7:
+        if not new:
             stack.pop()
-            continue
+            if chance.random() < 0.7:
+                continue
         there = chance.choice(new or ways)
-        low, high = min((row, column), there), max((row, column), there)
-        inner[low[0] * step : high[0] * step + lane, low[1] * step : high[1] * step + lane] = False
-        if new:
-            seen.add(there)
-            stack.append(there)
-        else:
-            stack.pop()
+        (y, x), (top, right) = min((row, column), there), max((row, column), there)
+        inner[y * step : top * step + lane, x * step : right * step + lane] = False
+        stack += [there] * bool(new)
+        seen.add(there)
 
 
-def _spread(spots: list[Any], count: int, chance: Random) -> list[At]:
+def _spread(spots: list[At], count: int, chance: Random) -> list[At]:
     found: list[At] = []
     for _ in range(40 * count if spots else 0):
         at = chance.choice(spots)
@@ -147,54 +145,31 @@ def _spread(spots: list[Any], count: int, chance: Random) -> list[At]:
     return found
 
 
-def _cut(at: At) -> tuple[float, float]:
-    return round(float(at[0]), 3), round(float(at[1]), 3)
-
-
-def _gaps(solid: Grid, side: float, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance [m] from each point (n, 2) to the nearest solid square."""
-    rows, columns = np.nonzero(solid)
-    least = np.full(len(points), np.inf)
-    for x, y in zip(columns * side, rows * side, strict=True):
-        dx = np.maximum(np.maximum(x - points[:, 0], points[:, 0] - x - side), 0.0)
-        dy = np.maximum(np.maximum(y - points[:, 1], points[:, 1] - y - side), 0.0)
-        least = np.minimum(least, np.hypot(dx, dy))
-    return least
-
-
-def _pieces(solid: Grid, side: float, radius: float) -> NDArray[np.int64]:
-    """Return for each pixel the piece of floor that a disc's centre can be moved in; 0: the disc does not fit."""
-    shape = tuple(floor(size * side / FINE) for size in solid.shape)
-    ys, xs = np.mgrid[: shape[0], : shape[1]]
-    fits = _gaps(solid, side, (np.stack([xs.ravel(), ys.ravel()], 1) + 0.5) * FINE).reshape(shape) >= radius
-    pieces = np.zeros(shape, np.int64)
-    for piece, start in enumerate(map(tuple, np.argwhere(fits)), 1):
-        ready = deque([start] if not pieces[start] else ())
-        while ready:
-            row, column = ready.popleft()
-            if fits[row, column] and not pieces[row, column]:
-                pieces[row, column] = piece
-                ready.extend(((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)))
-    return pieces
+def _patience(drawn: Drawn) -> float:
+    """Return the time [s] that the robots need one after the other, slowly, along the shortest ways of the drawing."""
+    total, fits = 0, drawn.spaces > 0
+    for pose, stops in zip(drawn.raw["start"]["poses"], drawn.raw["own_targets"], strict=True):
+        pixels = [(floor(y / FINE), floor(x / FINE)) for x, y, *_ in (pose, *stops)]
+        total += sum(steps(fits, a)[b] for a, b in pairwise(pixels))
+    return max(LIMIT, total * FINE / SLOWEST)
 
 
 def _touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64]) -> Iterator[str]:
     """Yield what robots touched; ``poses`` and ``movers`` are (ticks, number, 2) [m]."""
     robots = poses.shape[1]
-    if (_gaps(drawn.solid, drawn.side, np.unique(poses.reshape(-1, 2), axis=0)) < BODY - TOUCH).any():
+    if (gaps(drawn.solid, drawn.side, np.unique(poses.reshape(-1, 2), axis=0)) < BODY - TOUCH).any():
         yield "wall"
     for a, b in combinations(range(robots), 2):
         if (np.hypot(*(poses[:, a] - poses[:, b]).T) < 2 * BODY - TOUCH).any():
             yield "robot"
-    for robot in range(robots):
-        for mover in range(movers.shape[1]):
-            apart = movers[:, mover] - poses[:, robot]
-            away = np.hypot(*apart.T)
-            for tick in np.nonzero((away[2:] < 0.4) & (away[1:-1] >= 0.4))[0] + 2:
-                towards = apart[tick - 2] / away[tick - 2]
-                own = float((poses[tick, robot] - poses[tick - 2, robot]) @ towards)
-                if own > 0.01 and own > float((movers[tick - 2, mover] - movers[tick, mover]) @ towards):
-                    yield "mover"
+    for robot, mover in product(range(robots), range(movers.shape[1])):
+        apart = movers[:, mover] - poses[:, robot]
+        away = np.hypot(*apart.T)
+        for tick in np.nonzero((away[2:] < 2 * BODY) & (away[1:-1] >= 2 * BODY))[0] + 2:
+            towards = apart[tick - 2] / away[tick - 2]
+            own = float((poses[tick, robot] - poses[tick - 2, robot]) @ towards)
+            if own > 0.01 and own > float((movers[tick - 2, mover] - movers[tick, mover]) @ towards):
+                yield "mover"
 
 
 def judge(seed: int) -> Judged | None:
@@ -211,9 +186,9 @@ def judge(seed: int) -> Judged | None:
         return Judged(seed, False, (), str(refused))
     world, track, others, named = simulation.world, [], [], set[str | None]()
     seen: set[tuple[int, int, int]] = set()
-    since = 0.0
+    since, limit = 0.0, LIMIT
     try:
-        while not world.finished and world.time < LIMIT and world.time - since < IDLE:
+        while not world.finished and world.time < limit and world.time - since < IDLE:
             poses = world.poses()
             track.append([pose[:2] for pose in poses])
             others.append([pose[:2] for pose in world.mover_poses()])
@@ -222,9 +197,10 @@ def judge(seed: int) -> Judged | None:
             squares = {(number, floor(pose.x), floor(pose.y)) for number, pose in enumerate(poses)} - seen
             arrived = any(event.kind == "reached" for event in events)
             seen, since = set() if arrived else seen | squares, world.time if squares or arrived else since
+            limit = _patience(drawn) if limit == LIMIT <= world.time else limit
     except Exception:
         return Judged(seed, True, ("exception",), format_exc().strip().splitlines()[-1])
-    report = simulation.report(0.0, LIMIT)
+    report = simulation.report(0.0, limit)
     rows = report["per_robot"]
     behind = [name for name, row in rows.items() if None in row["reached"]]
     broken = set(_touched(drawn, np.array(track), np.array(others).reshape(len(track), -1, 2)))
@@ -245,18 +221,15 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--start", type=int, default=0)
     asked = parser.parse_args()
-    found = []
-    for seed in range(asked.start, asked.start + asked.seeds):
-        if (judged := judge(seed)) is not None:
-            found.append(judged)
-            if judged.broken or not judged.driven:
-                print(f"{seed}: {', '.join(judged.broken) or 'refused'}: {judged.why[:200]}", flush=True)
+    found: list[Judged] = []
+    for judged in filter(None, map(judge, range(asked.start, asked.start + asked.seeds))):
+        found.append(judged)
+        if judged.broken or not judged.driven:
+            print(f"{judged.seed}: {', '.join(judged.broken) or 'refused'}: {judged.why[:200]}", flush=True)
     driven, broken = sum(judged.driven for judged in found), sum(bool(judged.broken) for judged in found)
     kinds = ", ".join(f"{kind} {n}" for kind, n in Counter(kind for judged in found for kind in judged.broken).items())
     jams = sum(any(proof in judged.why for proof in PROVEN) for judged in found if judged.driven)
-    print(
-        "| worlds | refused | driven | jams proven and said | broken | kinds |\n| --- | --- | --- | --- | --- | --- |"
-    )
+    print(f"| worlds | refused | driven | jams proven and said | broken | kinds |\n|{' --- |' * 6}")
     print(f"| {len(found)} | {len(found) - driven} | {driven} | {jams} | {broken} | {kinds} |")
 
 
