@@ -3,7 +3,7 @@
 ``python -m benchmarks.other_worlds --seeds 300 --start 0`` draws worlds, drives each in one process, and prints how
 many were driven and how many were broken, by what. Walls are squares of 0.4 to 1.5 m: halls, rooms and mazes. Contacts
 are judged by the recorded poses and the drawing, ways by a flood fill of the drawing (with the storm it shares only
-this flood fill): no lattice, no planner. A mission may take as long as its robots would need one after the other.
+this flood fill): no lattice, no planner. A mission may take 300 s and the time of its robots one after the other.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, checked
 from world.faults import Faults
 from world.simulate import Simulation
-from world.storm.drawing import FINE, SPARE, Grid, gaps, spaces, steps
+from world.storm.history.drawing import FINE, SPARE, Grid, gaps, spaces, steps
 
 At = tuple[float, float]  # m
 
@@ -33,10 +33,10 @@ BODY: Final = 0.2  # m, radius of a robot
 TOUCH: Final = 2e-3  # m; bodies that overlap by more touch
 LANE: Final = 1.3  # m, the least width of a maze's lanes and of doors
 APART: Final = 1.4  # m, between two starts, and between two last targets
-LIMIT: Final = 300.0  # s; it grows with the robots and their ways, see ``_patience``
+LIMIT: Final = 300.0  # s, and besides the time that the robots need one after the other
 SLOWEST: Final = 0.2  # m/s along the shortest ways, if the robots drive one after the other: half of what they drive
 IDLE: Final = 120.0  # s in which nobody arrives or comes to another square metre: the run is over
-OVER: Final = 60.0  # s after the last arrival in which a run has to end
+OVER: Final = 90.0  # s after the last arrival in which a run has to end: robots make way for 60 s, then stay
 PROVEN: Final = ("no way exists", "no plan exists")  # a jam that the robots have proven and said ends a run
 NAMES: Final = frozenset({"stalled", "unsolvable", "no_plan_found", "unreachable"})  # events that say who is stuck
 
@@ -151,7 +151,7 @@ def _patience(drawn: Drawn) -> float:
     for pose, stops in zip(drawn.raw["start"]["poses"], drawn.raw["own_targets"], strict=True):
         pixels = [(floor(y / FINE), floor(x / FINE)) for x, y, *_ in (pose, *stops)]
         total += sum(steps(fits, a)[b] for a, b in pairwise(pixels))
-    return max(LIMIT, total * FINE / SLOWEST)
+    return float(total * FINE / SLOWEST)
 
 
 def _touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64]) -> Iterator[str]:
@@ -197,7 +197,7 @@ def judge(seed: int) -> Judged | None:
             squares = {(number, floor(pose.x), floor(pose.y)) for number, pose in enumerate(poses)} - seen
             arrived = any(event.kind == "reached" for event in events)
             seen, since = set() if arrived else seen | squares, world.time if squares or arrived else since
-            limit = _patience(drawn) if limit == LIMIT <= world.time else limit
+            limit = LIMIT + _patience(drawn) if limit == LIMIT <= world.time else limit
     except Exception:
         return Judged(seed, True, ("exception",), format_exc().strip().splitlines()[-1])
     report = simulation.report(0.0, limit)

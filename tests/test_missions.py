@@ -157,7 +157,7 @@ REPORT: dict[str, Any] = {  # docs: the report of `swarm run --report`
            for by in ("ticks", "metres", "angle")},
         "scaled": {"time": float, "mean": float},
     },
-    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float,
+    "traffic": {"conflicts": int, "joint_plans": int, "deadlocks": int, "stalled": int, "longest_wait": float, "settling": float,
                 "overlaps": int, "outside": int, "intrusions": int},
     "per_robot": dict,
     "digest": str,

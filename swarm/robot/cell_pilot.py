@@ -68,7 +68,7 @@ class CellPilot:
         self._last = 0.0, 0.0  # m/s, rim speeds commanded last
         self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
         self._target = -1  # current stop
-        self._placed = -1  # last tick in which it was at its place, or not done; -1: none yet
+        self._kept_away = 0  # ticks that it was kept from its place since it is done
         self._getting_on = GettingOn(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
@@ -245,11 +245,13 @@ class CellPilot:
         return ticks / self._settings.rate
 
     def _settles(self, inputs: PilotInputs) -> bool:
-        """Return True if the robot is done and has long been kept from its place: it stays where it is in no way."""
-        tick = inputs.sense.tick
-        if self._placed < 0 or not inputs.done or distance(inputs.pose, inputs.goal) <= self._settings.reach:
-            self._placed = tick
-        return tick - self._placed > PILOT.settles_after * self._settings.rate
+        """Return True if the robot is done and has long been kept from its place: it stays where it is in no way.
+
+        All times away count together: robots that drive each other away in turn are at their places now and then.
+        """
+        away = distance(inputs.pose, inputs.goal) > self._settings.reach
+        self._kept_away = self._kept_away + away if inputs.done else 0
+        return self._kept_away > PILOT.settles_after * self._settings.rate
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):

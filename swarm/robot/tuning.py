@@ -70,8 +70,8 @@ class PilotTuning(NamedTuple):
     nowhere_after: float = 5.0  # s without a shorter way, after which a robot gets nowhere (docs/fuzzy.md)
     longer: int = 6  # cells; a way that grew by more than this is a different way
     passage: int = 2  # neighbours of a cell, at most, in a passage, where a robot turns while it waits (decision 13)
-    # s for which a robot that is done tries to get back to its last stop, from which it made room for another; then it
-    # stays where it is in nobody's way. With noise and hold-ups robots sent each other away for 178 s
+    # s in all for which a robot that is done tries to get back to its last stop, from which it made room for others;
+    # then it stays where it is in nobody's way. Robots on a ring, in an order in which not all can be back, never ended
     settles_after: float = 60.0
     well_within: float = 0.9  # share of ``reach`` within which a robot that is done need not come nearer to its stop
 

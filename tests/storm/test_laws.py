@@ -9,7 +9,7 @@ from msgspec.structs import replace as changed
 
 from swarm.messages import Assigned, Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
-from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.bodies.shapes import Contact
 from world.faults import Health
@@ -221,7 +221,8 @@ def taken_back(history: History) -> History:
 
 def never_there(history: History) -> History:
     history = with_report(history, "r2", reached=[None])
-    return with_report(history, complete=False, reason="not reached: r2 target 1")
+    traffic = history.report["traffic"] | {"settling": 0.0}
+    return with_report(history, complete=False, reason="not reached: r2 target 1", traffic=traffic)
 
 
 def never_over(history: History) -> History:
@@ -232,7 +233,9 @@ def never_over(history: History) -> History:
     ]
     history = replace(history, moments=[*history.moments[:-1], *more, last._replace(tick=last.tick + 2500)])
     ticks = history.report["ticks"] + 2500
-    return with_report(history, ticks=ticks, sim_time=ticks * history.dt)
+    traffic = history.report["traffic"]
+    longer = traffic | {"settling": traffic["settling"] + 2500 * history.dt}
+    return with_report(history, ticks=ticks, sim_time=ticks * history.dt, traffic=longer)
 
 
 def said_unsolvable(history: History) -> History:
@@ -376,6 +379,23 @@ EXCUSED: list[tuple[str, Callable[[History], History]]] = [
 @pytest.mark.parametrize("plant", [row[1] for row in EXCUSED], ids=[row[0] for row in EXCUSED])
 def test_what_is_no_fault_is_not_called_one(plant: Callable[[History], History]) -> None:
     assert judge(plant(short_run())) == []
+
+
+def test_no_way_at_all_is_said_only_if_the_cells_leave_no_floor_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a hall of two lanes two can pass. A lattice shifted by half a cell has one lane: they cannot pass on it."""
+    swap: dict[str, object] = {
+        "map": {"text": "#######\n#.....#\n#.....#\n#######\n", "cell": 1.2},
+        "start": {"poses": [[2.4, 2.4, 0.0], [6.0, 2.4, 3.0]]},
+        "own_targets": [[[6.0, 2.4]], [[2.4, 2.4]]],
+        "traffic": {"cell": 1.2, "offset": [-0.6, -0.6]},
+    }
+    assert not judge(record(plan_of(**swap))), "it is said of this lattice"
+    monkeypatch.setattr(CellMap, "leaves_out", property(lambda cells: False))
+    found = sorted(judge(record(plan_of(**swap))))
+    assert {(violation.law, violation.robots) for violation in found} == {
+        ("all arrive", (name,)) for name in ("r1", "r2")
+    }
+    assert "no way exists for r1, but a way leads to" in found[0].text
 
 
 def test_the_dead_need_not_arrive() -> None:

@@ -151,6 +151,7 @@ TRAFFIC: dict[str, Any] = {  # what the watch saw
     "deadlocks": 1,  # r3 and r4
     "stalled": 2,  # r2 and r4; r3 has nothing left to do
     "longest_wait": pytest.approx((TICKS - PRESSES - 1) * DT),  # r3's, from the tick after the last push
+    "settling": 0.0,  # the run is not complete
     "overlaps": 1,  # r3 and r4 both hold cell 14, all the time
     "outside": 2,  # r1, twice
     "intrusions": 0,

@@ -120,10 +120,17 @@ def _traffic(world: World) -> dict[str, Any]:
         "deadlocks": watch.deadlocks + for_good,
         "stalled": sum(world.progress.times),
         "longest_wait": watch.longest_wait,
+        "settling": _settling(world),
         "overlaps": watch.count("overlap"),
         "outside": watch.count("outside"),
         "intrusions": watch.count("intrusion"),
     }
+
+
+def _settling(world: World) -> float:
+    """Return for how long [s] a complete run went on after the last arrival at a stop, until nobody drove any more."""
+    arrivals = [time for row in world.recorder.reached_at for time in row if time is not None]
+    return world.time - max(arrivals) if world.complete and arrivals else 0.0
 
 
 def missing(world: World) -> str:

@@ -106,6 +106,8 @@ def _hopeless(simulation: Simulation) -> bool:
     if world.missions.any_stopped or world.planned_orders.left:
         return False
     dead = simulation.drill.dead
+    if world.complete and not dead:
+        return False  # it ends by itself, and soon: a law looks at that
     stands = world.progress.standing(world.time)
     # free is also who has just reached its last stop, and has not said so yet
     free = any(isinf(seconds) for name, seconds in zip(world.robots, stands, strict=True) if name not in dead)

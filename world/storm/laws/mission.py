@@ -5,12 +5,16 @@ from math import floor
 from typing import Final
 
 from swarm.geometry import distance
+from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from world.storm.history.drawing import SPARE, room
 from world.storm.history.history import History, Moment
-from world.storm.history.seen import EXACT, Found, dead_of
+from world.storm.history.seen import EXACT, Found, cells_at, dead_of, floor_at
 from world.storm.history.ways import Ways
 
 STANDS: Final = 90.0  # s without progress after which a robot must be named; the world names it earlier
 ENDS: Final = 90.0  # s after the last stop; a robot that is done and was sent away stays where it is after 60 s
+NO_WAY: Final = "no way exists"  # what is said of the floor itself; of cells that leave floor out, it is "no plan"
 RASTER: Final = 1.0  # m, side of the squares that count as progress: as in the world, recomputed here from the poses
 
 
@@ -36,11 +40,15 @@ def flags_stay(history: History) -> Found:
 
 
 def all_arrive(history: History) -> Found:
-    """Check that each robot with a way past dead robots has arrived, or that the robots are jammed for good."""
+    """Check that each robot with a way past dead robots has arrived, or that the robots are jammed for good.
+
+    The ways are those of the lattice. That no way exists at all may be said only if it holds for the drawing too.
+    """
     report, dead = history.report, dead_of(history)
     if not report or report["complete"]:
         return
     ways = Ways(history)
+    yield from _denied(history)
     stuck = []
     for number, name in enumerate(history.robots):
         given_up = report["per_robot"][name]["unreachable"]
@@ -60,6 +68,27 @@ def all_arrive(history: History) -> Found:
             names,
             "; ".join(f"{name} did not reach target {stop + 1} although a way leads there" for name, stop in stuck),
         )
+
+
+def _denied(history: History) -> Found:
+    """Yield who is said to have no way at all while cells do not lead to all floor that the drawing leads to."""
+    radius = history.settings.robot.radius + SPARE
+    for moment in history.moments:
+        said = {
+            word for event in moment.events if NO_WAY in event.text for word in event.text.replace(",", " ").split()
+        }
+        for name in said.intersection(history.robots):
+            pose, cells = moment.poses[history.robots.index(name)], cells_at(history, moment.tick)
+            start = cells.cell_of(pose.x, pose.y)
+            steps = cells.distances(start) if start != OUTSIDE else ()
+            for x, y in room(floor_at(history, moment.tick), radius, (pose.x, pose.y)):
+                cell = cells.cell_of(x, y)
+                if not steps or cell == OUTSIDE or steps[cell] >= FAR:
+                    text = (
+                        f"it is said that no way exists for {name}, but a way leads to ({x:.2f}, {y:.2f}), and no cells"
+                    )
+                    yield moment.tick, (name,), text
+                    break
 
 
 def it_ends(history: History) -> Found:
@@ -174,6 +203,9 @@ def report_agrees(history: History) -> Found:
             slack = (2 + history.late) * 4.0 * settings.robot.speed_scale * history.dt
             if away > settings.reach + slack:
                 yield last, (name,), f"the report says {name} reached target {stop + 1}, it was {away:.2f} m away"
+    arrivals = [time for row in report["per_robot"].values() for time in row["reached"] if time is not None]
+    over = last * history.dt - max(arrivals) if complete and arrivals else 0.0
+    yield from differs("settling", report["traffic"]["settling"], over)
     gap = min((_gap(moment, settings.robot.radius) for moment in history.moments), default=1.0)
     if len(history.robots) > 1 and report["clearance_min"] > gap + EXACT:
         yield last, (), f"the report says clearance_min {report['clearance_min']:g}, two robots were {gap:g} m apart"

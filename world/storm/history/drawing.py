@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import to_frame
+from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
 
 FINE: Final = 0.05  # m, side of a pixel
@@ -53,10 +53,12 @@ def steps(fits: Grid, start: tuple[int, int]) -> NDArray[np.int64]:
     return found
 
 
-def leads(known: OccupancyMap, radius: float, here: Point, there: Point) -> bool:
-    """Return True if a disc can be moved from one place [m, map frame] to another between the squares of a floor."""
+def room(known: OccupancyMap, radius: float, here: Point) -> list[Point]:
+    """List the places [m, map frame] that a disc can be moved to between the squares of a floor, a pixel apart."""
     pieces = spaces(known.cells != FREE, known.resolution, radius)
-    pixels = [tuple(floor(part / FINE) for part in to_frame(known.origin, *place)[::-1]) for place in (here, there)]
-    if not all(0 <= row < pieces.shape[0] and 0 <= column < pieces.shape[1] for row, column in pixels):
-        return False
-    return bool(pieces[pixels[0]] and pieces[pixels[0]] == pieces[pixels[1]])
+    x, y = to_frame(known.origin, *here)
+    row, column = floor(y / FINE), floor(x / FINE)
+    if not (0 <= row < pieces.shape[0] and 0 <= column < pieces.shape[1] and pieces[row, column]):
+        return []
+    inside = np.argwhere(pieces == pieces[row, column]).tolist()
+    return [from_frame(known.origin, (x + 0.5) * FINE, (y + 0.5) * FINE) for y, x in inside]
