@@ -1,5 +1,6 @@
 """What a robot does with what traffic grants it: tables with figures worked out by hand."""
 
+from itertools import count
 from math import pi
 from typing import Any
 
@@ -168,20 +169,21 @@ def test_what_a_robot_says_that_it_does(name: str) -> None:
     assert move.activity is says
 
 
-def test_a_robot_that_is_done_and_kept_from_its_place_for_a_minute_stays_where_it_is() -> None:
-    one = Driven()
+def test_a_robot_that_is_done_and_kept_from_its_place_for_a_minute_in_all_stays_where_it_is() -> None:
+    one, tick = Driven(), count()
 
-    def settles(second: float, away: float, *, done: bool = True) -> bool:
-        one.drive(goal=(AT.x + away, AT.y), done=done, tick=round(20 * second))
+    def settles(away: float, *, done: bool = True, ticks: int = 1) -> bool:
+        for _ in range(ticks):
+            one.drive(goal=(AT.x + away, AT.y), done=done, tick=next(tick))
         return one.traffic.asked.goal is None
 
-    assert not settles(0.0, 3.0), "it may have been woken there"
-    assert not settles(60.0, 3.0)
-    assert settles(60.1, 3.0)
-    assert not settles(61.0, 0.39), "back at its place the time runs again"
-    assert not settles(121.0, 3.0)
-    assert settles(121.1, 3.0)
-    assert not settles(122.0, 3.0, done=False), "it has other stops"
+    assert not settles(3.0, ticks=600)
+    assert not settles(0.39, ticks=100), "it is back at its place for a while"
+    assert not settles(3.0, ticks=600)
+    assert settles(3.0)
+    assert not settles(3.0, done=False), "it has other stops"
+    assert not settles(3.0, ticks=1200), "then the time runs again"
+    assert settles(3.0)
 
 
 # --- what it tells traffic ---
