@@ -204,7 +204,7 @@ def test_a_plan_file_holds_a_robot_up_and_a_storm_judges_it(
 FAULT: Final = """
 from pathlib import Path
 from swarm.cli import main
-from world.storm.plan import read
+from world.storm.plans.plan import read
 from swarm.launch.storm import only_simulated
 from world.simulate import Simulation
 
