@@ -20,7 +20,7 @@ from pathlib import Path
 from swarm import compiled
 from swarm.scenario.load import load
 from world.simulate import Simulation
-from world.storm.pool import answers
+from world.storm.workers import answers
 from world.storm.results import Job, perform
 
 if __name__ == "__main__":
