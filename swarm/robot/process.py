@@ -19,12 +19,13 @@ from swarm.messages import (
     RADIO,
     SENSE,
     STATE,
+    Clock,
     Join,
     Leave,
     Welcome,
 )
 from swarm.robot.brain import Robot
-from swarm.robot.ending import Ending
+from swarm.robot.joining import FIRST, Ending, Place
 from swarm.robot.radio import Ear, Radio
 from swarm.robot.seat import Given, Seat
 from swarm.scenario.load import Scenario
@@ -35,7 +36,6 @@ LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
 GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
-FIRST, LONGEST = 0.1, 5.0  # s between two attempts to join; each pause is twice the one before
 KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
 ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
@@ -114,32 +114,6 @@ class Shared(NamedTuple):
         return (own.edits, own.packed, own.scenario) == (welcome.edits, welcome.packed, welcome.scenario)
 
 
-class Place:
-    """One robot of the process, and when it asks to join."""
-
-    def __init__(self, asked: str | None) -> None:
-        self.name = asked
-        self.session: str | None = None  # of the world that welcomed it
-        self._next = 0.0  # s
-        self._pause = FIRST
-        self._named: set[str] = set()
-
-    def due(self, now: float) -> bool:
-        """Return True if it is time to ask."""
-        return now >= self._next
-
-    def refused(self, reason: str, now: float) -> bool:
-        """Wait, longer each time; return True if the reason is new."""
-        self._next, self._pause = now + self._pause, min(LONGEST, 2 * self._pause)
-        new = reason not in self._named
-        self._named.add(reason)
-        return new
-
-    def hurry(self) -> None:
-        """Ask at once: a world has come."""
-        self._next, self._pause = 0.0, FIRST
-
-
 class Crew:
     """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
 
@@ -187,8 +161,8 @@ class Crew:
     def _take(self, arrived: Arrival | Presence | Link | Request, now: float) -> None:
         match arrived:
             case Arrival(topic=topic, message=message, sender=sender) if topic is CLOCK:
-                if self._is_ours(sender) and (said := self._ending.hear(message)):
-                    self._log(said)
+                if self._is_ours(sender):
+                    self._hear_clock(message, now)
             case Presence(role="world", session=session, alive=alive):
                 (self._worlds.add if alive else self._worlds.discard)(session)
                 if session in [place.session for place in self._places] and (said := self._ending.look(alive, now)):
@@ -202,6 +176,19 @@ class Crew:
             case _:
                 if (again := self._inbox.sort(arrived)) is not None:
                     self._say(*again)
+
+    def _hear_clock(self, clock: Clock, now: float) -> None:
+        """Take in the clock of the world; a robot that it leaves out for long announces itself anew."""
+        if said := self._ending.hear(clock):
+            self._log(said)
+        for place in self._places:
+            if place.name is None or place.session not in self._worlds:
+                continue
+            place.hear(clock, now)
+            if place.unseen(now):
+                self._log(f"{place.name}: the world does not see this process; it joins once more")
+                self._bus.withdraw("robot", place.name)
+                place.session = None
 
     def _is_ours(self, sender: int | None) -> bool:
         """Return True if a message comes from the world of these robots, as far as one can tell."""
@@ -231,7 +218,7 @@ class Crew:
             if place.refused(str(fault), self._awake.now()):
                 self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
         else:
-            place.session = welcome.session
+            place.welcomed(welcome.session)
             self._log(self._ending.joined(welcome))
             self._inbox.seats[welcome.robot].speaker = welcome.sender
             bus.announce("robot", welcome.robot)

@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
-from swarm.messages import COMMAND, JOIN, SENSE, Command, Topic, Welcome
-from swarm.robot.process import ECHOES, FIRST, LONGEST, Crew, Place
+from swarm.messages import CLOCK, COMMAND, JOIN, SENSE, Clock, Command, Phase, Topic, Welcome
+from swarm.robot.joining import FIRST, LONGEST, UNSEEN, Place
+from swarm.robot.process import ECHOES, Crew
 from swarm.scenario.load import Scenario
 from tests.robot.shared import AT, FITS, STOPS, scenario
 
@@ -121,6 +122,31 @@ def test_a_robot_does_not_even_ask_when_only_the_router_was_away() -> None:
     ship.world("s", alive=False)
     ship.world("s")
     assert ship.join(welcome()) == []
+
+
+LEFT_OUT = Clock(run=0, tick=100, time=5.0, phase=Phase.RUNNING, robots=["r1"], present=[])
+
+
+def test_a_robot_that_its_world_does_not_see_announces_itself_anew() -> None:
+    ship = Ship()
+    ship.world("s")
+    ship.join(welcome())
+    for _ in range(round(UNSEEN)):
+        ship.hear(CLOCK, LEFT_OUT)
+        ship.serve(seconds=0.9)
+    ship.hear(CLOCK, replace(LEFT_OUT, present=["r1"]))
+    for _ in range(round(UNSEEN)):
+        ship.hear(CLOCK, LEFT_OUT)
+        ship.serve(seconds=0.9)
+    assert ship.said == []
+    ship.bus.withdraw.assert_not_called()
+    ship.serve(seconds=1.0)
+    ship.bus.ask.side_effect = [welcome()]
+    ship.hear(CLOCK, LEFT_OUT)
+    ship.serve(seconds=1.0)
+    assert ship.said == ["r1: the world does not see this process; it joins once more"]
+    ship.bus.withdraw.assert_called_once_with("robot", "r1")
+    assert [call.args for call in ship.bus.announce.call_args_list] == 2 * [("robot", "r1")]
 
 
 def test_in_another_world_all_robots_of_a_process_start_over() -> None:
