@@ -72,6 +72,7 @@ def test_the_image_copies_only_what_there_is() -> None:
     assert all([name.split(".")[0]] in copied for name in packages)
 
 
+@pytest.mark.long("a whole mission")
 @pytest.mark.processes
 def test_the_same_commands_as_plain_processes_complete_the_mission(
     services: dict[str, Any], endpoint: Endpoint

@@ -120,6 +120,7 @@ def test_too_few_open_files_are_a_sentence(small: Path, tmp_runtime: Path, most:
     assert_clean(tmp_runtime)
 
 
+@pytest.mark.long("a whole mission")
 def test_a_low_limit_of_open_files_is_raised_as_far_as_the_system_lets_it(small: Path, tmp_runtime: Path) -> None:
     shell = f"ulimit -Sn 60; exec {os.sys.executable} -m swarm.cli run {small} --robots 1 --pace max --dashboard off"  # type: ignore[attr-defined]
     done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=False)
@@ -178,6 +179,7 @@ def test_a_recording_that_cannot_begin_is_said_and_the_run_goes_on(small: Path, 
         assert "recorded in part: /dev/full is cut" in fleet.text or "not recorded" in fleet.text
 
 
+@pytest.mark.long("a whole mission")
 def test_a_folder_that_vanishes_under_the_fleet_is_no_traceback(small: Path, tmp_runtime: Path) -> None:
     from shutil import rmtree
 

@@ -95,6 +95,7 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
     assert report["reproducible"]
 
 
+@pytest.mark.long("a whole mission with kills")
 def test_an_order_and_a_stop_outlive_the_robot_and_the_world(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

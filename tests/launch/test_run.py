@@ -128,7 +128,8 @@ def test_the_buttons_work_on_a_running_fleet(small: Path, tmp_runtime: Path, cap
         fleet.assert_nobody_is_left()
 
 
-@pytest.mark.parametrize("robots", mostly_long("two whole missions", [2, 3], 2))
+@pytest.mark.long("two whole missions")
+@pytest.mark.parametrize("robots", [2, 3])
 def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Path, robots: int) -> None:
     """Nothing of the run before is left over in any robot, nor lost of the new one's first words."""
     expected = in_process(paper, robots, 3)
@@ -142,6 +143,7 @@ def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Pa
         assert_the_same_run(fleet.report(), expected)
 
 
+@pytest.mark.long("a whole mission")
 def test_a_pause_changes_nothing_of_a_lockstep_run(tmp_runtime: Path) -> None:
     path = tmp_runtime / "noisy.yaml"
     path.write_text(SMALL.replace("limit: 300", "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"))

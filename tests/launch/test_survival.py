@@ -32,7 +32,6 @@ from tests.launch.actors import (
     await_tick,
     in_process,
 )
-from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
 HARD = "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"  # all that is drawn at random
@@ -56,7 +55,8 @@ def events_of(bus: Bus) -> list[str]:
 KILLS = [("world", (1, 130, 137)), ("router", (2, 131, 400))]
 
 
-@pytest.mark.parametrize(("who", "ticks"), mostly_long("a whole mission", KILLS, KILLS[0]))
+@pytest.mark.long("whole missions; `swarm drill` has one in `make test`")
+@pytest.mark.parametrize(("who", "ticks"), KILLS)
 def test_in_lockstep_a_run_is_the_undisturbed_one_whenever_the_world_or_the_router_is_killed(
     who: str, ticks: tuple[int, ...], noisy: Path, tmp_runtime: Path
 ) -> None:
@@ -222,6 +222,7 @@ def stranger(fleet: Fleet, prefix: str) -> Iterator[zenoh.Session]:
         del held, tokens
 
 
+@pytest.mark.long("a whole mission")
 def test_forged_tokens_senses_and_answers_neither_end_nor_change_a_run(noisy: Path, tmp_runtime: Path) -> None:
     expected = in_process(load(noisy), ROBOTS, 1)
     over = threading.Event()

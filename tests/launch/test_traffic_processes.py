@@ -33,6 +33,7 @@ def test_a_suspended_robot_is_waited_for_or_driven_round(tmp_runtime: Path) -> N
     assert report["contacts"]["robot"] == 0
 
 
+@pytest.mark.long("a whole mission; `make test` has it in one process")
 def test_a_leader_that_dies_with_its_plan_just_made_is_replaced(tmp_runtime: Path) -> None:
     with (
         Fleet(DOORWAY, "--pace", "3", robots=8, runtime=tmp_runtime) as fleet,

@@ -22,6 +22,7 @@ from swarm.messages import (
     RobotDo,
     Topic,
 )
+from tests.shared import mostly_long
 from world.host import requests
 from world.host.requests import SHARE, WAIT, Closed, Requests, waits_in_tick
 
@@ -81,7 +82,7 @@ def test_who_comes_when_the_line_is_full_is_refused_with_the_reason(monkeypatch:
     assert desk.answered == waiting[:WAIT], "first come, first served"
 
 
-@pytest.mark.parametrize("seconds", [0.0001, 0.004, DT, 3 * DT])
+@pytest.mark.parametrize("seconds", mostly_long("thousands of requests", [0.0001, 0.004, DT, 3 * DT], 0.004, 3 * DT))
 def test_a_flood_gets_its_share_of_the_time_and_no_more(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
     desk, longest = Desk(monkeypatch, seconds), 0.0
     while desk.now < 20.0:
