@@ -49,8 +49,8 @@ def traffic(world: "World", commands: Mapping[str, Command]) -> list[Event]:
     events = []
     for name, command in sorted(commands.items()):
         for kind, text in command.notes:
-            world.verdict.take(name, kind, text, world.time)
-            events.append(world.event(kind, text, name))
+            if world.verdict.take(name, kind, text, world.time):
+                events.append(world.event(kind, text, name))
     for fault in world.traffic.look(world.tick, world.poses(), commands, world.commands):
         cells = ", ".join(map(str, fault.where))
         said = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"

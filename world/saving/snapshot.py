@@ -1,7 +1,4 @@
-"""The snapshot of a run, from which a world that was killed goes on bit for bit: tables of what is saved.
-
-A table lists attributes of one object with their types. Saving reads the attributes, restoring sets them.
-"""
+"""What a world that was killed goes on from: tables of the attributes that are saved, and set again, of each object."""
 
 from collections import Counter
 from typing import Any
@@ -118,6 +115,7 @@ class VerdictTable(Table):
 
     text: str
     _proofs: dict[str, float]
+    _told: dict[str, str]
 
 
 class TrafficTable(Table):
