@@ -59,6 +59,12 @@ SUBROOMS: Final = {
     "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
     "world.storm.history": "plans",
     "world.storm.laws": "history",
+    "swarm.cli.start": "",
+    "swarm.cli.steer": "look",
+    "swarm.cli.look": "",
+    "swarm.cli.offline": "",
+    "swarm.launch.supervise": "",
+    "swarm.launch.drill": "",
     "dashboard.fold": "",
     "dashboard.rerun": "fold",
     "dashboard.recording": "fold rerun",

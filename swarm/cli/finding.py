@@ -8,7 +8,7 @@ from swarm.errors import ConfigError
 from swarm.messages.topic import below
 
 if TYPE_CHECKING:
-    from swarm.bus import Endpoint
+    from swarm.bus import Bus, Endpoint
 
 LOOK_EVERY: Final = 0.5  # s between two looks for a world
 
@@ -34,6 +34,17 @@ def place(options: argparse.Namespace, member: str) -> Place:
         return Place(endpoint(card.endpoint, options.secure, member), card.fleet)
     router = endpoint(options.connect, options.secure, member)
     return Place(router, chosen(options.fleet, fleets(router), f"on {router}"))
+
+
+def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
+    """Return a member's bus of the fleet that the options mean.
+
+    Raises:
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
+    """
+    from swarm.bus import Bus
+
+    return Bus(*place(options, member))
 
 
 def spelled(options: argparse.Namespace) -> argparse.Namespace:

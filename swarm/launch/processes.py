@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.fleet import Fleet, check_open_files
 from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
-from swarm.launch.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
+from swarm.launch.supervise.fleet import Fleet, check_open_files
+from swarm.launch.supervise.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import identity
 

@@ -18,14 +18,14 @@ from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.installed import without_rerun
-from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
 from swarm.launch.running import CARD, Entry, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
-from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
+from swarm.launch.supervise.fleet import Ended, Fleet
+from swarm.launch.supervise.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
 from swarm.scenario.starts import names
 from swarm.secure import Identity, identity

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from typing import Any
 
 from swarm.bus import Endpoint
-from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options
 from swarm.launch.processes import Processes
 from swarm.launch.running import registered
-from swarm.launch.table import EarlyEnd
+from swarm.launch.supervise.fleet import Ended, Fleet
+from swarm.launch.supervise.table import EarlyEnd
 from world.storm.history.history import record
 from world.storm.laws.judge import judge
 from world.storm.plans.draw import draw

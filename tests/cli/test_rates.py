@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.bus import Sample
-from swarm.cli.echo import WIDTH, text
-from swarm.cli.rates import Beat, Traffic, sender, topic_of
+from swarm.cli.look.echo import WIDTH, text
+from swarm.cli.look.rates import Beat, Traffic, sender, topic_of
 from swarm.errors import ConfigError
 from swarm.launch.running import NAME, chosen, named
 from swarm.messages import REPLIES, TOPICS

@@ -15,7 +15,7 @@ TELL_EVERY = 1.0  # s
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second and at the end of --seconds, or until Ctrl-C; return 1 if it was never known."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Beat, too_fast
+    from swarm.cli.look.rates import Beat, too_fast
     from swarm.stopping import told_to_stop
 
     options = spelled(options)

@@ -3,9 +3,9 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.control import button, fleet_bus
-from swarm.cli.finding import of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
+from swarm.cli.steer.control import button
 from swarm.secure.identity import OPERATOR
 
 ACTIONS = {
@@ -17,7 +17,7 @@ ACTIONS = {
 
 def order(options: argparse.Namespace) -> int:
     """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
-    from swarm.cli import waiting
+    from swarm.cli.steer import waiting
     from swarm.messages import ORDER, Order
 
     name = options.id or uuid4().hex

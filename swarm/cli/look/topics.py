@@ -12,13 +12,13 @@ from swarm.cli.parsing import Commands, Parser, seconds
 from swarm.secure.identity import WATCHER
 
 if TYPE_CHECKING:
-    from swarm.cli.rates import Row
+    from swarm.cli.look.rates import Row
 
 
 def topics(options: argparse.Namespace) -> int:
     """Listen for a while and print a row for each key that was heard or has a last message; return 1 for none."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Traffic, too_fast
+    from swarm.cli.look.rates import Traffic, too_fast
 
     with Tap(*place(options, WATCHER), "**") as tap:
         began = monotonic()

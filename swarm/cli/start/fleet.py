@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.compiled import announce
-    from swarm.launch.fleet import call_off, warm_up
+    from swarm.launch.supervise.fleet import call_off, warm_up
     from swarm.scenario.shipped import found, shipped
     from swarm.scenario.source import Source
 
