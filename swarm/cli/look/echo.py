@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from swarm.cli.finding import of_a_client, place, spelled
 from swarm.cli.parsing import Commands, Parser
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
     from swarm.bus import Arrival, Sample, Tap

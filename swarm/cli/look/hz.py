@@ -7,7 +7,7 @@ from time import monotonic
 
 from swarm.cli.finding import of_a_client, place, spelled
 from swarm.cli.parsing import Commands, Parser, seconds
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 TELL_EVERY = 1.0  # s
 

@@ -11,7 +11,7 @@ from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError, nearest
 from swarm.messages import Event, Liveness, RobotStatus, Status
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 HEAD: Final[tuple[str, ...]] = (
     "robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event",

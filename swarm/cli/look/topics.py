@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from swarm.cli.columns import aligned
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, seconds
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
     from swarm.cli.look.rates import Row

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
-from swarm.secure.identity import ROUTER, WORLD
+from swarm.secure.names import ROUTER, WORLD
 from swarm.settings import MOST_ROBOTS
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import msgspec
 from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
-from swarm.secure.identity import OPERATOR
+from swarm.secure.names import OPERATOR
 
 M = TypeVar("M")
 ANSWER = 30.0  # s; a large floor is checked before the answer

@@ -6,7 +6,7 @@ from uuid import uuid4
 from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.cli.steer.control import button
-from swarm.secure.identity import OPERATOR
+from swarm.secure.names import OPERATOR
 
 ACTIONS = {
     "go-on": "let a robot that was stopped go on",

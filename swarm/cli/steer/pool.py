@@ -5,7 +5,7 @@ from uuid import uuid4
 
 from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
-from swarm.secure.identity import OPERATOR
+from swarm.secure.names import OPERATOR
 
 
 def pool(options: argparse.Namespace) -> int:
