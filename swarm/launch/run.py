@@ -21,7 +21,7 @@ from swarm.installed import without_rerun
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
-from swarm.launch.running import CARD, Entry, named, registered
+from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
 from swarm.launch.supervise.fleet import Ended, Fleet
@@ -121,7 +121,7 @@ def _free_port() -> int:
 
 
 def _watch(
-    fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console, box: dict[str, Any] | None
+    fleet: Fleet, processes: Processes, entry: Listing, stop: Flag, console: Console, box: dict[str, Any] | None
 ) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing.
 

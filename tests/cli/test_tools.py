@@ -12,7 +12,7 @@ from swarm.bus import Endpoint, Sample
 from swarm.bus.codec import encode
 from swarm.cli import finding, main
 from swarm.cli.columns import aligned
-from swarm.cli.finding import Place
+from swarm.cli.finding import FleetPlace
 from swarm.cli.look import echo as echo_room
 from swarm.cli.look import hz as hz_room
 from swarm.cli.look import ls as ls_room
@@ -23,7 +23,7 @@ from swarm.launch.running import Card
 from swarm.messages import Activity, State
 
 Capture = pytest.CaptureFixture[str]
-PLACE = Place(Endpoint("127.0.0.1", 7447), "fleet")
+PLACE = FleetPlace(Endpoint("127.0.0.1", 7447), "fleet")
 
 
 class Heard:
