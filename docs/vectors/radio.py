@@ -10,7 +10,7 @@ import numpy as np
 
 from docs.vectors.floors import paper, squares
 from docs.vectors.writing import Json, metres
-from swarm.bus.gaps import Gaps, Numbers
+from swarm.bus.losses import Gaps, Numbers
 from swarm.geometry import Pose
 from swarm.messages import RADIO
 from swarm.robot.radio import around, zone

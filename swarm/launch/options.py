@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
 
-from swarm.launch.fleet import check_open_files
 from swarm.launch.proxy import Delay
+from swarm.launch.supervise.fleet import check_open_files
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace

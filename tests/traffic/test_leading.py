@@ -9,7 +9,7 @@ from swarm.traffic.joint.problem import Question
 from swarm.traffic.joint.states import Collecting, Free, Move, Part, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
-from swarm.traffic.mapf.precedence import After, Order
+from swarm.traffic.mapf.precedence import After, Precedence
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
@@ -125,7 +125,7 @@ def searching(answer: Result | None = None, *, exact: bool = True, until: tuple[
 
 def result(outcome: Outcome, *ways: tuple[int, ...], who: tuple[int, ...] = ()) -> Result:
     after: tuple[dict[int, After], ...] = ({}, {1: After(0, 1)})
-    return Result(outcome, [], Order(ways, after) if ways else None, who)
+    return Result(outcome, [], Precedence(ways, after) if ways else None, who)
 
 
 def test_a_plan_is_published_with_all_that_stand() -> None:

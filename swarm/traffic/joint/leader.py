@@ -9,7 +9,7 @@ from swarm.traffic.joint.problem import ATTEMPTS, members_of, question_of
 from swarm.traffic.joint.states import Collecting, Free, Move, Part, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
-from swarm.traffic.mapf.precedence import Order
+from swarm.traffic.mapf.precedence import Precedence
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 
@@ -166,7 +166,7 @@ def _is_proof(call: Searching, answer: Result) -> bool:
     return answer.outcome is Outcome.UNSOLVABLE and call.question.exact
 
 
-def _plan(call: Searching, answer: Result, order: Order) -> JointPlan:
+def _plan(call: Searching, answer: Result, order: Precedence) -> JointPlan:
     question, names = call.question, call.question.members
     return JointPlan(
         epoch=call.epoch,

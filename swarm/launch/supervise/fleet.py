@@ -18,15 +18,15 @@ from types import TracebackType
 from typing import Any, Final
 
 from swarm.errors import ConfigError
-from swarm.launch import child
-from swarm.launch.table import CRASHED, RESTARTS, ROBOT, STOP_ORDER, WITHIN, EarlyEnd, Role
+from swarm.launch.supervise import child
+from swarm.launch.supervise.table import CRASHED, RESTARTS, ROBOT, STOP_ORDER, WITHIN, EarlyEnd, Role
 from swarm.scenario.source import Source
 
 LOOK: Final = 0.1  # s between two looks at the processes
 LAST_LINES: Final = 12
 REAP: Final = 1.0  # s that the fork server has to tell the exit status of a process that has ended
 FORK_SERVER_DIED: Final = 255  # the exit status that multiprocessing makes up then
-PRELOAD: Final = ("swarm.launch.preload",)
+PRELOAD: Final = ("swarm.launch.supervise.preload",)
 SECURE: Final = ("swarm.secure.certificates",)  # 9 MB that processes with keys share
 SOURCE: Final = "SWARM_SOURCE"  # the fork server's environment variable with the scenario that it rehearses
 # Once a large block was freed, glibc keeps later ones up to that size. Blocks from 1 MB on shall go back to the system.

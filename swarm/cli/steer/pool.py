@@ -3,10 +3,9 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.control import fleet_bus
-from swarm.cli.finding import of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
-from swarm.secure.identity import OPERATOR
+from swarm.secure.names import OPERATOR
 
 
 def pool(options: argparse.Namespace) -> int:

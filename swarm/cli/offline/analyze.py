@@ -45,7 +45,7 @@ def _later(path: Path, account: "Saved") -> str | None:
     """Return the newest file in which a dashboard that was started again has gone on with a run, or None."""
     from dashboard.fold.account import is_earlier
     from dashboard.rerun.reader import read_account
-    from swarm.launch.table import numbered
+    from swarm.launch.supervise.table import numbered
 
     for number in range(STARTS, 1, -1):
         other = numbered(path, number)

@@ -14,7 +14,7 @@ from time import sleep
 from typing import Any, Final
 
 from swarm.errors import SwarmError
-from swarm.launch.table import CRASHED
+from swarm.launch.supervise.table import CRASHED
 from swarm.process_name import name_process
 from swarm.stopping import leave_terminal_to_parent
 

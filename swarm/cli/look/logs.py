@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
-from swarm.cli.control import fleet_bus
-from swarm.cli.finding import of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError, nearest
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
     from swarm.messages import Event

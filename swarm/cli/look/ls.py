@@ -8,7 +8,7 @@ from swarm.cli.columns import aligned
 from swarm.cli.finding import of_a_client
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 
 def ls(options: argparse.Namespace) -> int:

@@ -1,18 +1,41 @@
-"""The text of `swarm status`: a line on the run, and one on each robot; or all that is known of one robot."""
+"""The command `swarm status`: a line on the run, and one on each robot; or all that is known of one robot."""
 
+import argparse
 from math import degrees
 from typing import Any, Final
 
 import msgspec
 
 from swarm.cli.columns import aligned
+from swarm.cli.finding import fleet_bus, of_a_client
+from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError, nearest
 from swarm.messages import Event, Liveness, RobotStatus, Status
+from swarm.secure.names import WATCHER
 
 HEAD: Final[tuple[str, ...]] = (
     "robot", "is", "x, y [m]", "yaw [deg]", "does", "target", "left [m]", "waits for", "last event",
 )  # fmt: skip
 EVENTS: Final = 10  # last ones of one robot
+
+
+def status(options: argparse.Namespace) -> int:
+    """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
+    from swarm.messages import STATUS
+
+    with fleet_bus(options, WATCHER) as bus:
+        found = bus.fetch(STATUS)
+    if not found:
+        raise ConfigError(
+            "status: expected a world in that fleet, found none; if `swarm run` is just starting it, ask again in a "
+            "few seconds, else start one with `swarm world`"
+        )
+    whole, name = found[0], options.robot
+    if options.json:
+        print(msgspec.json.encode(whole if name is None else one_of(whole, name)).decode())
+    else:
+        print(shown(whole) if name is None else described(whole, name))
+    return 0
 
 
 def shown(status: Status) -> str:
@@ -135,3 +158,13 @@ def _row(robot: RobotStatus) -> tuple[str, ...]:
 def _does(robot: RobotStatus) -> str:
     """Return what a robot does; of one that is not there, nothing: what it said last is over."""
     return robot.state.activity.value if robot.liveness in {Liveness.ALIVE, Liveness.STALE} else "-"
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add this command to the command line."""
+    one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
+    text = "print all that is known of this robot: why it stands, its targets and when it was there, its last events"
+    one.add_argument("robot", nargs="?", metavar="ROBOT", help=text)
+    of_a_client(one)
+    one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
+    one.set_defaults(command=status)

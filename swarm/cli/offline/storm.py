@@ -37,7 +37,7 @@ def storm(options: argparse.Namespace) -> int:
     if options.plan and (options.seeds or options.start is not None or options.profile != "all"):
         raise ConfigError("storm: expected either plan files or --seeds and --profile, got both; leave one out")
     return command.run(
-        command.Options(
+        command.StormOptions(
             profiles=profiles,
             seeds=seeds(options.seeds, options.start),
             files=tuple(options.plan),

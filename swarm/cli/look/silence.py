@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from swarm.cli.rates import topic_of
+from swarm.cli.look.rates import topic_of
 from swarm.errors import nearest
 from swarm.messages import REPLIES, TOPICS, Clock, Phase
 

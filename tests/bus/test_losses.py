@@ -7,10 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.msgpack import decode, encode
 
-from swarm.bus import gaps as module
-from swarm.bus import ledger
-from swarm.bus.gaps import FARTHEST, Gaps, Numbers
-from swarm.bus.ledger import Ledger
+from swarm.bus import losses as module
+from swarm.bus.losses import FARTHEST, Gaps, Ledger, Numbers
 from swarm.errors import PeerError
 
 
@@ -99,7 +97,7 @@ def test_two_senders_have_different_numbers_of_their_own() -> None:
 
 def test_losses_are_counted_in_full_and_logged_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     now, said = 50.0, list[str]()
-    monkeypatch.setattr(ledger, "monotonic", lambda: now)
+    monkeypatch.setattr(module, "monotonic", lambda: now)
     one = Ledger(said.append)
     one.miss("robot/{robot}/state", "swarm/v1/f/robot/r1/state", 1)
     one.miss("robot/{robot}/state", "swarm/v1/f/robot/r1/state", 2)

@@ -3,10 +3,10 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.control import button, fleet_bus
-from swarm.cli.finding import of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
-from swarm.secure.identity import OPERATOR
+from swarm.cli.steer.control import button
+from swarm.secure.names import OPERATOR
 
 ACTIONS = {
     "go-on": "let a robot that was stopped go on",
@@ -17,7 +17,7 @@ ACTIONS = {
 
 def order(options: argparse.Namespace) -> int:
     """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
-    from swarm.cli import waiting
+    from swarm.cli.steer import waiting
     from swarm.messages import ORDER, Order
 
     name = options.id or uuid4().hex

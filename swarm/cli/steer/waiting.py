@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from time import monotonic
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from swarm.cli.silence import STANDS
+from swarm.cli.look.silence import STANDS
 from swarm.messages import (
     CLOCK,
     EVENT,

@@ -12,7 +12,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.installed import without_rerun
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
     from swarm.bus import Endpoint

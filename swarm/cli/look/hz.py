@@ -7,7 +7,7 @@ from time import monotonic
 
 from swarm.cli.finding import of_a_client, place, spelled
 from swarm.cli.parsing import Commands, Parser, seconds
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 TELL_EVERY = 1.0  # s
 
@@ -15,7 +15,7 @@ TELL_EVERY = 1.0  # s
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second and at the end of --seconds, or until Ctrl-C; return 1 if it was never known."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Beat, too_fast
+    from swarm.cli.look.rates import Beat, too_fast
     from swarm.stopping import told_to_stop
 
     options = spelled(options)

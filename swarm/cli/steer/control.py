@@ -1,19 +1,16 @@
-"""Commands to a running fleet: the paper's buttons, edits of the floor, more robots, and its status."""
+"""Commands to a running fleet: the paper's buttons, edits of the floor, its set-up, and more robots."""
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 from uuid import uuid4
 
 import msgspec
 
-from swarm.cli.finding import of_a_client, place
+from swarm.cli.finding import fleet_bus, of_a_client
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
-from swarm.secure.identity import OPERATOR, WATCHER
-
-if TYPE_CHECKING:
-    from swarm.bus import Bus
+from swarm.secure.names import OPERATOR
 
 M = TypeVar("M")
 ANSWER = 30.0  # s; a large floor is checked before the answer
@@ -102,37 +99,6 @@ def _converted(parts: dict[str, Any], kind: type[M], command: str) -> M:
         raise ConfigError(f"{command}: {explained(str(fault), parts)}; correct it") from None
 
 
-def status(options: argparse.Namespace) -> int:
-    """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
-    from swarm.cli.status import described, one_of, shown
-    from swarm.messages import STATUS
-
-    with fleet_bus(options, WATCHER) as bus:
-        found = bus.fetch(STATUS)
-    if not found:
-        raise ConfigError(
-            "status: expected a world in that fleet, found none; if `swarm run` is just starting it, ask again in a "
-            "few seconds, else start one with `swarm world`"
-        )
-    whole, name = found[0], options.robot
-    if options.json:
-        print(msgspec.json.encode(whole if name is None else one_of(whole, name)).decode())
-    else:
-        print(shown(whole) if name is None else described(whole, name))
-    return 0
-
-
-def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
-    """Return a member's bus of the fleet that the options mean.
-
-    Raises:
-        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
-    """
-    from swarm.bus import Bus
-
-    return Bus(*place(options, member))
-
-
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     for name, text in BUTTONS.items():
@@ -165,9 +131,3 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--id", metavar="NAME", help=text)
     of_a_client(one)
     one.set_defaults(command=add_robots)
-    one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
-    text = "print all that is known of this robot: why it stands, its targets and when it was there, its last events"
-    one.add_argument("robot", nargs="?", metavar="ROBOT", help=text)
-    of_a_client(one)
-    one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
-    one.set_defaults(command=status)

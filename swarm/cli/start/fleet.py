@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
-from swarm.secure.identity import ROUTER, WORLD
+from swarm.secure.names import ROUTER, WORLD
 from swarm.settings import MOST_ROBOTS
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
     from swarm.compiled import announce
-    from swarm.launch.fleet import call_off, warm_up
+    from swarm.launch.supervise.fleet import call_off, warm_up
     from swarm.scenario.shipped import found, shipped
     from swarm.scenario.source import Source
 

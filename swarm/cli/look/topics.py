@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 from swarm.cli.columns import aligned
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, seconds
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
-    from swarm.cli.rates import Row
+    from swarm.cli.look.rates import KeyRow
 
 
 def topics(options: argparse.Namespace) -> int:
     """Listen for a while and print a row for each key that was heard or has a last message; return 1 for none."""
     from swarm.bus import Tap
-    from swarm.cli.rates import Traffic, too_fast
+    from swarm.cli.look.rates import KeyTraffic, too_fast
 
     with Tap(*place(options, WATCHER), "**") as tap:
         began = monotonic()
-        traffic = Traffic(began)
+        traffic = KeyTraffic(began)
         while (left := began + options.seconds - monotonic()) > 0:
             if (sample := tap.receive(left)) is not None:
                 traffic.take(sample)
@@ -39,7 +39,7 @@ def topics(options: argparse.Namespace) -> int:
     return 0 if rows else 1
 
 
-def shown(rows: "list[Row]", lasted: float) -> str:
+def shown(rows: "list[KeyRow]", lasted: float) -> str:
     """Return the rows as a table, and their sum."""
     if not rows:
         return f"nothing was heard for {lasted:g} s; `swarm ls` tells whether the fleet runs"

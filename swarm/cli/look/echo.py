@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from swarm.cli.finding import of_a_client, place, spelled
 from swarm.cli.parsing import Commands, Parser
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
     from swarm.bus import Arrival, Sample, Tap
@@ -60,7 +60,7 @@ def show(sample: "Sample", *, as_json: bool) -> bool:
 
 def silence(tap: "Tap", key: str) -> str:
     """Return what to say on a key on which nothing comes."""
-    from swarm.cli.silence import why
+    from swarm.cli.look.silence import why
     from swarm.errors import PeerError
     from swarm.messages import CLOCK, Clock
 
@@ -78,7 +78,7 @@ def read(sample: "Sample") -> "Message":
         PeerError: its key is in no row of the table of topics, or a receiver would refuse it.
     """
     from swarm.bus.opening import opened
-    from swarm.cli.rates import topic_of
+    from swarm.cli.look.rates import topic_of
     from swarm.errors import PeerError
 
     topic = topic_of(sample.key)

@@ -50,7 +50,7 @@ def too_fast(dropped: int) -> str:
     )
 
 
-class Row(NamedTuple):
+class KeyRow(NamedTuple):
     """One key of `swarm topics`."""
 
     key: str
@@ -73,13 +73,13 @@ class Heard:
     lost: int = 0
 
 
-class Traffic:
+class KeyTraffic:
     """The messages of all keys since a time."""
 
     def __init__(self, since: float) -> None:
         self._since = since
         self._heard: dict[str, Heard] = {}
-        self._kept: dict[str, Row] = {}
+        self._kept: dict[str, KeyRow] = {}
 
     def take(self, sample: Sample) -> None:
         """Count a sample."""
@@ -91,15 +91,15 @@ class Traffic:
 
     def keep(self, sample: Sample) -> None:
         """Note the last message that is kept on a key; it has not come now."""
-        self._kept[sample.key] = Row(
+        self._kept[sample.key] = KeyRow(
             sample.key, 0.0, _usual(sample.key), len(sample.payload), 0.0, None, 0, sender(sample.key)
         )
 
-    def rows(self, now: float) -> list[Row]:
+    def rows(self, now: float) -> list[KeyRow]:
         """Return a row for each key, by name; rates are means since the beginning."""
         lasted = max(now - self._since, 1e-9)
         heard = {
-            key: Row(
+            key: KeyRow(
                 key,
                 heard.messages / lasted,
                 _usual(key),

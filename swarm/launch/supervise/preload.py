@@ -10,8 +10,8 @@ from pathlib import Path
 
 from swarm import compiled, garbage
 from swarm.errors import SwarmError
-from swarm.launch.fleet import SOURCE
-from swarm.launch.rehearsal import rehearse
+from swarm.launch.supervise.fleet import SOURCE
+from swarm.launch.supervise.rehearsal import rehearse
 from swarm.scenario.source import Source
 from swarm.stopping import leave_terminal_to_parent
 
