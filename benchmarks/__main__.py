@@ -27,9 +27,9 @@ VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgp
 
 
 def names() -> list[str]:
-    """Return the names of the benchmarks; a module that ends in ``_peer`` is started by another one."""
+    """Return the names of the benchmarks."""
     stems = (path.stem for path in (ROOT / "benchmarks").glob("*.py"))
-    return sorted(stem for stem in stems if stem not in NO_BENCHMARK and not stem.endswith("_peer"))
+    return sorted(stem for stem in stems if stem not in NO_BENCHMARK)
 
 
 def summary(name: str) -> str:
