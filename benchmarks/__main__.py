@@ -1,8 +1,7 @@
-"""Runs all benchmarks in turn: ``python -m benchmarks [NAME ...] [--write | --stale] [-- ARGUMENT ...]``.
+"""Runs all benchmarks in turn: ``python -m benchmarks [NAME ...] [--write] [-- ARGUMENT ...]``.
 
 Each benchmark runs in its own process, so that none warms up another. ``--write`` puts their output, the versions and
-the commit into ``docs/benchmarks.md``. ``--stale`` runs nothing: it lists the sections of that page that are older than
-the code they measure. Arguments after ``--`` are passed to each named benchmark.
+the commit into ``docs/benchmarks.md``. Arguments after ``--`` are passed to each named benchmark.
 """
 
 import argparse
@@ -13,7 +12,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from benchmarks.freshness import measured, stale, stamp
 from benchmarks.measure import machine
 
 ROOT: Final = Path(__file__).parents[1]
@@ -23,17 +21,15 @@ NO_BENCHMARK: Final = (
     "__main__",
     "asked",
     "measure",
-    "freshness",
     "fuzz_maps",
-    "mutants",
 )  # shared, or a search for faults
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 
 
 def names() -> list[str]:
-    """Return the names of the benchmarks; a module that ends in ``_peer`` is started by another one."""
+    """Return the names of the benchmarks."""
     stems = (path.stem for path in (ROOT / "benchmarks").glob("*.py"))
-    return sorted(stem for stem in stems if stem not in NO_BENCHMARK and not stem.endswith("_peer"))
+    return sorted(stem for stem in stems if stem not in NO_BENCHMARK)
 
 
 def summary(name: str) -> str:
@@ -52,6 +48,12 @@ def run(name: str, arguments: list[str]) -> tuple[int, str]:
         print(line, end="", flush=True)
         lines.append(line)
     return process.wait(), "".join(lines)
+
+
+def stamp() -> str:
+    """Return the line that states the present commit and its date."""
+    command = ["git", "log", "-1", "--format=Measured at commit %h (%cs)."]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
 
 
 def section(name: str, stamped: str, text: str) -> str:
@@ -87,7 +89,7 @@ def kept() -> dict[str, str]:
 
 
 def main() -> int:
-    """Run the benchmarks; return 1 if one exits with another status than 0 or, with ``--stale``, if a section is stale.
+    """Run the benchmarks; return 1 if one exits with another status than 0.
 
     ``fuzzy``, ``planner`` and ``survival`` exit so if they miss a target; the tables of the others name it beside what
     was measured.
@@ -95,20 +97,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Run benchmarks.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"some of {', '.join(names())}; default: all")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
-    parser.add_argument("--stale", action="store_true", help="list the outdated sections of docs/benchmarks.md")
     own, passed_on = divided(sys.argv[1:])
     options = parser.parse_args(own)
     if unknown := set(options.names) - set(names()):
         parser.error(f"expected some of {', '.join(names())}, got {', '.join(sorted(unknown))}")
-    chosen = options.names or names()
-    if options.stale:
-        old = stale(ROOT, kept(), {name: measured(name) for name in chosen})
-        print("".join(f"{name}: {why}\n" for name, why in old.items()) or "no section is older than its code\n", end="")
-        return 1 if old else 0
     sections, failed = {}, []
-    for name in chosen:
+    for name in options.names or names():
         print(f"\n== {name}", flush=True)
-        stamped = stamp(ROOT, measured(name))
+        stamped = stamp()
         status, printed = run(name, passed_on)
         sections[name] = section(name, stamped, printed)
         failed += [name] if status else []

@@ -1,17 +1,14 @@
-"""A* beside plain C and the planners of other libraries, one path a call: ``python -m benchmarks.planner [QUERIES]``.
+"""A* beside plain C, one path a call: ``python -m benchmarks.planner [QUERIES]``.
 
-Every planner answers the same queries in turn; ratios compare times of the same query. Peers run in their own
-environment (.venv-peers-planner), which the first run creates. Only planners with the same rule (8-connected, no corner
-cutting) and right lengths are compared; each answer is checked.
+Both answer the same queries in turn, by the same rule (8-connected, no corner cutting); each length is checked. Ratios
+compare times of the same query.
 """
 
-import base64
 import ctypes
-import json
 import subprocess
 import sys
 from collections.abc import Callable
-from math import hypot, sqrt
+from math import hypot
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -24,18 +21,10 @@ from benchmarks.measure import interleave, machine, table
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap
 from swarm.planning.astar import Lattice, shortest
 from swarm.planning.grid import Grid
-from swarm.planning.path import line_is_free, path_is_free, plan
+from swarm.planning.path import line_is_free, plan
 
 ROOT = Path(__file__).parents[1]
 YARDSTICK = ROOT.parent / "shared" / "yardsticks" / "astar.c"
-ENVIRONMENT = ROOT / ".venv-peers-planner"
-PEERS = {  # number of queries of a map that each peer answers: few for slow ones
-    "tcod": ("tcod==21.2.2", 1000),
-    "scipy": ("scipy==1.17.1", 1000),
-    "rustworkx": ("rustworkx==0.18.1", 5),
-    "networkx": ("networkx==3.6.1", 3),
-    "pathfinding": ("pathfinding==1.0.23", 3),
-}
 ALLOWED_OF_C = 1.5  # the largest ratio of our time to C's time
 Solve = Callable[[int, int], tuple[float, float]]  # start and goal as cell numbers, to seconds and length
 
@@ -127,92 +116,28 @@ def yardstick(folder: Path) -> Callable[[NDArray[np.bool_]], Solve] | None:
     return on
 
 
-class Peer:
-    """A peer library on one map, in its own process."""
-
-    def __init__(self, name: str, lattice: Lattice) -> None:
-        self.columns = lattice.shape[1]
-        self.process = subprocess.Popen(
-            [ENVIRONMENT / "bin" / "python", Path(__file__).with_name("planner_peer.py"), name],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        packed = base64.b64encode(lattice.moves.tobytes()).decode()
-        self._ask({"rows": lattice.shape[0], "columns": self.columns, "moves": packed})
-
-    def _ask(self, message: object) -> list:  # type: ignore[type-arg]
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        print(json.dumps(message), file=self.process.stdin, flush=True)
-        answer: list = json.loads(self.process.stdout.readline())  # type: ignore[type-arg]
-        return answer
-
-    def solve(self, start: int, goal: int) -> tuple[float, float]:
-        """Return the time [s] and the length of one path of the peer; the length is measured here."""
-        seconds, path = self._ask([start, goal])
-        cells = np.stack(np.divmod(np.array(path), self.columns), axis=1)
-        steps = np.abs(np.diff(cells, axis=0))
-        assert path[0] == start and path[-1] == goal and (steps.max(axis=1) == 1).all()  # noqa: PT018
-        return seconds, float(np.where(steps.sum(axis=1) == 2, sqrt(2), 1.0).sum())
-
-    def close(self) -> None:
-        """End the peer's process."""
-        self.process.stdin.close()  # type: ignore[union-attr]
-        self.process.wait(timeout=60)
-
-
-def install() -> bool:
-    """Install the peers' environment if it is missing; print a sentence and return False if that fails."""
-    if (ENVIRONMENT / ".ready").exists():
-        return True
-    print("installing the peers ...", file=sys.stderr)
-    subprocess.run([sys.executable, "-m", "venv", ENVIRONMENT], check=True)
-    pip = [ENVIRONMENT / "bin" / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    if subprocess.run(
-        [*pip, *(requirement for requirement, _ in PEERS.values())], stderr=subprocess.DEVNULL
-    ).returncode:
-        print("left out: the peers, which could not be installed")
-        return False
-    (ENVIRONMENT / ".ready").touch()
-    return True
-
-
-def compare(
-    name: str, free: NDArray[np.bool_], count: int, c_on: Callable[[NDArray[np.bool_]], Solve] | None, peers: bool
-) -> bool:
-    """Print one map's table; return True if ours is fast enough."""
+def compare(name: str, free: NDArray[np.bool_], count: int, c_on: Callable[[NDArray[np.bool_]], Solve] | None) -> bool:
+    """Print one map's table; return True if ours is fast enough and the lengths agree."""
     lattice = Lattice.of(free)
     queries = queries_of(lattice, count, seed=7)
-    running = {each: Peer(each, lattice) for each in PEERS} if peers else {}
-    solvers: dict[str, tuple[Solve, int]] = {"ours": (ours(lattice), count)}
-    if c_on is not None:
-        solvers["C"] = (c_on(free), count)
-    solvers |= {each: (peer.solve, PEERS[each][1]) for each, peer in running.items()}
+    solvers: dict[str, Solve] = {"ours": ours(lattice)} | ({} if c_on is None else {"C": c_on(free)})
     seconds: dict[str, list[float]] = {each: [] for each in solvers}
-    right = dict.fromkeys(solvers, True)
+    agree = dict.fromkeys(solvers, True)
     for number, query in enumerate([queries[0], *queries]):  # the first query runs twice, the first time untimed
         lengths = {}
-        for each, (solve, most) in solvers.items():
-            if number <= most:
-                took, lengths[each] = solve(*query)
-                if number:
-                    seconds[each].append(took)
+        for each, solve in solvers.items():
+            took, lengths[each] = solve(*query)
+            if number:
+                seconds[each].append(took)
         for each, length in lengths.items():
-            right[each] &= abs(length - lengths["ours"]) <= max(1e-4, 1e-5 * length)
-    for peer in running.values():
-        peer.close()
-    rows = [["map " + name, "ms", "x C", "ours is faster by", "queries", "lengths agree"]]
+            agree[each] &= abs(length - lengths["ours"]) <= max(1e-4, 1e-5 * length)
+    of_c = {each: [a / b for a, b in zip(times, seconds.get("C", []), strict=False)] for each, times in seconds.items()}
+    rows = [["map " + name, "ms", "x C", "queries", "lengths agree"]]
     for each, times in seconds.items():
-        of_c = [a / b for a, b in zip(times, seconds.get("C", []), strict=False)]
-        of_ours = [a / b for a, b in zip(times, seconds["ours"], strict=False)]
-        ratio_of_c = f"{median(of_c):.2f}" if of_c else "-"
-        rows.append([each, f"{median(times) * 1e3:.2f}", ratio_of_c, f"{median(of_ours):.2f}", str(len(times)),
-                     "yes" if right[each] else "NO"])  # fmt: skip
+        ratio = f"{median(of_c[each]):.2f}" if of_c[each] else "-"
+        rows.append([each, f"{median(times) * 1e3:.2f}", ratio, str(count), "yes" if agree[each] else "NO"])
     print(table(rows), flush=True)
-    fast = all(median(a / b for a, b in zip(times, seconds["ours"], strict=False)) > 1
-               for each, times in seconds.items() if each not in ("ours", "C") and right[each])  # fmt: skip
-    if "C" in seconds:
-        fast &= median(a / b for a, b in zip(seconds["ours"], seconds["C"], strict=True)) <= ALLOWED_OF_C
-    return fast and right["ours"] and right.get("C", True)
+    return all(agree.values()) and (not of_c["ours"] or median(of_c["ours"]) <= ALLOWED_OF_C)
 
 
 def floor_plan(metres: int, seed: int) -> OccupancyMap:
@@ -248,7 +173,6 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
         "changed": lambda: grown.changed(edited, low, high),
         "replan": lambda: plan(grown.changed(edited, low, high), start, goal),
         "discs": lambda: plan(grown.with_discs([path.point_at(path.length / 2)], radius), start, goal),
-        "check": lambda: path_is_free(grown, path),
         "line": lambda: [line_is_free(grown, start, ahead) for _ in range(100)],
     }
     seconds = interleave(cases, rounds)
@@ -257,21 +181,20 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
     round_discs = median(a / b for a, b in zip(seconds["discs"], seconds["plan"], strict=True))
     return [f"{metres} m, {grid.shape[0]} x {grid.shape[1]}", f"{ms['grow']:.2f}", f"{ms['again']:.2f}",
             f"{ms['plan']:.2f}", f"{ms['changed']:.2f}", f"{ms['replan']:.2f}", f"{share:.2f}", f"{round_discs:.2f}",
-            f"{ms['check'] * 1e3:.0f}", f"{ms['line'] * 10:.1f}"]  # fmt: skip
+            f"{ms['line'] * 10:.1f}"]  # fmt: skip
 
 
 def main(count: int = 15) -> int:
-    """Print all tables; return exit status 1 if ours is too slow somewhere."""
+    """Print all tables; return exit status 1 if ours is too slow somewhere or a length is wrong."""
     print(machine())
-    peers = install()
     fast = True
     with TemporaryDirectory() as folder:
         c_on = yardstick(Path(folder))
         for side in (512, 1024):
-            fast &= compare(f"random {side}", random_map(side, side), count, c_on, peers)
-            fast &= compare(f"maze {side}", maze_map(side, side), count, c_on, peers)
+            fast &= compare(f"random {side}", random_map(side, side), count, c_on)
+            fast &= compare(f"maze {side}", maze_map(side, side), count, c_on)
     head = ["robot's grid, ms", "grow", "plan", "grow + plan", "change", "change + plan", "share of the first",
-            "round a disc, share", "path_is_free, us", "line_is_free, us"]  # fmt: skip
+            "round a disc, share", "line_is_free, us"]  # fmt: skip
     print(table([head, *(robot_grid(metres, 9) for metres in (10, 20, 50))]))
     return 0 if fast else 1
 

@@ -9,9 +9,7 @@ Each row is printed as soon as it is measured, with the load of the machine. Wit
   a robot's own memory, and the time from the command to the first tick.
 * ``--realtime``: each fleet in real time, at its rate: the share of commands that came after their tick, and how long
   a tick takes, from its place in the timetable until all commands are there, against its period.
-* ``--beside``: a swap over a circle, in one process, beside ir-sim.
 * ``--wire``: messages and bandwidth of a fleet of any size, computed from measured messages.
-* ``--why``: what a step costs in one process and in its own, and why.
 """
 
 import argparse
@@ -28,7 +26,7 @@ from typing import Final, NamedTuple
 import psutil
 
 from benchmarks.measure import DATA, load, machine, printed
-from benchmarks.scaling import beside, realtime, why, wire
+from benchmarks.scaling import realtime, wire
 from benchmarks.scaling.alone import in_one_process
 from benchmarks.scaling.fleets import PATIENCE, NotMeasured, fleet, lockstep, robot_tick
 from benchmarks.scaling.rows import DENSITIES, RATE, ROWS, Row
@@ -157,12 +155,6 @@ def _realtime(asked: Asked) -> None:
     show(ON_TIME, [(row.title, partial(on_time, row, asked.seconds, asked.python)) for row in asked.fleets])
 
 
-def _beside(asked: Asked) -> None:
-    if beside.installed():
-        line = partial(beside.line, seconds=asked.seconds, python=asked.python)
-        show(beside.HEAD, [(f"{robots} robots", partial(line, robots)) for robots in beside.ROBOTS])
-
-
 def _wire(asked: Asked) -> None:
     lines = []
     for row in asked.fleets:
@@ -172,17 +164,11 @@ def _wire(asked: Asked) -> None:
     show(wire.HEAD, lines)
 
 
-def _why(_: Asked) -> None:
-    show(why.HEAD, list(why.lines()))
-
-
 TABLES: Final = {
     "one-process": _one_process,
     "lockstep": _lockstep,
     "realtime": _realtime,
-    "beside": _beside,
     "wire": _wire,
-    "why": _why,
 }
 
 

@@ -1,7 +1,7 @@
 """What keys cost a fleet in lockstep: ``python -m benchmarks.secure [--robots N] [--repeat K]``.
 
-The same run with an open router, with keys, and with keys and an audit, in turn; each process is started by its own
-command. It also compares the digests.
+The same run with an open router and with keys, in turn; each process is started by its own command. It also compares
+the digests.
 """
 
 import argparse
@@ -22,11 +22,7 @@ from swarm.scenario.starts import names
 from swarm.secure.keys import make
 from swarm.secure.names import WATCHER
 
-CASES: Final[dict[str, tuple[str, ...]]] = {
-    "open": (),
-    "keys": ("--secure",),
-    "keys and audit": ("--secure", "--audit"),
-}
+CASES: Final = ("open", "keys")
 
 
 class Ran(NamedTuple):
@@ -45,7 +41,7 @@ def cpu(pid: int) -> float:
 
 def ran(case: str, robots: int, keys: Path, folder: Path) -> Ran:
     """Run the paper's scenario once."""
-    secure = ("--secure", str(keys)) if CASES[case] else ()
+    secure = ("--secure", str(keys)) if case == "keys" else ()
     endpoint = f"{'tls' if secure else 'tcp'}/127.0.0.1:{Endpoint('127.0.0.1', 0).claim().port}"
     wire, report = ("--connect", endpoint, *secure), folder / "report.json"
 
@@ -57,7 +53,7 @@ def ran(case: str, robots: int, keys: Path, folder: Path) -> Ran:
             stack.callback(process.terminate)
             return process
 
-        router = start("router", "--listen", endpoint, *secure, *CASES[case][1:])
+        router = start("router", "--listen", endpoint, *secure)
         with Bus(Endpoint.parse(endpoint, keys if secure else None, WATCHER), "fleet"):  # as soon as the router answers
             began = cpu(router.pid)
         for name in names(robots):

@@ -42,8 +42,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm plan maze512-4-0.map --scen maze512-4-0.map.scen --json":
                    "the file is one of MovingAI's, which are not here",
     **{f"swarm bench scale{more}": "runs fleets for minutes; tests/cli runs the command, tests/test_scale_benchmark.py the tables"
-       for more in ("", " -- --realtime", " -- --lockstep --only paper", " -- --wire", " -- --why")},
-    "swarm bench --stale": "ends with 1 while a section is stale",
+       for more in ("", " -- --realtime", " -- --lockstep --only paper", " -- --wire")},
     "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
     "swarm router --listen tcp/0.0.0.0:7447 --insecure": "the same",
     "swarm router --listen tcp/127.0.0.1:7447": "the same",

@@ -1,6 +1,5 @@
 """The benchmark of large fleets: its rows come one by one, and what it computes can be worked out by hand."""
 
-import json
 import signal
 import subprocess
 import sys
@@ -11,16 +10,11 @@ import pytest
 
 from benchmarks import scale
 from benchmarks.measure import printed
-from benchmarks.scaling import beside, fleets, realtime, why, wire
+from benchmarks.scaling import fleets, realtime, wire
 from benchmarks.scaling.fleets import NotMeasured
 from benchmarks.scaling.rows import ROWS
-from swarm.robot.brain import Robot
 from swarm.scenario.benchmark import from_benchmark
-from swarm.scenario.check import check
 from swarm.scenario.load import load
-from swarm.scenario.prepare import prepare
-from tests.shared import scenario_of
-from world.simulate import Simulation
 
 Capture = pytest.CaptureFixture[str]
 
@@ -102,30 +96,6 @@ def test_a_fleet_that_lost_robots_is_not_called_punctual() -> None:
 
 def test_real_time_goes_at_the_rates_of_the_bars() -> None:
     assert {row.robots: row.rate for row in ROWS if row.cost} == {8: 20, 16: 20, 32: 20, 64: 20, 128: 10, 256: 5}
-
-
-@pytest.mark.parametrize("robots", beside.ROBOTS)
-def test_both_sides_swap_over_one_circle(robots: int, tmp_path: Path) -> None:
-    (tmp_path / "circle.yaml").write_text(json.dumps(beside.scenario(robots)), encoding="utf-8")
-    scenario = check(load(tmp_path / "circle.yaml"), robots, 7).scenario
-    theirs = beside.world(robots)["robot"][0]["distribution"]
-    _, _, starts = prepare(scenario, robots, 7)
-    x, y, _ = theirs["center"]
-    for start in starts:
-        assert ((start.x - x) ** 2 + (start.y - y) ** 2) ** 0.5 == pytest.approx(theirs["radius"])
-    assert beside.world(robots)["robot"][0]["number"] == len(starts)
-
-
-def test_each_step_is_timed_after_what_is_done_before_it_and_robots_are_left_as_they_were() -> None:
-    step = Robot.step
-    done: list[int] = []
-    simulation = Simulation.of(scenario_of(targets=[[2.5, 2.5]]), 2, 1)
-    with why.timed(lambda: done.append(1)) as seconds:
-        for _ in range(3):
-            simulation.step()
-    assert len(done) == len(seconds) == 6
-    assert min(seconds) > 0.0
-    assert Robot.step is step
 
 
 @pytest.mark.parametrize("name", scale.TABLES)

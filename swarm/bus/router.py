@@ -1,20 +1,18 @@
 """The embedded router: a Zenoh session in router mode."""
 
 from collections.abc import Callable
-from contextlib import nullcontext
 
 import zenoh
 
 from swarm.bus import settings
-from swarm.bus.audit import audited
 from swarm.bus.connecting import plain
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
 
 
-def serve(endpoint: settings.Endpoint, audit: bool = False) -> int:
-    """Run the router until this process is told to stop; with ``audit`` it names those that it refuses."""
-    with told_to_stop() as stop, audited() if audit else nullcontext():
+def serve(endpoint: settings.Endpoint) -> int:
+    """Run the router until this process is told to stop."""
+    with told_to_stop() as stop:
         run(endpoint, stop.wait)
     return 0
 

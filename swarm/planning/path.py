@@ -88,12 +88,6 @@ def line_is_free(grid: Grid, a: Point, b: Point, spare: float = 0.0) -> bool:
     return bool(sweep(*place, *grid.to_cells(*a), *grid.to_cells(*b), (grid.radius + spare) / grid.resolution))
 
 
-def path_is_free(grid: Grid, path: Path, from_s: float = 0.0) -> bool:
-    """Return True if the rest of a path, from arc length ``from_s`` [m], is free; far cheaper than a new plan."""
-    rest = [path.point_at(from_s), *(p for p, s in zip(path.points, path.stations, strict=True) if s > from_s)]
-    return all(line_is_free(grid, a, b) for a, b in pairwise(rest))
-
-
 def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     """Plan a short path with clearance from start to goal [m, map]; return None if there is no path.
 

@@ -100,11 +100,6 @@ def checked(raw: object, where: str) -> Settings:
     Raises:
         ConfigError: a field is unknown, missing, of a wrong type or out of its bounds.
     """
-    if isinstance(raw, dict) and isinstance(traffic := raw.get("traffic"), dict) and "rule" in traffic:
-        raise ConfigError(
-            f"{where}: traffic.rule: expected no such field, got {shown(traffic['rule'])}: robots hold cells on every "
-            "floor, known or not; leave it out"
-        )
     try:
         settings = msgspec.convert(raw, Settings)
     except msgspec.ValidationError as fault:

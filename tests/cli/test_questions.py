@@ -121,7 +121,6 @@ def test_a_surface_is_drawn(tmp_path: Path, capsys: Capture) -> None:
 BENCHMARKED = {  # arguments of `swarm bench`: those of `python -m benchmarks`
     "":                            [],
     "scale storm":                 ["scale", "storm"],
-    "--stale":                     ["--stale"],
     "--write scale":               ["--write", "scale"],
     "scale --write":               ["scale", "--write"],
     "scale -- --wire --only 'a b'": ["scale", "--", "--wire", "--only", "a b"],

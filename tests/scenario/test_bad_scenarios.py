@@ -80,8 +80,6 @@ FIELDS: dict[str, tuple[Edit, str]] = {
     "both kinds of targets":       (put("own_targets", value=[[[9.5, 2.0]]]), "expected either `targets` (for all) or `own_targets`"),
     "both kinds of start":         (put("start", "area", value=[1, 1, 2, 2]), "start: expected either `area` or `poses` or `circle`; give one of them"),
     "no kind of start":            (put("start", value={}), "start: expected either `area` or `poses` or `circle`; give one of them"),
-    "a rule of traffic":           (put("traffic", value={"rule": "give_way"}), "traffic.rule: expected no such field, got 'give_way': robots hold cells on every floor, known or not; leave it out"),
-    "a rule that is the only one": (put("traffic", value={"rule": "holds"}), "traffic.rule: expected no such field, got 'holds'"),
     "walls that nobody knows stop the radio": (together(put("map", "known", value=False), put("radio", "line_of_sight", value=True)), "radio.line_of_sight: expected false where `map.known` is false, got true"),
     "both text and file":          (put("map", "file", value="floor.map"), "map: expected either `text` or `file`; draw the map in the file or name one"),
     "neither text nor file":       (put("map", value={"cell": 1.0}), "map: expected either `text` or `file`"),

@@ -71,7 +71,6 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "open by a name":       (["router", "--listen", "tcp/router:7447"],                             "add --insecure"),
     "tls without keys":     (["router", "--listen", "tls/127.0.0.1:7447"],                          "add --secure DIR"),
     "keys without tls":     (["router", "--listen", "tcp/127.0.0.1:7447", "--secure", KEYS],        "begin it with tls/"),
-    "audit of nobody":      (["router", "--audit"],                                                 "an open router refuses nobody"),
     "router without keys":  (["router", "--listen", "tls/127.0.0.1:7999", "--secure", "nowhere"],   "expected the keys of router in nowhere/router"),
     "no name":              (["robot", "--secure", KEYS],                                           "expected one robot with --id"),
     "two names":            (["robot", "--secure", KEYS, "--count", "2"],                           "expected one robot with --id"),
@@ -98,7 +97,7 @@ def test_what_is_wrong_is_said(
 def test_a_router_that_is_open_to_others_warns(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(router, "serve", lambda place, audit: 0)
+    monkeypatch.setattr(router, "serve", lambda place: 0)
     port = Endpoint("127.0.0.1", 0).claim().port
     assert main(["router", "--listen", f"tcp/0.0.0.0:{port}", "--insecure"]) == 0
     assert "anybody who reaches it can steer the robots" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""A router with keys, as a process: who gets in, what its members may do, who is named, and a whole fleet."""
+"""A router with keys, as a process: who gets in, what its members may do, and a whole fleet."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -73,7 +73,7 @@ def secured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Secured]:
     folder = tmp_path_factory.mktemp("secured")
     authority = fleet_keys(folder / "keys")
     place = Endpoint("127.0.0.1", 0, Identity(folder / "keys", "router")).claim()
-    arguments = ("--listen", str(place), "--secure", str(folder / "keys"), "--audit")
+    arguments = ("--listen", str(place), "--secure", str(folder / "keys"))
     with Command("router", *arguments, runtime=folder) as router:
         router.await_line("router: listening on tls/")
         bus = Secured(folder / "keys", authority, place.port, router).bus("watcher")
@@ -131,26 +131,13 @@ def intruder(case: str, secured: Secured, folder: Path) -> zenoh.Config:
     raise AssertionError(case)
 
 
-# fmt: off
-INTRUDERS = {  # what the router says of it; None: the own side refuses first
-    "plain tcp":      "received corrupt message",
-    "no certificate": "peer sent no certificates",
-    "foreign":        "BadSignature",
-    "expired":        "certificate expired",
-    "not valid yet":  "certificate not valid yet",
-    "router's":       "certificate does not allow",
-    "another's key":  None,
-}
-# fmt: on
+INTRUDERS = ("plain tcp", "no certificate", "foreign", "expired", "not valid yet", "router's", "another's key")
 
 
 @pytest.mark.parametrize("case", INTRUDERS)
-def test_an_intruder_is_refused_and_the_router_says_why(case: str, secured: Secured, tmp_path: Path) -> None:
+def test_an_intruder_is_refused(case: str, secured: Secured, tmp_path: Path) -> None:
     with pytest.raises(zenoh.ZError):
         zenoh.open(intruder(case, secured, tmp_path / "keys"))
-    reason = INTRUDERS[case]
-    if reason is not None:
-        assert "refused: somebody: connect: " in secured.router.await_line(reason)
 
 
 def test_a_member_gets_in_with_the_same_settings(secured: Secured, tmp_path: Path) -> None:
@@ -206,7 +193,7 @@ def test_a_connection_ends_with_its_certificate(secured: Secured, tmp_path: Path
 
 
 def settle(session: zenoh.Session) -> None:
-    """Wait until the router has taken in all that a session has declared: it answers a query, even a refused one."""
+    """Wait until the router has taken in all that a session has sent: it answers a query, even a refused one."""
     assert list(session.get(BELOW + "world/clock")) == []
 
 
@@ -271,57 +258,43 @@ def token(session: zenoh.Session, key: str) -> None:
 
 
 # fmt: off
-FORGED: list[tuple[str, Act, str, str]] = [
-    ("r1",       put,          "robot/r2/cmd",                  "put"),
-    ("r1",       put_declared, "robot/r2/state",                "put"),
-    ("r1",       put,          "radio/3/4/r2",                  "put"),
-    ("r1",       put,          "robot/r2/sense",                "put"),
-    ("r1",       put,          "robot/r1/sense",                "put"),
-    ("r1",       put,          "world/truth",                   "put"),
-    ("r1",       put,          "world/clock",                   "put"),
-    ("r1",       put,          "robot/*/cmd",                   "put"),
-    ("r1",       put,          "radio/*/*/*",                   "put"),
-    ("r1",       put,          "robot/r1/state$*",              "put"),
-    ("r1",       put,          "**",                            "put"),
-    ("r1",       delete,       "robot/r2/state",                "delete"),
-    ("r1",       ask,          "world/edit",                    "query"),
-    ("r1",       ask,          "world/action",                  "query"),
-    ("r1",       token,        "alive/robot/r2/ab12",           "liveliness token"),
-    ("r1",       token,        "alive/world/world/ab12",        "liveliness token"),
-    ("watcher",  ask,          "world/action",                  "query"),
-    ("watcher",  ask,          "world/edit",                    "query"),
-    ("watcher",  ask,          "world/join",                    "query"),
-    ("watcher",  put,          "world/event",                   "put"),
-    ("operator", put,          "robot/r1/cmd",                  "put"),
-    ("world",    put,          "robot/r1/cmd",                  "put"),
+FORGED: list[tuple[str, Act, str]] = [
+    ("r1",       put,          "robot/r2/cmd"),
+    ("r1",       put_declared, "robot/r2/state"),
+    ("r1",       put,          "radio/3/4/r2"),
+    ("r1",       put,          "robot/r2/sense"),
+    ("r1",       put,          "robot/r1/sense"),
+    ("r1",       put,          "world/truth"),
+    ("r1",       put,          "world/clock"),
+    ("r1",       put,          "robot/*/cmd"),
+    ("r1",       put,          "radio/*/*/*"),
+    ("r1",       put,          "robot/r1/state$*"),
+    ("r1",       put,          "**"),
+    ("r1",       delete,       "robot/r2/state"),
+    ("r1",       ask,          "world/edit"),
+    ("r1",       ask,          "world/action"),
+    ("r1",       token,        "alive/robot/r2/ab12"),
+    ("r1",       token,        "alive/world/world/ab12"),
+    ("watcher",  ask,          "world/action"),
+    ("watcher",  ask,          "world/edit"),
+    ("watcher",  ask,          "world/join"),
+    ("watcher",  put,          "world/event"),
+    ("operator", put,          "robot/r1/cmd"),
+    ("world",    put,          "robot/r1/cmd"),
 ]
 # fmt: on
 
 
-@pytest.mark.parametrize(("name", "act", "key", "said"), FORGED, ids=lambda part: getattr(part, "__name__", part))
-def test_what_is_forged_arrives_nowhere_and_its_sender_is_named(
-    name: str, act: Act, key: str, said: str, secured: Secured
-) -> None:
+@pytest.mark.parametrize(("name", "act", "key"), FORGED, ids=lambda part: getattr(part, "__name__", part))
+def test_what_is_forged_arrives_nowhere(name: str, act: Act, key: str, secured: Secured) -> None:
     with ExitStack() as stack:
         ears = Ears(secured, stack)
         robot, forger = stack.enter_context(secured.session("r1")), stack.enter_context(secured.session(name))
         act(forger, BELOW + key)
-        secured.router.await_line(f"refused: {name}: {said} on '{BELOW}{key}'")
+        settle(forger)
         robot.put(BELOW + "robot/r1/state", b"true")
         assert ears.until(b"true") == []
         assert ears.asked == []
-
-
-def test_a_line_break_in_a_key_names_nobody_else_in_the_audit(secured: Secured) -> None:
-    where = "2026-01-01T00:00:00.000000Z TRACE  rx-1 ThreadId(09) zenoh::net::routing::interceptor::access_control: "
-    forged = f"\n{where}ab12 on CertCommonName(r2) is unauthorized to Put (ingress) on forged"
-    with secured.session("r1") as robot:
-        robot.put(BELOW + "radio/3" + forged + "/4/r1", b"x")  # its own key: let through
-        robot.put(BELOW + "x" + forged, b"x")
-        robot.put(BELOW + "last", b"x")
-        secured.router.await_line("refused: r1: put on 'swarm/v1/f/last'")
-    assert any(said.startswith("router: refused: r1: put on 'swarm/v1/f/x\\n2026") for said in secured.router.lines)
-    assert not [said for said in secured.router.lines if said.startswith("router: refused: r2") and "forged" in said]
 
 
 def test_what_is_true_arrives_and_the_operator_is_answered(secured: Secured) -> None:
@@ -342,7 +315,6 @@ def test_a_robot_does_not_hear_what_another_is_told(secured: Secured) -> None:
         heard: Queue[bytes] = Queue()
         spy.declare_subscriber(BELOW + "robot/r2/sense", lambda sample: heard.put(sample.payload.to_bytes()))
         spy.declare_subscriber(BELOW + "robot/r1/sense", lambda sample: heard.put(sample.payload.to_bytes()))
-        secured.router.await_line(f"refused: r1: declare subscriber on '{BELOW}robot/r2/sense'")
         settle(spy)
         world.put(BELOW + "robot/r2/sense", b"secret")
         world.put(BELOW + "robot/r1/sense", b"own")

@@ -54,7 +54,7 @@ def bench(options: argparse.Namespace) -> int:
             f"bench: expected the folder benchmarks/ in {CHECKOUT}, found none: an installation leaves it out; "
             "get the project's repository, install that with `pip install -e .[dev]` and run the command again"
         )
-    command = [sys.executable, "-m", "benchmarks", *(options.flags or ()), *options.names]
+    command = [sys.executable, "-m", "benchmarks", *(["--write"] if options.write else []), *options.names]
     return subprocess.run(command, cwd=CHECKOUT, check=False).returncode
 
 
@@ -102,8 +102,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.set_defaults(command=plan)
 
     one = commands.add_parser("bench", help="run the benchmarks of a checkout")
-    one.add_argument("--write", action="append_const", dest="flags", const="--write", help="write docs/benchmarks.md")
-    one.add_argument("--stale", action="append_const", dest="flags", const="--stale", help="list outdated sections")
+    one.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
     text = "names of benchmarks, by default all; what stands after -- goes to each of them"
     one.add_argument("names", nargs=argparse.REMAINDER, metavar="NAME ... [-- ARGUMENT ...]", help=text)
     one.set_defaults(command=bench)

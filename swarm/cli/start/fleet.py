@@ -74,8 +74,6 @@ def router(options: argparse.Namespace) -> int:
     from swarm.bus.router import serve
 
     place = endpoint(options.listen, options.secure, ROUTER)
-    if options.audit and options.secure is None:
-        raise ConfigError("--audit: expected --secure DIR with it, since an open router refuses nobody; add it")
     if options.secure is None and not place.local:
         if not options.insecure:
             raise ConfigError(
@@ -85,7 +83,7 @@ def router(options: argparse.Namespace) -> int:
         print(f"router: {place} is open: anybody who reaches it can steer the robots", file=sys.stderr, flush=True)
     place = place.claim()
     print(f"router: listening on {place}", flush=True)
-    return serve(place, options.audit)
+    return serve(place)
 
 
 def world(options: argparse.Namespace) -> int:
@@ -192,8 +190,6 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--listen", metavar="ENDPOINT", help="tcp/127.0.0.1:7447 by default; tls/... with --secure")
     one.add_argument("--insecure", action="store_true", help="let others than this machine connect without keys")
     secure(one)
-    text = "name the members that try what they may not; a router with it is slower"
-    one.add_argument("--audit", action="store_true", help=text)
     one.set_defaults(command=router)
 
     one = commands.add_parser("world", help="run the world of a fleet")

@@ -94,7 +94,7 @@ class Running:
     """A process of the fleet. It is watched by the kernel's descriptor of it, which outlives the fork server."""
 
     def __init__(self, role: Role, process: BaseProcess, log: Path) -> None:
-        self.role, self.pid = role, process.pid
+        self.role = role
         self._process = process
         self._status = child.status_of(log)
         try:
@@ -188,10 +188,6 @@ class Fleet:
     def log_of(self, name: str) -> Path:
         """Return the file with the output of a process."""
         return self._folder / f"{name}.log"
-
-    def pid_of(self, name: str) -> int | None:
-        """Return the id of a process, or None if it does not run."""
-        return self._running[name].pid if name in self._running else None
 
     def watch(self, timeout: float = LOOK) -> list[Ended]:
         """Wait up to ``timeout`` [s], restart what the process table says, and return the processes that ended."""
