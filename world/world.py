@@ -4,7 +4,7 @@ Commands at tick k take effect at tick k + 1, in the order of the robots' number
 clock.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -79,7 +79,8 @@ class World:
             self.physics.add_mover(patrol.at(0.0), mover.radius, mover.size)
         self.edits = edits  # how many there have been, in all runs
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
-        self.sensing = Sensing(settings.sensors, len(starts), seed)
+        stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
+        self.sensing = Sensing(settings.sensors, [len(row) for row in stops], seed)
         self.radio = RadioModel(settings.radio, seed, self.physics.sees)
         self._first = len(starts)  # robots of the scenario
         self._number = {name: number for number, name in enumerate(self.robots)}
@@ -87,20 +88,20 @@ class World:
         self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
         self.commands = [REST] * len(starts)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
-        self.distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
+        self.distances: list[Distances] = []  # what robots sense at this tick
         self.traffic = TrafficWatch(scenario.map, settings, self.robots)
         self.verdict = Verdict()
         self.planned = Planned(settings.edits)
         self.planned_orders = Planned(settings.orders)
         self.progress = ProgressWatch(len(starts))
         self.steering = SteeringWatch(scenario, starts)
-        stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         self.recorder = Recorder(scenario, starts, stops, self.dt)
         self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
         self.dispatch = Dispatch(settings, self.missions, self.robots)
         for start in self.places.starts:
             self.add_robot(start)
         self.recorder.poses(self.starts.copy())
+        self.measure()
 
     @property
     def time(self) -> float:
@@ -134,20 +135,13 @@ class World:
         return ending.plans_matter(self, [edit for _, edit in self._recent])
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
-        """Return what every robot senses at this tick, by name."""
-        return dict(self.each_sense(lockstep))
-
-    def each_sense(self, lockstep: bool) -> Iterator[tuple[str, Sense]]:
-        """Yield what each robot senses, one after the other; the rays of all are cast at once."""
-        sensing, physics = self.sensing, self.physics
-        self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self.settings.rate]
-        edits = [edit for _, edit in self._recent]
-        self.distances = sensing.all_distances(physics)
-        self.outside.read(self.distances, self.settings.sensors.rays, self.settings.sensors.range)
+        """Return what every robot senses at this tick, by name; asked again, it is the same."""
+        sensing, physics, found = self.sensing, self.physics, {}
+        edits = [edit for tick, edit in self._recent if self.tick - tick <= self.settings.rate]
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
             twist = self._drive.twist(*self.wheels[number])
             left, front, right, rays = self.distances[number]
-            sense = Sense(
+            found[name] = Sense(
                 world=self.identity, run=self.run, tick=self.tick, time=self.time, lockstep=lockstep,
                 x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
@@ -155,11 +149,18 @@ class World:
                 hears=self._heard[number], rays=rays, edits_before=self.edits - len(edits), edits=edits,
                 assigned=self.missions.to_tell(number, self.commands[number]), stopped=self.missions.stopped(number),
             )  # fmt: skip
-            self.steering.sensed(number, sense)
-            yield name, sense
+        return found
+
+    def measure(self) -> None:
+        """Measure all distances as bodies and floor are now; the rays of all robots are cast at once."""
+        told = self.outside.distances(self.settings.sensors.rays, self.settings.sensors.range)
+        cast = self.sensing.all_distances(self.physics)
+        self.distances = [told.get(number, distances) for number, distances in enumerate(cast)]
 
     def step(self, commands: Mapping[str, Command], sent: Sequence[tuple[str, int]] = ()) -> list[Event]:
         """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
+        self.steering.sensed(self.tick, self.distances)
+        self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self.settings.rate]
         events = noticing.arrivals(self)
         self.due = bool(events)
         events += self._admit(commands)
@@ -191,6 +192,8 @@ class World:
         self.due |= self.tick % round(self.settings.rate) == 0
         if self.due:
             self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
+        self.sensing.draw([len(self.missions.places(number)) for number in range(len(self.robots))])
+        self.measure()
         return events
 
     def settle(self) -> None:
@@ -221,6 +224,12 @@ class World:
         Raises:
             PeerError: there is no such robot, or the request is refused; nothing has changed.
         """
+        answered = self.carry_out(name, request)
+        self.sensing.draw_bearings(self._number[name], len(self.missions.places(self._number[name])))
+        return answered
+
+    def carry_out(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:
+        """Carry out a request before the noise of the next tick is drawn; for the result and errors see ``request``."""
         if name not in self._number:
             raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
         number = self._number[name]
@@ -240,6 +249,7 @@ class World:
         answer, begun = opened(self, request)
         if begun:
             self.recorder.request(len(self.robots), request)
+            self.measure()
             self.due = True
         return answer, [self.event("place", text, name) for name, text in begun]
 
@@ -253,7 +263,6 @@ class World:
         self.wheels.append((0.0, 0.0))
         self.commands.append(REST)
         self._heard.append([])
-        self.distances = [*self.distances, Distances(0.0, 0.0, 0.0, [])]
         self.progress.add_robot(self.time)
         for part in (self.physics, self.traffic, self.steering, self.recorder, self.missions):
             part.add_robot(start)
@@ -276,6 +285,8 @@ class World:
         self.dispatch.pool.forgive()
         self._recent.append((self.tick, edit))
         self.edits += 1
+        if not sensed:
+            self.measure()
         return True
 
     def poses(self) -> list[Pose]:

@@ -7,12 +7,13 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import COMMAND, Activity, Command, Event
+from swarm.messages import COMMAND, Activity, Command, Edit, Event, Kind, Order, Sense
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from world.bodies.radio_model import RadioModel
 from world.host.last_messages import merged
 from world.measure.clearance import ClearanceJudge
+from world.simulate import Simulation
 from world.world import REST, World
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -61,14 +62,36 @@ def test_sensor_noise_is_bounded_seeded_and_each_robots_own() -> None:
     noisy = with_settings(scenario_of(), sensors={"noise": 0.2, "bearing_noise_deg": 5.0})
     starts = (Pose(8.3, 3.5, 0.0), AT)
     one, same, other = (world_of(*starts, scenario=noisy, seed=seed) for seed in (1, 1, 2))
-    readings = [[world.senses(lockstep=True) for _ in range(30)] for world in (one, same, other)]
+    readings = [ticks(world, 30) for world in (one, same, other)]
     assert readings[0] == readings[1]
     assert readings[0] != readings[2]
     fronts = [sense["r1"].front for sense in readings[0]]
     assert all(0.0 <= front <= 1.6 for front in fronts)
     assert len(set(fronts)) > 20
     alone = world_of(starts[0], scenario=noisy)
-    assert [alone.senses(lockstep=True)["r1"].front for _ in range(30)] == fronts
+    assert [senses["r1"].front for senses in ticks(alone, 30)] == fronts
+
+
+def ticks(world: World, count: int) -> list[dict[str, Sense]]:
+    """Return what robots that stand sense, tick by tick."""
+    found = []
+    for _ in range(count):
+        found.append(world.senses(lockstep=True))
+        world.step({})
+    return found
+
+
+def test_asking_for_the_senses_changes_nothing() -> None:
+    noisy = with_settings(scenario_of(), sensors={"noise": 0.2, "bearing_noise_deg": 5.0}, radio={"loss": 0.3})
+    asked, left_alone = (Simulation.of(noisy, 2, 1) for _ in range(2))
+    for tick in range(60):
+        if tick == 30:
+            for simulation in (asked, left_alone):
+                simulation.world.edit(Edit(kind=Kind.WALL, low=(7.2, 1.2), high=(7.8, 1.8)))
+                simulation.world.request("r1", Order(id="a", targets=[(2.5, 2.5), (4.5, 4.5), (7.5, 2.5)]))
+        first, again = (asked.world.senses(lockstep=True) for _ in range(2))
+        assert first == again
+        assert asked.step() == left_alone.step()
 
 
 # --- wheels and commands ---

@@ -91,9 +91,11 @@ class Outside:
                 )
         return dict(self.poses), jumped, said
 
-    def read(self, distances: list[Distances], rays: int, reach: float) -> None:
-        """Replace what the world has cast by what a body has measured itself, if it tells all its rays."""
+    def distances(self, rays: int, reach: float) -> dict[int, Distances]:
+        """Return what bodies have measured themselves, of those that tell all their rays; ``reach`` in m."""
+        found = {}
         for number, report in self.reports.items():
             if number not in self.silent and len(report.rays) == 3 * rays:
                 told = [min(reach, ray) for ray in report.rays]
-                distances[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
+                found[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
+        return found

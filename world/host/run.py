@@ -141,10 +141,7 @@ class Course:
     # --- saving ---
 
     def save(self) -> None:
-        """Save the state if it has changed; in lockstep only while no tick is under way.
-
-        In real time a run that goes on from there senses that tick again: what it draws for noise differs.
-        """
+        """Save the state if it has changed; in lockstep only while no tick is under way."""
         if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
             with self.changing():

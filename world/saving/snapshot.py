@@ -22,10 +22,10 @@ from swarm.messages import (
     Plan,
     Point,
     Seen,
-    Sense,
     State,
     Steering,
 )
+from world.bodies.sensing import Distances, Errors
 from world.bodies.shapes import Contact, PhysicsState
 from world.measure.cell_watch import Fault
 from world.tasks.orders import Row
@@ -160,7 +160,7 @@ class ProgressTable(Table):
 class SteeringTable(Table):
     """Attributes of `SteeringWatch`."""
 
-    _senses: dict[tuple[int, int], Sense]
+    _sensed: dict[tuple[int, int], Distances]
     _poses: list[Pose]
     weights: dict[Steering, list[float]]
     _scaled: int
@@ -180,6 +180,7 @@ class SensingTable(Table):
     """Attributes of `Sensing`."""
 
     _noise: list[Noise]
+    _errors: list[Errors]
 
 
 class RadioTable(Table):
@@ -298,3 +299,4 @@ def restore(world: World, state: WorldState) -> None:
                 raise ConfigError(f"snapshot: {name}.{field}: expected {len(now)} values, got {len(value)}")
             setattr(part, field, value)
     world.physics.restore(state.physics)
+    world.measure()

@@ -18,7 +18,7 @@ from world.fleet.single_world import new_identity
 from world.saving.snapshot import Noise, Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
-HEAD: Final = FORMAT + b"4\n"  # the version of the tables
+HEAD: Final = FORMAT + b"5\n"  # the version of the tables
 CHECK: Final = 16  # bytes of the checksum
 
 

@@ -57,7 +57,7 @@ def carry_out(world: "World") -> list[Event]:
             events.append(world.event("edit", text))
     for asked in world.planned_orders.due(world.time):
         try:
-            events += world.request(asked.robot, as_request(asked))[1]
+            events += world.carry_out(asked.robot, as_request(asked))[1]
         except PeerError as fault:
             events.append(world.event("request_refused", str(fault)))
     return events
