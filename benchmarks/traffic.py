@@ -250,7 +250,7 @@ def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
     dead = simulation.drill.dead
     shut = {cell for name in dead for cell in cells.touched(*pose[name][:2], 0.2)}
     lacking = []
-    for number, (name, row) in enumerate(zip(world.robots, world.recorder.reached_at, strict=True)):
+    for number, (name, row) in enumerate(zip(world.robots, world.missions.reached_at, strict=True)):
         if name in dead or all(time is not None for time in row):
             continue
         here = cells.cell_of(*pose[name][:2])

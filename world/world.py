@@ -95,7 +95,7 @@ class World:
         self.planned_orders = Planned(settings.orders)
         self.progress = ProgressWatch(len(starts))
         self.steering = SteeringWatch(scenario, starts)
-        self.recorder = Recorder(scenario, starts, stops, self.dt)
+        self.recorder = Recorder(scenario, starts, self.dt)
         self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
         self.dispatch = Dispatch(settings, self.missions, self.robots)
         for start in self.places.starts:
@@ -111,7 +111,7 @@ class World:
     @property
     def complete(self) -> bool:
         """True if every robot has been at all its targets, none of which was cancelled, and the pool is empty."""
-        return self.recorder.complete and not self.dispatch.pool.open and not self.missions.dropped
+        return self.missions.complete and not self.dispatch.pool.open and not self.missions.dropped
 
     @property
     def finished(self) -> bool:

@@ -203,7 +203,7 @@ def test_a_robot_that_is_stopped_in_the_only_door_jams_nobody_for_ever() -> None
     simulation = simulation_of(stop, go_on, robots=2, **fields)
     events_of(simulation, 89.0)
     assert simulation.world.time >= 89.0
-    assert not any(simulation.world.recorder.reached_at[1])
+    assert not any(simulation.world.missions.reached_at[1])
     assert simulation.run(200.0)["complete"]
 
 

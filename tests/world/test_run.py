@@ -91,7 +91,7 @@ def test_who_reaches_a_stop_takes_the_proof_back() -> None:
     world = world_of(Pose(6.9, 3.5, 0.0), THERE)
     waits = {"r2": say(world, activity=Activity.GIVE_WAY)}
     world.step({"r1": say(world, notes=[("unsolvable", "no way")], left=0.6, right=0.6)} | waits)
-    while world.recorder.next_stop(0, ()) == 0:
+    while world.missions.left[0] == 0:
         world.step({"r1": say(world, left=0.6, right=0.6)})
     for _ in range(2 * round(PROVEN / DT)):
         world.step({})

@@ -147,7 +147,7 @@ def test_a_false_claim_is_told_once_and_not_counted() -> None:
     assert events[0][0].text == "says it reached target 1 but is 5.10 m away; not counted"
     assert events[1] == events[2] == []
     assert not world.complete
-    assert world.recorder.reached_at == [[None, None]]
+    assert world.missions.reached_at == [[None, None]]
 
 
 @pytest.mark.parametrize("claims", [True, False])
@@ -158,7 +158,7 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
         there = world.poses()[0].x >= 7.5 - world.settings.reach
         events = world.step({"r1": drive(world, 0.6, 0.6, reached=[claims and there])})
     assert [(event.kind, event.text) for event in events] == [("reached", "is at target 1")]
-    assert world.recorder.reached_at[0][0] == pytest.approx(world.time - world.dt), "at the tick that it is seen there"
+    assert world.missions.reached_at[0][0] == pytest.approx(world.time - world.dt), "at the tick that it is seen there"
     assert world.step({"r1": drive(world, 0.0, 0.0, reached=[claims])}) == []
 
 
@@ -166,7 +166,7 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
 def test_a_stop_counts_within_the_reach(away: float, counts: bool) -> None:
     world = world_of(Pose(7.5 - away, 3.5, 0.0), scenario=with_settings(scenario_of(), reach=0.3))
     world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])})
-    assert world.recorder.is_reached(0, 0) is counts
+    assert (world.missions.reached_at[0][0] is not None) is counts
 
 
 def test_flags_of_stops_that_are_not_there_are_ignored() -> None:

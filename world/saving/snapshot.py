@@ -61,6 +61,8 @@ class MissionsTable(Table):
     """Attributes of `Missions`."""
 
     left: list[int | None]
+    reached_at: list[list[float | None]]
+    laps: list[int]
 
 
 class OrdersTable(Table):
@@ -91,13 +93,9 @@ class RecorderTable(Table):
     contact_counts: list[Counter[str]]
     struck: list[int]
     begun: list[tuple[int, Contact, bool]]
-    reached_at: list[list[float | None]]
-    laps: list[int]
     waiting: list[float]
     standing: list[float]
     waits_for: list[dict[str, float]]
-    replans: list[int]
-    unreachable: list[list[int]]
 
 
 class BlameTable(Table):

@@ -71,7 +71,7 @@ class Ways:
 def _lost(world: "World", ways: Ways, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
     """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
     for number, (name, row) in enumerate(zip(world.robots, world.missions.orders.rows, strict=True)):
-        reached, given_up = world.recorder.reached_at[number], world.commands[number].unreachable
+        reached, given_up = world.missions.reached_at[number], world.commands[number].unreachable
         for stop, there in enumerate([] if row.pooled else row.stops):
             left = (reached[stop] is None or world.settings.patrol) and stop not in given_up
             if left and not ways.lead(here[number], there):

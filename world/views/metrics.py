@@ -18,24 +18,24 @@ WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand ro
 
 def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
     """Return the account of every robot; ``shortest`` are the lengths [m] of ``shortest_lengths``."""
-    record = world.recorder
+    record, missions = world.recorder, world.missions
     return {
         name: Account(
-            targets=len(world.missions.stops(number)),
-            reached=list(record.reached_at[number]),
-            laps=record.laps[number],
+            targets=len(missions.stops(number)),
+            reached=list(missions.reached_at[number]),
+            laps=missions.laps[number],
             path_length=record.path_length[number],
             shortest_length=shortest[number],
             waiting=record.waiting[number],
             waits_for=_longest(record.waits_for[number]),
-            replans=record.replans[number],
+            replans=command.replans,
             contacts=record.contact_counts[number].total(),
             struck=record.struck[number],
             stalled=world.progress.times[number],
-            unreachable=record.unreachable[number],
+            unreachable=command.unreachable,
             standing=record.standing[number],
         )
-        for number, name in enumerate(world.robots)
+        for number, (name, command) in enumerate(zip(world.robots, world.commands, strict=True))
     }
 
 

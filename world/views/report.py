@@ -129,7 +129,7 @@ def _traffic(world: World) -> dict[str, Any]:
 
 def _settling(world: World) -> float:
     """Return for how long [s] a complete run went on after the last arrival at a stop, until nobody drove any more."""
-    arrivals = [time for row in world.recorder.reached_at for time in row if time is not None]
+    arrivals = [time for row in world.missions.reached_at for time in row if time is not None]
     return world.time - max(arrivals) if world.complete and arrivals else 0.0
 
 
@@ -138,14 +138,13 @@ def missing(world: World) -> str:
 
     It names as many as fit into a status message; ``per_robot`` of the report has all.
     """
-    lacking = []
-    record = world.recorder
-    everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
-    for number, (name, laps, row, given_up) in enumerate(everybody):
+    lacking, missions = [], world.missions
+    everybody = zip(world.robots, missions.laps, missions.reached_at, world.commands, strict=True)
+    for number, (name, laps, row, command) in enumerate(everybody):
         if laps:
             continue  # a patrol: it has been everywhere
         stops = [
-            world.missions.label(number, stop) + (" (no path)" if stop in given_up else "")
+            missions.label(number, stop) + (" (no path)" if stop in command.unreachable else "")
             for stop, time in enumerate(row)
             if time is None
         ]
@@ -153,7 +152,7 @@ def missing(world: World) -> str:
             lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
     if left := list(world.dispatch.pool.left()):
         lacking.append(listed(left, ", ", NAMED))
-    cancelled = [f"{name}'s {what} was cancelled" for name, what in world.missions.dropped]
+    cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped]
     parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
     if lacking:
         stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"

@@ -28,8 +28,8 @@ def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int
 def progress(name: str, world: World) -> State:
     """Return how far a robot has come: not what it says, but where the world has seen it."""
     number = world.number(name)
-    command, reached_at = world.commands[number], world.recorder.reached_at[number]
-    stop = world.recorder.next_stop(number, command.unreachable)
+    command, reached_at = world.commands[number], world.missions.reached_at[number]
+    stop = world.missions.left[number]
     return State(
         robot=name,
         run=world.run,
@@ -40,6 +40,6 @@ def progress(name: str, world: World) -> State:
         unreachable=[stop for stop in command.unreachable if stop < len(reached_at)],
         distance=0.0,
         replans=command.replans,
-        laps=world.recorder.laps[number],
+        laps=world.missions.laps[number],
         assignment=world.missions.orders.rows[number].number,
     )
