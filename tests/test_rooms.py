@@ -52,7 +52,7 @@ SUBROOMS: Final = {
     "world.bodies": "",
     "world.measure": "bodies",
     "world.tasks": "bodies measure",
-    "world.fleet": "",
+    "world.fleet": "tasks",
     "world.views": "fleet tasks",
     "world.saving": "bodies fleet measure tasks",
     "world.host": "bodies fleet saving tasks views",

@@ -15,7 +15,7 @@ from tests.shared import scenario_of
 from world.bodies.shapes import Contact
 from world.measure.contact_cause import MOVES
 from world.measure.recorder import PARTED, Recorder
-from world.world import REST
+from world.tasks.tasks import REST
 
 SCENARIO = scenario_of()
 DT = 0.25  # s; sums of it are exact

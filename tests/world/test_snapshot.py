@@ -16,7 +16,8 @@ from tests.world.shared import NOISE, reborn, snapshot_of, through_file
 from world.faults import Faults
 from world.saving import snapshot, snapshot_file
 from world.simulate import Simulation
-from world.world import REST, World
+from world.tasks.tasks import REST
+from world.world import World
 
 MOVERS: list[dict[str, Any]] = [
     {"radius": 0.3, "waypoints": [[6.0, 1.6], [6.0, 4.4]], "speed": 0.5},
@@ -214,10 +215,11 @@ def test_the_snapshot_of_a_changed_scenario_is_refused(fields: dict[str, Any], t
 
 # fmt: off
 FROM_THE_START = {  # attributes that are not saved: they follow from scenario, starts, seed and floor, or are caches
-    "world": {"robots", "starts", "identity", "run", "due", "dt", "settings", "_drive", "_top_speed", "floor",
-              "physics", "_movers", "sensing", "_radio", "radio", "_number", "distances", "missions", "planned_orders",
-              "traffic", "verdict", "planned", "progress", "steering", "recorder",
-              "dispatch", "outside", "places", "_first"},
+    "world": {"settings", "robots", "starts", "identity", "run", "due", "dt", "_first", "_number", "bodies", "measures",
+              "tasks", "radio"},
+    "bodies": {"_settings", "dt", "_drive", "_top_speed", "physics", "_movers", "sensing", "external", "distances"},
+    "tasks": {"settings", "robots", "_first", "missions", "dispatcher", "pool", "places", "planned_edits",
+              "planned_orders"},
     "planned": {"_plans"},
     "planned_orders": {"_plans"},
     "missions": {"_robots", "_homes", "_reach", "_patrols", "_recorder", "reachable", "orders", "_places"},
@@ -233,7 +235,7 @@ FROM_THE_START = {  # attributes that are not saved: they follow from scenario, 
     "steering": {"_controller", "_robot", "_dt", "_kept"},
     "sensing": {"_settings", "_angles", "_shown", "_seed"},
     "radio": {"_settings", "_sees"},
-    "outside": {"_numbers", "_top_speed", "_dt", "told"},
+    "external": {"_numbers", "_top_speed", "_dt", "told"},
 }
 # fmt: on
 
@@ -260,10 +262,10 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
             name: msgspec.structs.replace(REST, tick=tick, left=speed, right=speed + 0.05 * number)
             for number, name in enumerate(world.robots)
         })  # fmt: skip
-        touching += [tick] * bool(world.physics.touching)
+        touching += [tick] * bool(world.bodies.physics.touching)
         if file is not None and world.due:
             world = through_file(world, scenario, 1, file)
-    return world.recorder.digest, touching
+    return world.measures.recorder.digest, touching
 
 
 def test_what_the_physics_engine_remembers_of_contacts_makes_no_difference(tmp_path: Path) -> None:

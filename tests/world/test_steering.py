@@ -15,8 +15,9 @@ from tests.shared import constant_rules, scenario_of, with_settings
 from world.bodies.sensing import Distances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
+from world.tasks.tasks import REST
 from world.views.truth import truth
-from world.world import REST, World
+from world.world import World
 
 TABLES, TIGHTENED, TURNED, BLENDED, BRAKED = (
     Steering.TABLES, Steering.TIGHTENED, Steering.TURNED, Steering.BLENDED, Steering.BRAKED,
@@ -240,7 +241,7 @@ def test_a_label_that_a_robot_gives_itself_changes_nothing() -> None:
     world = World(ROOM, [AT], 1)
     fields = msgspec.to_builtins(command_of(0.3, -0.3)) | {"v": VERSION, "steering": "tables"}
     world.step({"r1": decode(msgpack.packb(fields), Command, COMMAND.limit)})
-    assert world.steering.labels == [TURNED]
+    assert world.measures.steering.labels == [TURNED]
 
 
 def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
@@ -249,7 +250,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
     labels = []
     for tick in range(lasting + 3):
         world.step({"r1": command_of(FAST, SLOW)} if tick == 0 else {})
-        labels.append(world.steering.labels[0])
+        labels.append(world.measures.steering.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
     assert truth(world).bodies[0].steering is None
 
@@ -257,7 +258,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
 def test_in_a_run_every_metre_is_some_labels(paper: Scenario) -> None:
     simulation = Simulation.of(paper, 3, 1)
     simulation.run(limit=30.0)
-    watch, record = simulation.world.steering, simulation.world.recorder
+    watch, record = simulation.world.measures.steering, simulation.world.measures.recorder
     assert sum(weights[1] for weights in watch.weights.values()) == pytest.approx(sum(record.path_length))
     assert all(sum(watch.report()[by].values()) == pytest.approx(1.0) for by in BY)
 

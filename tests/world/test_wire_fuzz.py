@@ -176,7 +176,7 @@ def accepts(request: Request, course: Course, bus: Bus) -> None:
 
 def changes(request: Request, course: Course, bus: Bus) -> None:
     """Refuse, and change the state all the same."""
-    course.world.edits += isinstance(request.message, Edit)
+    course.world.bodies.edits += isinstance(request.message, Edit)
     answer(request, course, bus)
 
 

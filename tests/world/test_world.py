@@ -14,7 +14,8 @@ from world.bodies.radio_model import RadioModel
 from world.host.last_messages import merged
 from world.measure.clearance import ClearanceJudge
 from world.simulate import Simulation
-from world.world import REST, World
+from world.tasks.tasks import REST
+from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
 
@@ -146,8 +147,8 @@ def test_a_false_claim_is_told_once_and_not_counted() -> None:
     assert [event.kind for event in events[0]] == ["false_claim"]
     assert events[0][0].text == "says it reached target 1 but is 5.10 m away; not counted"
     assert events[1] == events[2] == []
-    assert not world.complete
-    assert world.missions.reached_at == [[None, None]]
+    assert not world.tasks.complete
+    assert world.tasks.missions.reached_at == [[None, None]]
 
 
 @pytest.mark.parametrize("claims", [True, False])
@@ -158,7 +159,9 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
         there = world.poses()[0].x >= 7.5 - world.settings.reach
         events = world.step({"r1": drive(world, 0.6, 0.6, reached=[claims and there])})
     assert [(event.kind, event.text) for event in events] == [("reached", "is at target 1")]
-    assert world.missions.reached_at[0][0] == pytest.approx(world.time - world.dt), "at the tick that it is seen there"
+    assert world.tasks.missions.reached_at[0][0] == pytest.approx(world.time - world.dt), (
+        "at the tick that it is seen there"
+    )
     assert world.step({"r1": drive(world, 0.0, 0.0, reached=[claims])}) == []
 
 
@@ -166,13 +169,13 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
 def test_a_stop_counts_within_the_reach(away: float, counts: bool) -> None:
     world = world_of(Pose(7.5 - away, 3.5, 0.0), scenario=with_settings(scenario_of(), reach=0.3))
     world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])})
-    assert (world.missions.reached_at[0][0] is not None) is counts
+    assert (world.tasks.missions.reached_at[0][0] is not None) is counts
 
 
 def test_flags_of_stops_that_are_not_there_are_ignored() -> None:
     world = world_of(Pose(7.4, 3.5, 0.0))
     assert len(world.step({"r1": drive(world, 0.0, 0.0, reached=[True] * 9)})) == 2  # target 1, and home: its start
-    assert world.complete
+    assert world.tasks.complete
 
 
 def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
@@ -182,8 +185,8 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
         events += world.step({name: drive(world, 0.6, 0.6) for name in world.robots})
     assert [(event.robot, event.text) for event in events] == [("r1", "touches robot r2"), ("r2", "touches robot r1")]
     assert [event.at for event in events] == [pytest.approx((4.0, 3.5), abs=0.02)] * 2
-    assert [dict(counts) for counts in world.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
-    assert world.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
+    assert [dict(counts) for counts in world.measures.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
+    assert world.measures.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
 
 
 # --- what is recorded ---
@@ -193,11 +196,11 @@ def test_the_recorder_measures_the_way_and_the_waiting() -> None:
     world = world_of()
     for _ in range(40):
         world.step({"r1": drive(world, 0.4, 0.4)})
-    driven = world.recorder.path_length[0]
+    driven = world.measures.recorder.path_length[0]
     assert driven == pytest.approx(world.poses()[0].x - AT.x)
     for _ in range(60):
         world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
-    assert world.recorder.waiting[0] == pytest.approx(3.0)
+    assert world.measures.recorder.waiting[0] == pytest.approx(3.0)
 
 
 def test_a_robot_that_is_done_may_stand_for_ever() -> None:
@@ -212,7 +215,7 @@ def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
     for yaw in (0.0, 5e-324, 1e-12):
         world = world_of(Pose(2.5, 2.5, yaw))
         world.step({})
-        digests.add(world.recorder.digest)
+        digests.add(world.measures.recorder.digest)
     assert len(digests) == 3
 
 

@@ -1,4 +1,4 @@
-"""The record of a run, from which the report is made: poses, contacts, waiting times. It is told, and decides nothing."""
+"""The record of a run, from which the report is made: poses, contacts, waiting times. It decides nothing."""
 
 import hashlib
 import struct

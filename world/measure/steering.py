@@ -1,7 +1,7 @@
 """The check of who steers: for each command, the fuzzy tables are asked again and their answer is compared with it.
 
-The tables get the distances that the robot sensed before the command, and the heading and the scale that it reports. Only
-these two are taken from the robot. They are not checked: a robot could report a heading that fits what it drives.
+The tables get the distances that a robot sensed at the tick of its command, and the heading and scale that it reports.
+Only these two are taken from the robot. They are not checked: a robot could report a heading that fits what it drives.
 """
 
 from collections.abc import Sequence

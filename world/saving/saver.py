@@ -25,12 +25,12 @@ class Saver:
         """Write a snapshot between two ticks."""
         if self._path is None:
             return
-        if world.edits and (self._floor is None or self._floor[0] != world.edits):
-            self._floor = world.edits, pack(world.floor)
+        if world.bodies.edits and (self._floor is None or self._floor[0] != world.bodies.edits):
+            self._floor = world.bodies.edits, pack(world.bodies.floor)
         snapshot = Snapshot(
             scenario=self._scenario,
-            robots=len(world.robots) - len(world.places.starts),
-            places=world.places,
+            robots=len(world.robots) - len(world.tasks.places.starts),
+            places=world.tasks.places,
             seed=self._seed,
             identity=world.identity,
             run=world.run,

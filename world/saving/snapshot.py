@@ -44,11 +44,21 @@ class WorldTable(Table):
     """Attributes of `World`."""
 
     tick: int
+    _heard: list[list[tuple[str, int]]]
+
+
+class BodiesTable(Table):
+    """Attributes of `Bodies`."""
+
     edits: int
     _recent: list[tuple[int, Edit]]
     wheels: list[tuple[float, float]]
+
+
+class TasksTable(Table):
+    """Attributes of `Tasks`."""
+
     commands: list[Command]
-    _heard: list[list[tuple[str, int]]]
 
 
 class PlannedTable(Table):
@@ -166,8 +176,8 @@ class SteeringTable(Table):
     labels: list[Steering | None]
 
 
-class OutsideTable(Table):
-    """Attributes of `Outside`."""
+class ExternalTable(Table):
+    """Attributes of `External`."""
 
     poses: dict[int, Pose]
     reports: dict[int, BodyReport]
@@ -191,6 +201,8 @@ class WorldState(Table):
     """The state of a world between two ticks."""
 
     world: WorldTable
+    bodies: BodiesTable
+    tasks: TasksTable
     planned: PlannedTable
     planned_orders: PlannedTable
     missions: MissionsTable
@@ -205,30 +217,33 @@ class WorldState(Table):
     progress: ProgressTable
     steering: SteeringTable
     sensing: SensingTable
-    outside: OutsideTable
+    external: ExternalTable
     radio: RadioTable
     physics: PhysicsState
 
 
 def parts(world: World) -> dict[str, Any]:
     """Return the object of each table in `WorldState`."""
+    bodies, tasks, measures = world.bodies, world.tasks, world.measures
     return {
         "world": world,
-        "planned": world.planned,
-        "planned_orders": world.planned_orders,
-        "missions": world.missions,
-        "orders": world.missions.orders,
-        "pool": world.dispatch.pool,
-        "recorder": world.recorder,
-        "blame": world.recorder.blame,
-        "judge": world.recorder.judge,
-        "verdict": world.verdict,
-        "traffic": world.traffic,
-        "watch": world.traffic.watch,
-        "progress": world.progress,
-        "steering": world.steering,
-        "sensing": world.sensing,
-        "outside": world.outside,
+        "bodies": bodies,
+        "tasks": tasks,
+        "planned": tasks.planned_edits,
+        "planned_orders": tasks.planned_orders,
+        "missions": tasks.missions,
+        "orders": tasks.missions.orders,
+        "pool": tasks.pool,
+        "recorder": measures.recorder,
+        "blame": measures.recorder.blame,
+        "judge": measures.recorder.judge,
+        "verdict": measures.verdict,
+        "traffic": measures.reservations,
+        "watch": measures.reservations.watch,
+        "progress": measures.progress,
+        "steering": measures.steering,
+        "sensing": bodies.sensing,
+        "external": bodies.external,
         "radio": world.radio,
     }
 
@@ -277,7 +292,7 @@ def saved(world: World) -> WorldState:
         name: kinds[name](**{field: getattr(part, field) for field in kinds[name].__struct_fields__})
         for name, part in parts(world).items()
     }
-    return WorldState(physics=world.physics.state, **tables)
+    return WorldState(physics=world.bodies.physics.state, **tables)
 
 
 def restore(world: World, state: WorldState) -> None:
@@ -286,7 +301,7 @@ def restore(world: World, state: WorldState) -> None:
     Raises:
         ConfigError: the state is of another number of robots or stops, or other bodies are outside.
     """
-    was, given = ([world.robots[n] for n in sorted(part.poses)] for part in (state.outside, world.outside))
+    was, given = ([world.robots[n] for n in sorted(part.poses)] for part in (state.external, world.bodies.external))
     if was != given:
         raise ConfigError(f"snapshot: --body: expected {was}, as in the run that was saved, got {given}; give the same")
     for name, part in parts(world).items():
@@ -296,5 +311,5 @@ def restore(world: World, state: WorldState) -> None:
             if isinstance(now, list) and now and len(value) != len(now):
                 raise ConfigError(f"snapshot: {name}.{field}: expected {len(now)} values, got {len(value)}")
             setattr(part, field, value)
-    world.physics.restore(state.physics)
-    world.measure()
+    world.bodies.physics.restore(state.physics)
+    world.bodies.measure()

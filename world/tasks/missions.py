@@ -16,7 +16,7 @@ from world.measure.recorder import Recorder
 from world.tasks.orders import Orders, Outcome, Past, Progress
 from world.tasks.reachable import Reachable
 
-Said = tuple[str, str]  # kind and text of an event
+Told = tuple[str, str]  # kind and text of an event
 
 
 class Missions:
@@ -159,7 +159,7 @@ class Missions:
             return command
         return replace(command, reached=[], unreachable=[])
 
-    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Told]:
         """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
         said = [
             ("unreachable", f"gives up {self.label(number, stop)}: no path leads there")
@@ -183,7 +183,7 @@ class Missions:
             )
         return said
 
-    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
+    def _taken_up(self, number: int, before: Command, command: Command) -> list[Told]:
         """Name the stops that a robot takes up again; it drives home again after them."""
         row = self.orders.rows[number]
         stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
@@ -197,7 +197,7 @@ class Missions:
         stop = self.left[number]
         return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
 
-    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Told]:
         """Count the stops that a robot is at, at a time [s]."""
         said = []
         while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:

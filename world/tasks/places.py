@@ -6,7 +6,7 @@ is refused where a robot drives that could not stop before it, or holds the cell
 
 from collections.abc import Collection, Iterator, Sequence
 from math import hypot
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -14,7 +14,7 @@ from msgspec import Struct
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
-from swarm.messages import Accepted, Places
+from swarm.messages import Places
 from swarm.messages.naming import meant
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.check import pieces
@@ -22,10 +22,6 @@ from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import traffic_settings
 from world.bodies.edits import stops_before
-
-if TYPE_CHECKING:
-    from world.world import World
-
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
@@ -38,6 +34,11 @@ class Opened(Struct, kw_only=True, forbid_unknown_fields=True):
     count: int
     at: list[tuple[float, float, float]]
     robots: list[str]
+
+    @property
+    def text(self) -> str:
+        """The answer to who asked."""
+        return f"{', '.join(self.robots)}: the {'places are' if len(self.robots) > 1 else 'place is'} open"
 
 
 class Book(Struct, kw_only=True, forbid_unknown_fields=True):
@@ -183,30 +184,3 @@ class Spots:
             if self._fault(spot := cells.centre(standing[best])) is None:
                 taken += 1
                 yield spot
-
-
-def opened(world: "World", request: Places) -> tuple[Accepted, list[tuple[str, str]]]:
-    """Open places and put the bodies there; return the answer, and a line on each robot whose place is new.
-
-    Raises:
-        PeerError: the request is refused; nothing has changed.
-    """
-    known, said = world.places.known(request), list[tuple[str, str]]()
-    if known is None:
-        starts = _spots(world).starts(request, len(world.robots))
-        robots = [world.add_robot(start) for start in starts]
-        known = world.places.enter(request, starts, robots)
-        text = "has a place at ({:.2f}, {:.2f}) m; it waits for a process to take it"
-        said = [(name, text.format(*start)) for name, start in zip(robots, starts, strict=True)]
-    many = "places are" if len(known.robots) > 1 else "place is"
-    return Accepted(text=f"{', '.join(known.robots)}: the {many} open", robots=known.robots), said
-
-
-def _spots(world: "World") -> Spots:
-    rows = zip(world.robots, world.poses(), world.wheels, (command.held for command in world.commands), strict=True)
-    stops = [stop for row in world.missions.orders.rows for stop in row.stops]
-    homes, pool = [start[:2] for start in world.starts], [errand.at for errand in world.dispatch.pool.open.values()]
-    return Spots(
-        world.settings, world.floor, world.traffic.watch.cells, [Occupant(*row) for row in rows],
-        world.mover_poses(), homes, [*stops, *pool],
-    )  # fmt: skip
