@@ -6,6 +6,9 @@ clock. It has three parts: `Bodies` are where they are, `Tasks` say who is to dr
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
 
 from swarm.errors import ConfigError, PeerError
 from swarm.geometry import Pose
@@ -14,15 +17,26 @@ from swarm.messages import Accepted, Command, Edit, Event, Order, Places, PoolTa
 from swarm.messages.naming import long_id, shortened
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import later_name, names
-from world.bodies.bodies import Bodies
+from world.bodies.bodies import Bodies, BodiesState
 from world.bodies.radio_model import RadioModel
 from world.bodies.said import Said
-from world.measure.measures import Measures
+from world.measure.measures import Measures, MeasuresState
 from world.measure.progress import STALLED
 from world.tasks.places import Book
 from world.tasks.schedule import as_edit, as_request
 from world.tasks.standing import fallen_silent, why
-from world.tasks.tasks import Tasks
+from world.tasks.tasks import Tasks, TasksState
+
+
+class WorldState(NamedTuple):
+    """The state of a world between two ticks."""
+
+    tick: int
+    heard: list[list[tuple[str, int]]]
+    chance: np.random.Generator
+    bodies: BodiesState
+    tasks: TasksState
+    measures: MeasuresState
 
 
 class World:
@@ -190,12 +204,32 @@ class World:
                 events.append(self.event("request_refused", str(fault)))
         return events
 
-    def settle(self) -> None:
-        """Finish what is left to compute, so that the state can be saved."""
-        self.bodies.physics.settle()
-        self.measures.recorder.judge.settle()
-
     # --- between two ticks ---
+
+    def save(self) -> WorldState:
+        """Bring the bodies to rest in physics' memory; return the state, which shares its values with the world."""
+        self.bodies.physics.settle()
+        parts = self.bodies.state, self.tasks.state, self.measures.state
+        return WorldState(self.tick, self._heard, self.radio.chance, *parts)
+
+    def restore(self, state: WorldState) -> None:
+        """Continue from a state; this is a new world of the same scenario, floor, starts, places and seed.
+
+        Raises:
+            ConfigError: the state is of another number of robots, or has other external bodies.
+        """
+        if len(state.heard) != len(self.robots):
+            raise ConfigError(f"snapshot: expected {len(self.robots)} robots, got {len(state.heard)}")
+        parts = state.bodies.external, self.bodies.external
+        was, given = ([self.robots[number] for number in sorted(part.poses)] for part in parts)
+        if was != given:
+            raise ConfigError(
+                f"snapshot: --body: expected {was}, as in the run that was saved, got {given}; give the same"
+            )
+        self.tick, self._heard, self.radio.chance = state.tick, state.heard, state.chance
+        self.bodies.restore(state.bodies)
+        self.tasks.restore(state.tasks)
+        self.measures.restore(state.measures)
 
     def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
         """Put targets into the pool; for the result and errors see ``request``."""

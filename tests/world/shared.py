@@ -15,7 +15,7 @@ from swarm.settings import Pace
 from tests.shared import scenario_of
 from world.host.answering import answer
 from world.host.run import Course
-from world.saving import snapshot, snapshot_file
+from world.saving import snapshot_file
 from world.saving.snapshot import HostState, Snapshot
 from world.simulate import Simulation
 from world.tasks.tasks import REST
@@ -88,7 +88,7 @@ def snapshot_of(world: World, scenario: Scenario, seed: int) -> Snapshot:
     return Snapshot(
         scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots) - len(world.tasks.places.starts),
         places=world.tasks.places, seed=seed, identity="abc",
-        run=world.run, floor=None, state=snapshot.saved(world), host=host_state(),
+        run=world.run, floor=None, state=world.save(), host=host_state(),
     )  # fmt: skip
 
 
@@ -99,7 +99,7 @@ def through_file(world: World, scenario: Scenario, seed: int, file: Path) -> Wor
     found = snapshot_file.read(file, scenario, first, seed)
     floor, starts = replace(scenario, map=world.bodies.floor), world.starts[:first]
     new = World(floor, starts, seed, run=found.run, edits=world.bodies.edits, places=found.places)
-    snapshot.restore(new, found.state)
+    new.restore(found.state)
     return new
 
 

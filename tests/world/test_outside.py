@@ -10,7 +10,6 @@ from swarm.geometry import Pose
 from swarm.messages import BodyReport, Event
 from tests.shared import scenario_of
 from world.bodies.external import check_external
-from world.saving.snapshot import restore, saved
 from world.world import World
 
 STARTS = [Pose(2.5, 2.5, 0.0), Pose(2.5, 4.5, 0.0)]
@@ -102,7 +101,7 @@ def test_a_world_from_a_snapshot_goes_on_with_the_body_where_it_was() -> None:
     one, other = world_of(), world_of()
     for tick in range(5):
         step(one, report(tick, 2.5 + 0.05 * tick))
-    restore(other, deepcopy(saved(one)))
+    other.restore(deepcopy(one.save()))
     for world in (one, other):
         assert step(world, report(5, 2.75)) == []
         assert [step(world) for _ in range(8)][5] == [("body_silent", "r2")]
@@ -113,7 +112,7 @@ def test_a_world_from_a_snapshot_goes_on_with_the_body_where_it_was() -> None:
 def test_a_snapshot_of_a_run_with_other_bodies_outside_is_refused(saved_with: list[str], given: list[str]) -> None:
     one, other = (World(scenario_of(), STARTS, 1, external=names) for names in (saved_with, given))
     with pytest.raises(ConfigError, match=r"--body: expected .*as in the run that was saved"):
-        restore(other, saved(one))
+        other.restore(one.save())
 
 
 def test_a_body_of_no_robot_is_refused() -> None:

@@ -35,7 +35,6 @@ from tests.shared import scenario_of
 from tests.world.shared import ask, come, course_of, request_of, step
 from world.host.answering import answer
 from world.host.run import Course
-from world.saving.snapshot import saved
 from world.saving.snapshot_file import ENCODER
 
 BLOCK: Final = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -70,7 +69,7 @@ def state(one: Course) -> tuple[object, ...]:
         one.pressed,
         one.speaker.events,
         one.world.bodies.floor.cells.tobytes(),
-        ENCODER.encode(saved(one.world)),
+        ENCODER.encode(one.world.save()),
     )
 
 
@@ -206,7 +205,7 @@ def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Pat
         while not one.world.due:
             step(one)
         other = course_of(file=file)
-        assert ENCODER.encode(saved(other.world)) == ENCODER.encode(saved(one.world))
+        assert ENCODER.encode(other.world.save()) == ENCODER.encode(one.world.save())
         assert other.speaker.events == one.speaker.events
         lines = [line for line in said if "cannot be written (No space left on device)" in line]
         assert len(lines) == full, "it is said once each time that the disk is full"

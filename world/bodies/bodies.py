@@ -11,12 +11,12 @@ from swarm.messages import Command, Edit
 from swarm.motion.drive import DifferentialDrive, ramped
 from swarm.scenario.load import Scenario
 from world.bodies.edits import edited
-from world.bodies.external import External
+from world.bodies.external import External, ExternalState
 from world.bodies.movers import Patrol
 from world.bodies.physics import Numbers, Physics
 from world.bodies.said import Said
-from world.bodies.sensing import Distances, Sensing
-from world.bodies.shapes import Contact
+from world.bodies.sensing import Distances, Sensing, SensingState
+from world.bodies.shapes import Contact, PhysicsState
 
 PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
 
@@ -32,6 +32,17 @@ class Moved(NamedTuple):
     touching: list[Contact]  # that have not ended
     where: Mapping[Contact, Point]  # m, of those that began
     said: list[Said]
+
+
+class BodiesState(NamedTuple):
+    """The state of `Bodies`."""
+
+    edits: int
+    recent: list[tuple[int, Edit]]
+    wheels: list[Wheels]
+    sensing: SensingState
+    external: ExternalState
+    physics: PhysicsState
 
 
 class Bodies:
@@ -62,6 +73,20 @@ class Bodies:
         self.physics.add_robot(start)
         self.wheels.append((0.0, 0.0))
         self.sensing.add_robot()
+
+    @property
+    def state(self) -> BodiesState:
+        """The state, which shares its values with this object."""
+        parts = self.sensing.state, self.external.state, self.physics.state
+        return BodiesState(self.edits, self._recent, self.wheels, *parts)
+
+    def restore(self, state: BodiesState) -> None:
+        """Continue from a state on the same floor."""
+        self.edits, self._recent, self.wheels, sensing, external, physics = state
+        self.sensing.restore(sensing)
+        self.external.restore(external)
+        self.physics.restore(physics)
+        self.measure()
 
     @property
     def floor(self) -> OccupancyMap:

@@ -39,6 +39,14 @@ def check_external(names: Sequence[str], robots: int) -> tuple[str, ...]:
     return tuple(names)
 
 
+class ExternalState(NamedTuple):
+    """The state of `External`."""
+
+    poses: dict[int, Pose]
+    reports: dict[int, BodyReport]
+    silent: list[int]
+
+
 class External:
     """The external bodies of one run."""
 
@@ -49,6 +57,15 @@ class External:
         self.poses = {number: starts[number] for number in numbers.values()}
         self.reports: dict[int, BodyReport] = {}  # the newest one
         self.silent: list[int] = []
+
+    @property
+    def state(self) -> ExternalState:
+        """The state, which shares its values with this object."""
+        return ExternalState(self.poses, self.reports, self.silent)
+
+    def restore(self, state: ExternalState) -> None:
+        """Continue from a state."""
+        self.poses, self.reports, self.silent = state
 
     def step(self, tick: int, floor: OccupancyMap) -> Reported:
         """Take in what was reported since the last tick; return where these bodies are at the next.

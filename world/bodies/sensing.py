@@ -38,6 +38,13 @@ class Errors(NamedTuple):
     bearings: list[float]  # rad
 
 
+class SensingState(NamedTuple):
+    """The state of `Sensing`."""
+
+    noise: list[np.random.Generator]
+    errors: list[Errors]
+
+
 class Sensing:
     """The sensors of all robots. Readings draw nothing: the same bodies on the same floor give the same readings.
 
@@ -60,6 +67,15 @@ class Sensing:
         robot = len(self._noise)
         self._noise.append(np.random.default_rng([self._seed, 1, robot]))
         self._errors.append(self._drawn(robot, targets))
+
+    @property
+    def state(self) -> SensingState:
+        """The state, which shares its values with this object."""
+        return SensingState(self._noise, self._errors)
+
+    def restore(self, state: SensingState) -> None:
+        """Continue from a state."""
+        self._noise, self._errors = state
 
     def draw(self, targets: Sequence[int]) -> None:
         """Draw the noise of the next tick; ``targets`` is how many each robot has."""

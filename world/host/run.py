@@ -24,7 +24,7 @@ from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
 from world.host.reproducible import Repeatable
 from world.saving.saver import Saver
-from world.saving.snapshot import HostState, Snapshot, restore
+from world.saving.snapshot import HostState, Snapshot
 from world.saving.snapshot_file import newest
 from world.tasks.places import Book
 from world.views.metrics import Shortest
@@ -127,7 +127,7 @@ class Course:
         self.world = self._begun(found.run, found.state.bodies.edits, found.identity, found.places)
         self.speaker.floor = floor(self.scenario, self.world)
         self._admit(self.world.robots[len(self._starts) :])
-        restore(self.world, found.state)
+        self.world.restore(found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
         self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)

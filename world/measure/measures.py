@@ -1,6 +1,7 @@
 """What the world measures in one run: the record, the checks of traffic and steering, progress, and the verdict."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -10,11 +11,21 @@ from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Moved
 from world.bodies.said import Said
 from world.bodies.sensing import Distances
-from world.measure.progress import ProgressWatch
-from world.measure.recorder import WAITING, Recorder
-from world.measure.reservation_check import TrafficWatch
-from world.measure.steering import SteeringWatch
-from world.measure.verdict import Verdict
+from world.measure.progress import ProgressState, ProgressWatch
+from world.measure.recorder import WAITING, Recorder, RecorderState
+from world.measure.reservation_check import TrafficState, TrafficWatch
+from world.measure.steering import SteeringState, SteeringWatch
+from world.measure.verdict import Verdict, VerdictState
+
+
+class MeasuresState(NamedTuple):
+    """The state of `Measures`."""
+
+    recorder: RecorderState
+    reservations: TrafficState
+    progress: ProgressState
+    steering: SteeringState
+    verdict: VerdictState
 
 
 class Measures:
@@ -27,6 +38,20 @@ class Measures:
         self.progress = ProgressWatch(len(starts))
         self.steering = SteeringWatch(scenario, starts)
         self.verdict = Verdict()
+
+    @property
+    def state(self) -> MeasuresState:
+        """The state, which shares its values with this object."""
+        reservations, progress = self.reservations.state, self.progress.state
+        return MeasuresState(self.recorder.state, reservations, progress, self.steering.state, self.verdict.state)
+
+    def restore(self, state: MeasuresState) -> None:
+        """Continue from a state."""
+        self.recorder.restore(state.recorder)
+        self.reservations.restore(state.reservations)
+        self.progress.restore(state.progress)
+        self.steering.restore(state.steering)
+        self.verdict.restore(state.verdict)
 
     @property
     def cells(self) -> CellMap:

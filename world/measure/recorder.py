@@ -5,7 +5,7 @@ import struct
 from collections import Counter
 from collections.abc import Sequence
 from itertools import chain
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 
@@ -19,6 +19,25 @@ from world.measure.contact_cause import MOVES, Blame, stands
 
 PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: bodies under pressure tremble
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
+
+
+class RecorderState(NamedTuple):
+    """The state of `Recorder`."""
+
+    digest: bytes
+    last: Sequence[Pose]
+    ticks: int
+    touched: dict[Contact, int]
+    path_length: list[float]
+    contact_counts: list[Counter[str]]
+    struck: list[int]
+    begun: list[tuple[int, Contact, bool]]
+    waiting: list[float]
+    standing: list[float]
+    waits_for: list[dict[str, float]]
+    before: list[Sequence[Pose]]  # of `Blame`
+    pushed: set[int]
+    smallest: float  # m, of `ClearanceJudge`
 
 
 class Recorder:
@@ -52,6 +71,24 @@ class Recorder:
         self.waiting.append(0.0)
         self.standing.append(0.0)
         self.waits_for.append({})
+
+    @property
+    def state(self) -> RecorderState:
+        """The state, which shares its values with this object."""
+        return RecorderState(
+            self._digest, self._last, self._ticks, self._touched, self.path_length, self.contact_counts, self.struck,
+            self.begun, self.waiting, self.standing, self.waits_for,
+            self.blame.before, self.blame.pushed, self.clearance_min,
+        )  # fmt: skip
+
+    def restore(self, state: RecorderState) -> None:
+        """Continue from a state."""
+        (
+            self._digest, self._last, self._ticks, self._touched, self.path_length, self.contact_counts, self.struck,
+            self.begun, self.waiting, self.standing, self.waits_for,
+            self.blame.before, self.blame.pushed, smallest,
+        ) = state  # fmt: skip
+        self.judge.restore(smallest)
 
     @property
     def digest(self) -> str:

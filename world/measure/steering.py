@@ -6,7 +6,7 @@ Only these two are taken from the robot. They are not checked: a robot could rep
 
 from collections.abc import Sequence
 from math import degrees, nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
@@ -46,6 +46,17 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
     return Steering.TURNED if abs(forward) <= CLOSE else Steering.BLENDED
 
 
+class SteeringState(NamedTuple):
+    """The state of `SteeringWatch`."""
+
+    sensed: dict[tuple[int, int], Distances]
+    poses: Sequence[Pose]
+    weights: dict[Steering, list[float]]
+    scaled: int
+    scales: float
+    labels: list[Steering | None]
+
+
 class SteeringWatch:
     """The labels of all commands, and how many ticks, metres driven and radians turned each label has."""
 
@@ -59,6 +70,15 @@ class SteeringWatch:
         self.weights = {label: [0.0, 0.0, 0.0] for label in Steering}  # robot ticks, m, rad
         self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
         self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
+
+    @property
+    def state(self) -> SteeringState:
+        """The state, which shares its values with this object."""
+        return SteeringState(self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels)
+
+    def restore(self, state: SteeringState) -> None:
+        """Continue from a state."""
+        self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels = state
 
     def add_robot(self, start: Pose) -> None:
         """Check one more robot from now on."""

@@ -2,9 +2,16 @@
 
 from collections.abc import Collection
 from math import isfinite
-from typing import Final
+from typing import Final, NamedTuple
 
 PROVEN: Final = 5.0  # s without progress of anybody, since the proof and by the world's own watch, that end a run
+
+
+class VerdictState(NamedTuple):
+    """The state of `Verdict`."""
+
+    text: str
+    proofs: dict[str, float]
 
 
 class Verdict:
@@ -17,6 +24,15 @@ class Verdict:
     def __init__(self) -> None:
         self.text = ""
         self._proofs: dict[str, float] = {}  # robot -> when it first said that its jam has no solution [s]
+
+    @property
+    def state(self) -> VerdictState:
+        """The state, which shares its values with this object."""
+        return VerdictState(self.text, self._proofs)
+
+    def restore(self, state: VerdictState) -> None:
+        """Continue from a state."""
+        self.text, self._proofs = state
 
     def take(self, robot: str, kind: str, text: str, time: float) -> None:
         """Take in a note of a robot."""

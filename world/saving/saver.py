@@ -6,7 +6,7 @@ from pathlib import Path
 from swarm.maps.wire import pack
 from swarm.messages import PackedMap
 from swarm.scenario.load import Scenario
-from world.saving.snapshot import HostState, Snapshot, saved
+from world.saving.snapshot import HostState, Snapshot
 from world.saving.snapshot_file import fingerprint, write
 from world.world import World
 
@@ -35,7 +35,7 @@ class Saver:
             identity=world.identity,
             run=world.run,
             floor=self._floor[1] if self._floor is not None else None,
-            state=saved(world),
+            state=world.save(),
             host=host(),
         )
         try:

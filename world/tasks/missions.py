@@ -1,6 +1,7 @@
 """The missions of all robots: the stops that each has now, which of them it has been at, and requests for others."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -13,10 +14,19 @@ from swarm.robot.mission import LEAST
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import CellMap
 from world.measure.recorder import Recorder
-from world.tasks.orders import Orders, Outcome, Past, Progress
+from world.tasks.orders import Orders, OrdersState, Outcome, Past, Progress
 from world.tasks.reachable import Reachable
 
 Told = tuple[str, str]  # kind and text of an event
+
+
+class MissionsState(NamedTuple):
+    """The state of `Missions`."""
+
+    orders: OrdersState
+    left: list[int | None]
+    reached_at: list[list[float | None]]
+    laps: list[int]
 
 
 class Missions:
@@ -50,6 +60,16 @@ class Missions:
         self.reached_at.append([])
         self.laps.append(0)
         self._places.append(None)
+
+    @property
+    def state(self) -> MissionsState:
+        """The state, which shares its values with this object."""
+        return MissionsState(self.orders.state, self.left, self.reached_at, self.laps)
+
+    def restore(self, state: MissionsState) -> None:
+        """Continue from a state."""
+        orders, self.left, self.reached_at, self.laps = state
+        self.orders.restore(orders)
 
     def stops(self, number: int) -> tuple[Point, ...]:
         """Return a robot's stops [m]."""

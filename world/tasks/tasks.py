@@ -1,7 +1,7 @@
 """Who is to drive where in one run: missions, the pool, places for more robots, the schedule, and the last commands."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
@@ -12,15 +12,26 @@ from world.bodies.bodies import Bodies
 from world.bodies.said import Said
 from world.measure.recorder import Recorder
 from world.tasks.dispatcher import Dispatcher
-from world.tasks.missions import Missions
+from world.tasks.missions import Missions, MissionsState
 from world.tasks.orders import Outcome
 from world.tasks.places import Book, Occupant, Spots
 from world.tasks.schedule import Planned
+from world.tasks.task_pool import PoolState
 
 REST: Final = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
     reached=[], unreachable=[], sent=False, replans=0,
 )  # fmt: skip
+
+
+class TasksState(NamedTuple):
+    """The state of `Tasks`."""
+
+    commands: list[Command]
+    missions: MissionsState
+    pool: PoolState
+    passed_edits: int
+    passed_orders: int
 
 
 class Tasks:
@@ -42,6 +53,18 @@ class Tasks:
         """Add a robot without stops."""
         self.commands.append(REST)
         self.missions.add_robot(start)
+
+    @property
+    def state(self) -> TasksState:
+        """The state, which shares its values with this object."""
+        passed = self.planned_edits.passed, self.planned_orders.passed
+        return TasksState(self.commands, self.missions.state, self.pool.state, *passed)
+
+    def restore(self, state: TasksState) -> None:
+        """Continue from a state; places were given at the beginning."""
+        self.commands, missions, pool, self.planned_edits.passed, self.planned_orders.passed = state
+        self.missions.restore(missions)
+        self.pool.restore(pool)
 
     # --- how far they are ---
 
