@@ -27,10 +27,11 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from tests.world.shared import absent, ask, come, course_of, step
-from world.fleet.liveness import AWAY, LOST
+from world.fleet.liveness import AWAY
 from world.fleet.single_world import check_alone
 from world.host.reproducible import MOST, REAL_TIME, Repeatable
 from world.simulate import Simulation
+from world.tasks.standing import LOST
 from world.views.status import STOPS
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
