@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 import tomllib
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
 
@@ -129,6 +130,14 @@ def test_a_sub_room_imports_only_those_that_it_may(name: str) -> None:
     }
     assert found & siblings == set(SUBROOMS[name].split())
     assert len(files) - 1 <= MOST
+
+
+def test_no_files_of_the_world_import_each_other_in_a_circle() -> None:
+    """Imports for types only count: a circle of them is one of files that reach into each other."""
+    files = [file for file in FILES if named(file).startswith("world/")]
+    names = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in files}
+    imports = {name: names.keys() & set(imported(file)) for name, file in names.items()}
+    assert list(TopologicalSorter(imports).static_order())
 
 
 def test_every_folder_of_a_room_with_sub_rooms_is_one() -> None:

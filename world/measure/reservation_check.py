@@ -1,7 +1,7 @@
 """The world's own check of traffic: reservations must not overlap, and bodies must stay inside their own."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -10,8 +10,7 @@ from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
 from swarm.traffic.peers.records import Event
 from world.measure.cell_watch import Fault, Seen, Watch, WatchState
-
-RESTS: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot wants to go nowhere
+from world.measure.steering import IDLE
 
 
 class TrafficState(NamedTuple):
@@ -58,7 +57,7 @@ class TrafficWatch:
             command = last[number]
             if not command.held and command.activity is Activity.READY:
                 continue  # the robot has not sent a command yet
-            wants = command.activity not in RESTS
+            wants = command.activity not in IDLE
             moved = poses[number] != before[number]
             robots[name] = Seen(
                 poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held

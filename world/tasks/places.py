@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance, wrap
-from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Places
 from swarm.messages.naming import meant
 from swarm.robot.tuning import SAFETY
@@ -22,6 +22,7 @@ from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import traffic_settings
 from world.bodies.edits import stops_before
+from world.tasks.reachable import not_free
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
@@ -134,10 +135,8 @@ class Spots:
     def _fault(self, at: Point) -> str | None:
         """Return what is wrong with a spot [m]; None: a body may be put there."""
         settings, cells, robot = self._settings, self._cells, self._settings.robot
-        if not self._floor.inside(self._floor.cell_of(*at)):
-            return "expected a place on the map, got one outside; move it"
-        if self._floor.at(*at) != FREE:
-            return "expected free floor, got a wall or obstacle; move it"
+        if wrong := not_free(self._floor, at):
+            return f"{wrong}; move it"
         touched = cells.touched(*at, robot.radius + CLEAR)
         if OUTSIDE in touched or not cells.fits(touched, *at, robot.radius + CLEAR):
             return f"expected at least {robot.radius + CLEAR:g} m from any wall and from the edge of the map; move it"
