@@ -55,7 +55,7 @@ SUBROOMS: Final = {
     "world.tasks": "bodies measure",
     "world.fleet": "tasks",
     "world.views": "fleet tasks",
-    "world.saving": "bodies fleet measure tasks",
+    "world.saving": "fleet tasks",
     "world.host": "bodies fleet saving tasks views",
     "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
     "world.storm.history": "plans",

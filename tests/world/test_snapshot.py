@@ -237,12 +237,12 @@ def differences(one: Any, other: Any, where: str = "world") -> Iterator[str]:  #
         pairs = enumerate(zip(one, other, strict=True))
         yield from (line for number, pair in pairs for line in differences(*pair, f"{where}[{number}]"))
     elif isinstance(one, PLAIN) and one != other:
-        yield f"{where}: {one}, {other}"
+        yield f"{where}: {one!r}, {other!r}"
 
 
 def test_a_world_from_a_file_has_every_attribute_of_the_one_that_was_saved(tmp_path: Path) -> None:
     """Whoever adds an attribute decides: it is part of a state, or computed anew, which is a word in ``CACHES``."""
-    pool = {"pool": [[7.5, 2.5], [4.5, 4.5], [2.5, 2.5]], "targets": [], "return_home": False}
+    pool = {"pool": [[7.5, 2.5], [4.5, 4.5], [2.5, 2.5]], "targets": []}
     for fields in (NOISE | {"movers": FAST, "edits": EDITS, "orders": ORDERS}, NOISE | pool):
         simulation = Simulation.of(scenario_of(**fields), 4, 1, Faults(held_up=6.0, suspended=9.0))
         for tick in range(round(LENGTH / simulation.world.dt)):
