@@ -185,13 +185,13 @@ GIVEN_UP = {  # the answer, if the question is exact: what is said, of whom
 
 
 @pytest.mark.parametrize("name", GIVEN_UP)
-def test_that_there_is_no_plan_is_said_once_and_the_robot_waits_200_ticks(name: str) -> None:
+def test_that_there_is_no_plan_is_said_and_the_robot_waits_200_ticks(name: str) -> None:
     answer, exact, kind, who = GIVEN_UP[name]
     memory = part()
     first, second = (leading.gave_up(memory, searching(answer, exact=exact), situation(tick=NOW + t)) for t in (0, 5))
     assert first is not None
     assert [(event.kind, event.robots) for event in first.events] == [(kind, who)]
-    assert second == Move(Free())
+    assert second == (first if kind == "unsolvable" else Move(Free())), "only a proof is worth saying again"
     assert memory.leads_from == NOW + 205
     assert leading.gave_up(memory, searching(), situation()) is None
 

@@ -98,6 +98,11 @@ def test_who_reaches_a_stop_takes_the_proof_back() -> None:
         world.step({})
     assert not world.finished
     assert world.measures.verdict.text == ""
+    events = [event for _ in range(round(PROVEN / DT) + 2) for event in world.step(
+        {"r1": say(world, notes=[("unsolvable", "no way")], activity=Activity.GIVE_WAY)} | waits)]  # fmt: skip
+    assert world.finished, "it still holds, as its robot says again"
+    assert world.measures.verdict.text == "no way"
+    assert "unsolvable" not in [event.kind for event in events], "that is no news"
 
 
 # fmt: off

@@ -86,8 +86,8 @@ class Measures:
         said = []
         for name, command in sorted(fresh.items()):
             for kind, text in command.notes:
-                self.verdict.take(name, kind, text, time)
-                said.append(Said(kind, text, name))
+                if self.verdict.take(name, kind, text, time):
+                    said.append(Said(kind, text, name))
         for fault in self.reservations.look(tick, poses, fresh, last):
             cells = ", ".join(map(str, fault.where))
             text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"

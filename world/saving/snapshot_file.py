@@ -19,7 +19,7 @@ from world.saving.snapshot import Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
 Noise = np.random.Generator
-HEAD: Final = FORMAT + b"5\n"  # the version of what follows
+HEAD: Final = FORMAT + b"6\n"  # the version of what follows
 CHECK: Final = 16  # bytes of the checksum
 
 

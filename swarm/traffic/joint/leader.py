@@ -74,19 +74,22 @@ def found_none(part: Part, call: Searching, situation: Situation) -> Move | None
 
 
 def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Report that there is no plan, once for the same robots, and wait before leading again."""
+    """Report that there is no plan, and wait before leading again.
+
+    A proof is reported again each time it is found: it still holds although others have reached their stops meanwhile.
+    A search that ended at its budget is reported once for the same robots.
+    """
     if call.answer is None:
         return None
     part.leads_from = situation.tick + part.settings.backoff
     proven, names = _is_proof(call, call.answer), call.question.members
     who = tuple(names[number] for number in call.answer.who) if proven else names
+    if proven:
+        return Move(Free(), events=(Event("unsolvable", who, _proof(who, part.cells)),))
     if who in part.reported:
         return Move(Free())
     part.reported.add(who)
-    if proven:
-        said = Event("unsolvable", who, _proof(who, part.cells))
-    else:
-        said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
+    said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
     return Move(Free(), events=(said,))
 
 

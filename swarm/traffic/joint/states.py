@@ -98,7 +98,7 @@ class Part:
     unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it
     refused: Refused | None = None  # the newest plan it refused
     shut: dict[Join, int] = field(default_factory=dict)  # refused joins, and until when they count as shut [tick]
-    reported: set[tuple[str, ...]] = field(default_factory=set)  # groups reported to have no plan
+    reported: set[tuple[str, ...]] = field(default_factory=set)  # groups for which no plan was found within the budget
 
     def __post_init__(self) -> None:
         self.gather = self.settings.gather
