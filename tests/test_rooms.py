@@ -53,9 +53,9 @@ SUBROOMS: Final = {
     "world.bodies": "",
     "world.measure": "bodies",
     "world.tasks": "bodies measure",
-    "world.fleet": "",
+    "world.fleet": "tasks",
     "world.views": "fleet tasks",
-    "world.saving": "bodies fleet measure tasks",
+    "world.saving": "fleet tasks",
     "world.host": "bodies fleet saving tasks views",
     "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
     "world.storm.history": "plans",

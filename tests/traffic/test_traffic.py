@@ -134,7 +134,7 @@ def test_a_robot_at_rest_makes_room() -> None:
 
 def test_a_dead_robot_is_driven_round() -> None:
     simulation = Drawn("....", "a.cb", "....").fleet("ac", "bc", faults=Faults(killed={"r2": 0.0}))
-    report = simulation.run(100, over=lambda world: world.recorder.is_reached(0, 0))
+    report = simulation.run(100, over=lambda world: world.tasks.missions.reached_at[0] != [None])
     assert report["per_robot"]["r1"]["reached"] != [None]
     assert report["contacts"]["robot"] == 0
 
