@@ -126,8 +126,8 @@ MUTANTS: Final = (
     Mutant("lateness taken for 0", "meet,late", ROBOT + "lateness.py",
            "return tuple(self._commands) if self._ticks else ()", "return ()"),
     Mutant("an edit makes forget the others", "edits", TRAFFIC + "step.py",
-           "self._peers.cells = self._halting.cells",
-           "self._peers = PeerRecords(self.me, cells, self.settings)\n        self._halting.cells"),
+           "self._goal.cell = OUTSIDE\n        return progress.over(",
+           "self._peers = PeerRecords(self.me, self.settings)\n        return progress.over("),
     Mutant("a new process counts claims from 1", "away", TRAFFIC + "reservations/presence.py",
            "return begun(body.tick * 64 + 1, body", "return begun(1, body"),
 )

@@ -54,7 +54,7 @@ def heard(broadcast: Broadcast | bytes) -> tuple[TrafficBroadcast, Json]:
 def situation(tick: int, head: int, others: Mapping[str, Record], **known: Any) -> Situation:  # noqa: ANN401
     """Return what a robot knows whose head is a cell."""
     fresh = {robot: one for robot, one in others.items() if one.stamp >= tick - SETTINGS.fresh}
-    plain = Situation(tick, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
+    plain = Situation(tick, CELLS, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
     return plain._replace(**known)
 
 
@@ -185,12 +185,12 @@ CASES: Final[dict[str, Case]] = {
 
 def judged(case: Case) -> Json:
     """Return a case with the answer of our robots."""
-    peers, sightings = PeerRecords("r2", CELLS, SETTINGS), Sightings(SETTINGS)
+    peers, sightings = PeerRecords("r2", SETTINGS), Sightings(SETTINGS)
     messages, dropped = [], []
     for broadcast in case.heard:
         traffic, message = heard(broadcast)
         messages.append(message)
-        dropped += [event.text for event in peers.hear(NOW, [traffic])]
+        dropped += [event.text for event in peers.hear(NOW, CELLS, [traffic])]
         sightings.hear(NOW, peers.fresh(NOW).values())
     fresh = peers.fresh(NOW)
     known = situation(
@@ -202,7 +202,7 @@ def judged(case: Case) -> Json:
     progress = RouteProgress(reservations, (ALONE,) * len(case.held), way)
     x, y = CELLS.centre(case.held[0])
     body = Footprint(NOW, Pose(x, y, 0.0), case.held[0], frozenset(case.held[:1]))
-    after = Claiming("r2", CELLS, SETTINGS).step(progress, None, known, body, ()).progress.reservations
+    after = Claiming("r2", SETTINGS).step(progress, None, known, body, ()).progress.reservations
     answer: dict[str, Json] = {
         "newest": {robot: one.stamp for robot, one in peers.others.items()},
         "silent": sorted(peers.fallen_silent(NOW)),

@@ -83,7 +83,7 @@ class Robot:
         settings, floor = self._settings, self._ground.map
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
-        return CellPilot(traffic, self._number, settings, self._controller)
+        return CellPilot(traffic, cells, self._number, settings, self._controller)
 
     def resume(self, state: State, assigned: Assigned | None = None) -> None:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""

@@ -24,6 +24,7 @@ from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, Safety
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, comes_near
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.obstacles.tracker import WATCH
@@ -44,8 +45,10 @@ class CellPilot:
     drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.
     """
 
-    def __init__(self, traffic: Traffic, number: int, settings: Settings, controller: Controller) -> None:
-        robot, cells = settings.robot, traffic.cells
+    def __init__(
+        self, traffic: Traffic, cells: CellMap, number: int, settings: Settings, controller: Controller
+    ) -> None:
+        robot = settings.robot
         self._traffic = traffic
         self._settings = settings
         self._cells = cells
@@ -97,7 +100,8 @@ class CellPilot:
                     for said in inputs.heard
                     if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
                 ],
-            )
+            ),
+            self._cells,
         )
         speeds, heading = (STAND, 0.0) if sense.stopped else self._wheels(inputs, granted, body, scan)
         self._lateness.command((speeds.left, speeds.right))
@@ -128,19 +132,17 @@ class CellPilot:
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
         self._cells = cells_of(floor, self._settings)
-        self._traffic.take_cells(self._cells)
 
     def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
         """Update the cells from changed blocks of a learned map; return True if cells or their joins changed."""
         before = self._cells
         for low, high in blocks:
             self._cells = self._cells.changed(floor, low, high)
-        self._traffic.take_cells(self._cells)
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
         """Return a function that says of a point [m] whether another robot's body may be there at a tick."""
-        return self._traffic.robot_at(tick)
+        return self._traffic.robot_at(tick, self._cells)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Return True if joined cells lead from ``here`` to ``goal`` [m]."""

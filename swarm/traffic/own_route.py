@@ -28,14 +28,13 @@ class OwnWay:
         progress: RouteProgress,
         situation: Situation,
         path: Sequence[Point],
-        cells: CellMap,
         way_out: tuple[int, ...] = (),
     ) -> RouteProgress:
         """Return the progress with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
 
         If ``way_out`` is not empty, it is taken instead: it leads out of a cell from which no way over cells leads.
         """
-        goal, tick, stays = situation.goal, situation.tick, situation.stays
+        cells, goal, tick, stays = situation.cells, situation.goal, situation.tick, situation.stays
         blocked = situation.blocked | stays if stays else situation.blocked
         complete = progress.route[-1] == goal if progress.route else progress.head == goal
         if progress.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):

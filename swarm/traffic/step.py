@@ -62,16 +62,15 @@ class Traffic:
                 "make cells smaller or the range longer"
             )
         self.me = me
-        self.cells = cells
         self.settings = settings
-        self._peers = PeerRecords(me, cells, settings)
+        self._peers = PeerRecords(me, settings)
         self._sightings = Sightings(settings)
         self._presence = Presence()
-        self._halting = Halting(cells, settings)
-        self._joint = JointPlanning(me, cells, settings)
+        self._halting = Halting(settings)
+        self._joint = JointPlanning(me, settings)
         self._own_way = OwnWay()
-        self._claiming = Claiming(me, cells, settings)
-        self._lookout = Lookout(cells, settings)
+        self._claiming = Claiming(me, settings)
+        self._lookout = Lookout(settings)
         self._telling = Telling(me, settings, slot, cells.side)
         self._goal = Goal()
         self._aside = Aside()
@@ -80,58 +79,56 @@ class Traffic:
         self._moved = 0  # tick of its last progress
         self._threats: tuple[Threat, ...] = ()  # obstacles that move near it
         self._kept = Kept()
-        self._new_cells: CellMap | None = None
+        self._joins = cells.neighbours  # of the last tick
 
-    def take_cells(self, cells: CellMap) -> None:
-        """Use the cells of another floor, on the same lattice, from the next step on.
+    def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
+        """Compute the outputs of one tick; call it each tick, before the motors run.
 
-        Held cells and what is known of others stay; claims, the way and a joint plan are void. If robots learn the
-        floor, only what the new cells break is void.
+        The ``cells`` may be those of another floor than in the last tick, but on the same lattice. Held cells and what
+        is known of others stay then; claims, the way and a joint plan are void. If robots learn the floor, only what
+        the new cells break is void.
         """
-        self._new_cells = cells
-
-    def step(self, inputs: TrafficInputs) -> TrafficOutputs:
-        """Compute the outputs of one tick; call it each tick, before the motors run."""
         # where it is, and what the others say
-        tick, cells_changed = inputs.tick, self._swap_cells()
-        body = footprint_of(inputs, self.settings.radius + self.settings.margin, self.cells)
-        progress = self._present(body)
-        if cells_changed:
-            progress = self._over_new_cells(progress, body)
+        tick = inputs.tick
+        body = footprint_of(inputs, self.settings.radius + self.settings.margin, cells)
+        progress = self._present(body, cells)
+        if cells.neighbours is not self._joins:
+            progress = self._over_new_cells(progress, body, cells)
+        self._joins = cells.neighbours
         listens = tick < self._listen_until
-        events = self._peers.hear(tick, inputs.heard, inputs.mute)
+        events = self._peers.hear(tick, cells, inputs.heard, inputs.mute)
         fresh = self._peers.fresh(tick)
         self._sightings.hear(tick, fresh.values())
         if self._peers.mutes:
-            inputs = self._aside.look(inputs, self._peers.mutes, progress.head, self._held_by_others(), self.cells)
+            inputs = self._aside.look(inputs, self._peers.mutes, progress.head, self._held_by_others(), cells)
 
         # layer 0: the cells that the body needs, and unexpected obstacles
         waits_here = listens or self._joint.frozen is not None or not progress.route or inputs.stands
         shut_in = waits_here or self.settings.in_sight  # it comes to rest in held cells
-        free_drive = () if shut_in else free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
+        free_drive = () if shut_in else free_drive_cells(body, self._peers.others, fresh, cells, self.settings)
         if free_drive:
-            progress, body = spread(progress, inputs, self.cells, self.settings)
+            progress, body = spread(progress, inputs, cells, self.settings)
         threats = self._threats
-        progress = self._presence.kept_on_way(progress, body, self.cells, threatened=bool(threats))
+        progress = self._presence.kept_on_way(progress, body, cells, threatened=bool(threats))
         asks = not free_drive and self._joint.frozen is None and not listens
-        room = room_beside(progress, inputs, fresh, threats, self.cells) if asks else ()
+        room = room_beside(progress, inputs, fresh, threats, cells) if asks else ()
         before, progress = progress.on_way, progress.released(body.touched, body.cell, room)
         self._moved = tick if progress.on_way < before else self._moved
-        other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
+        other_goal = self._goal.set(inputs.goal, progress, body, cells, self.settings.radius)
         stays = self._peers.mutes.stays(tick)
         if stays and not stays.isdisjoint(set(progress.reservations.held) - body.touched):
-            progress = given_back(progress, body, self.cells)
-        progress, halt, halted = self._halt(progress, inputs, body)
+            progress = given_back(progress, body, cells)
+        progress, halt, halted = self._halt(progress, inputs, body, cells)
         self._threats = halt.threats
 
         # layer 2: which way
         if other_goal or not progress.following:
             self._joint.leave()
-        situation = self._situation(inputs, progress, fresh)
+        situation = self._situation(inputs, progress, fresh, cells)
         decision = self._joint.stand() if inputs.stands else self._joint.step(situation)
         events += (*halted, *decision.events)
         found = self._find_way(progress, situation, decision.way, inputs) if not inputs.stands else progress
-        progress = brought_to_rest(progress, body, self.cells) if inputs.stands else found
+        progress = brought_to_rest(progress, body, cells) if inputs.stands else found
 
         # layer 1: which of its cells
         waits: tuple[str, ...] = ()
@@ -151,86 +148,80 @@ class Traffic:
             inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
             self._lookout.leans_to, free_drive, self._moved, room, threats,
         )  # fmt: skip
-        still = self._lookout.still_bodies(self._peers.fallen_silent(tick), self._halting.places(tick), body.pose)
-        return granted(doing, body, self._peers, still, self._broadcast(doing), events, self.cells, self.settings)
+        still = self._lookout.still_bodies(
+            self._peers.fallen_silent(tick), self._halting.places(tick), body.pose, cells
+        )
+        return granted(doing, body, self._peers, still, self._broadcast(doing), events, cells, self.settings)
 
     def _held_by_others(self) -> set[int]:
         return {cell for record in self._peers.others.values() for cell in record.held}
 
     # ---- the floor, the body and its cells
 
-    def _swap_cells(self) -> bool:
-        """Use the new floor, if there is one, in every part that knows the cells; return True if joins differ."""
-        cells, self._new_cells = self._new_cells, None
-        if cells is None:
-            return False
-        changed = cells.neighbours is not self.cells.neighbours
-        self.cells = cells
-        self._peers.cells = self._halting.cells = self._claiming.cells = self._lookout.cells = cells
-        self._joint.take_cells(cells)
-        return changed
-
-    def _over_new_cells(self, progress: RouteProgress, body: Footprint) -> RouteProgress:
+    def _over_new_cells(self, progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
         """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
         self._goal.wish = None  # the goal's cell is chosen again
         if self.settings.learns:
-            if not progress.shut(self.cells, body.cell):
+            if not progress.shut(cells, body.cell):
                 return progress._replace(sought=False)
-            if not progress.shut(self.cells, body.cell, route=False):
+            if not progress.shut(cells, body.cell, route=False):
                 return progress.nowhere()
         self._joint.void()
         self._goal.cell = OUTSIDE
-        return progress.over(self.cells, body.touched, body.cell)
+        return progress.over(cells, body.touched, body.cell)
 
-    def _present(self, body: Footprint) -> RouteProgress:
+    def _present(self, body: Footprint, cells: CellMap) -> RouteProgress:
         """Return the progress at this tick: begun, awoken, or with the cells that the body has strayed into."""
         progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
         if progress is not None and not away:
-            return owned_up(progress, body, self.cells, self.settings.radius)
+            return owned_up(progress, body, cells, self.settings.radius)
         self._listen_until, self._moved = body.tick + self.settings.listen, body.tick
         self._joint.reset(body.tick)
         self._peers.wake(body.tick)
-        return awoken(progress, body, self.cells)
+        return awoken(progress, body, cells)
 
     # ---- unexpected obstacles
 
-    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+    def robot_at(self, tick: int, cells: CellMap) -> Callable[[Point], bool]:
         """Return a test: True if another robot's body may be at a point [m] at ``tick``.
 
         While this robot listens, others may be anywhere.
         """
         if self._progress is None or tick < self._listen_until:
             return lambda place: True
-        return robot_at(self._peers.others.values(), tick, self.cells, self.settings)
+        return robot_at(self._peers.others.values(), tick, cells, self.settings)
 
-    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint) -> Halted:
+    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint, cells: CellMap) -> Halted:
         """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
         if self.settings.learns and inputs.tick < self._listen_until:
             return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._halting.look(inputs, self._peers.expected(), mine)
+        halt = self._halting.look(inputs, self._peers.expected(), mine, cells)
         kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
-            return given_back(progress, body, self.cells), halt, (Event("halted", (self.me,), text),)
+            return given_back(progress, body, cells), halt, (Event("halted", (self.me,), text),)
         if halt.found is None:
             return progress, halt, ()
-        cell = self.cells.cell_of(*halt.found)
+        cell = cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
         if len(progress.reservations.held) > 1 and not halt.threats:
-            progress = given_back(progress, body, self.cells)
+            progress = given_back(progress, body, cells)
         gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
         text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
         return progress, halt, (Event("halted", (self.me,), text),)
 
     # ---- which way, and which of its cells
 
-    def _situation(self, inputs: TrafficInputs, progress: RouteProgress, fresh: Mapping[str, Record]) -> Situation:
+    def _situation(
+        self, inputs: TrafficInputs, progress: RouteProgress, fresh: Mapping[str, Record], cells: CellMap
+    ) -> Situation:
         others = self._peers.others
         return Situation(
             tick=inputs.tick,
+            cells=cells,
             head=progress.head,
             goal=self._goal.cell,
             idle=inputs.goal is None,
@@ -241,7 +232,7 @@ class Traffic:
             fresh=fresh,
             done=inputs.done,
             wants=self._goal.since,
-            bodies=partial(self._lookout.remembered, self._peers.fallen_silent(inputs.tick)),
+            bodies=partial(self._lookout.remembered, self._peers.fallen_silent(inputs.tick), cells),
             mutes=self._peers.mutes.names,
             stays=self._peers.mutes.stays(inputs.tick),
         )
@@ -259,7 +250,7 @@ class Traffic:
         if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
         self._joint.leave()
-        return self._own_way.find(progress, situation, inputs.path, self.cells, self._goal.way_out)
+        return self._own_way.find(progress, situation, inputs.path, self._goal.way_out)
 
     def _look(
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs

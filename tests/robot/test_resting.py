@@ -16,6 +16,7 @@ from swarm.robot.pilot import Move, PilotInputs
 from swarm.robot.safety import STAND, DriveState
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, traffic_settings
 from swarm.traffic.obstacles.tracker import Threat
 from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
@@ -33,7 +34,7 @@ class Granting(Traffic):
 
     grants: TrafficOutputs
 
-    def step(self, inputs: TrafficInputs) -> TrafficOutputs:
+    def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
         self.asked = inputs
         return self.grants
 
@@ -46,7 +47,7 @@ class Driven:
         settings = scenario.settings
         self.cells = cells_of(scenario.map, settings)
         self.traffic = Granting("r1", self.cells, traffic_settings(settings))
-        self.pilot = CellPilot(self.traffic, 0, settings, Controller(scenario.profile))
+        self.pilot = CellPilot(self.traffic, self.cells, 0, settings, Controller(scenario.profile))
         self.navigator = Navigator(planning_grid(scenario), settings.robot.radius, settings.reach)
 
     def row(self, *, up: int = 0, count: int = 1, at: Pose = AT) -> tuple[int, ...]:

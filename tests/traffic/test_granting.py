@@ -37,24 +37,24 @@ def doing(
     plain = Doing(
         inputs=TrafficInputs(5, ROW.pose(A), aim.wish),
         situation=Situation(
-            tick=5, head=A, goal=ROW.at(goal)[0], idle=False, moved=0, blocked=frozenset(ROW.at(shut)), cleared=frozenset(), others=heard,
+            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=False, moved=0, blocked=frozenset(ROW.at(shut)), cleared=frozenset(), others=heard,
             fresh=heard,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
-        goal=aim, joint=joint or JointPlanning("r1", ROW.cells, SETTINGS), waits=(), listens=False, stopped=False,
+        goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, stopped=False,
         face=None, leans_to=None, free_drive=(), moved=0, room=(), threats=(),
     )  # fmt: skip
     return plain._replace(**changes)  # type: ignore[arg-type]
 
 
 def standing() -> JointPlanning:
-    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.call = Frozen(Epoch(3, "r2"), 3)
     return joint
 
 
 def following() -> JointPlanning:
-    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.following = Following("r1", JointPlan(epoch=Epoch(3, "r2"), ways={}, after={}), (), 3, 140, {})
     return joint
 

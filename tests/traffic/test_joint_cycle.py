@@ -27,15 +27,15 @@ def record(robot: str, cell: int, tick: int = NOW, **fields: object) -> Record:
     return replace(Record(robot=robot, stamp=tick, x=x, y=y, goal=cell, held=(cell,)), **fields)
 
 
-def situation(tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B) -> Situation:
+def situation(tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B, floor: Drawn = FLOOR) -> Situation:
     return Situation(
-        tick=tick, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
+        tick=tick, cells=floor.cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
         fresh=fresh,
     )  # fmt: skip
 
 
 def robot(me: str) -> JointPlanning:
-    return JointPlanning(me, FLOOR.cells, SETTINGS)
+    return JointPlanning(me, SETTINGS)
 
 
 # --- the table ---
@@ -333,11 +333,11 @@ def planned(tick: int, way: str) -> JointPlan:
 
 
 def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
-    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
+    joint.step(situation(NOW, {"r1": call}, head, goal, WALL))
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal, WALL))
     assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
     text = f"refuses the joint plan of r1: no way from cell {a} to {b}"
@@ -347,17 +347,17 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
 
 
 def test_a_member_takes_a_way_that_its_own_map_has() -> None:
-    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
+    joint.step(situation(NOW, {"r1": call}, head, goal, WALL))
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal, WALL))
     assert decision.way == ROOM.at("aefghd")
     assert joint.refused(NOW + 1) is None
 
 
 def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
-    joint = JointPlanning("r1", ROOM.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.call = Free(need="r1")
     a, b, c, d = ROOM.at("abcd")
     plans: list[JointPlan] = []
@@ -366,20 +366,20 @@ def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
             plans.append(joint.following.plan)
         refusal = Refusal(plans[0].epoch, ((a, b), (b, c))) if plans else None
         other = record("r2", a, tick, frozen=joint.frozen, goal=d, refusal=refusal)
-        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh")))
+        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh"), ROOM))
     assert [plan.ways["r2"] for plan in plans] == [ROOM.at("abcd"), ROOM.at("aefgcd")][: len(plans)]
     assert len(plans) == 2, "once for each refusal"
 
 
 def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> None:
-    joint = JointPlanning("r2", ROOM.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     a, b = ROOM.at("ab")
     claims = (Claim(a, 1, NOW),)
     call = called(at=NOW)
     heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
-    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
+    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad"), ROOM))
     plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
-    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad")))
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad"), ROOM))
     assert joint.following is not None
     assert joint.following.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
     assert not joint.following.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))

@@ -22,7 +22,7 @@ COLLECT = Collect(CALL, ("r1", "r2"))
 
 
 def part(**fields: object) -> Part:
-    return Part("r1", FLOOR.cells, TrafficSettings(), **fields)  # type: ignore[arg-type]
+    return Part("r1", TrafficSettings(), **fields)  # type: ignore[arg-type]
 
 
 def record(robot: str = "r2", **fields: object) -> Record:
@@ -33,7 +33,7 @@ def record(robot: str = "r2", **fields: object) -> Record:
 def situation(*fresh: Record, tick: int = NOW) -> Situation:
     heard = {one.robot: one for one in fresh}
     return Situation(
-        tick=tick, head=A, goal=B, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
+        tick=tick, cells=FLOOR.cells, head=A, goal=B, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
         fresh=heard,
     )  # fmt: skip
 
@@ -198,12 +198,12 @@ def test_that_there_is_no_plan_is_said_once_and_the_robot_waits_200_ticks(name: 
 
 def test_a_proof_over_cells_speaks_of_the_floor_only_if_they_leave_no_floor_out() -> None:
     answer = searching(result(Outcome.UNSOLVABLE, who=(1,)))
-    whole, lossy = part(), part()
-    lossy.cells = CellMap(FLOOR.cells.occupancy, side=1.2, radius=0.25, offset=(-0.3, 0.0))
+    whole = FLOOR.cells
+    lossy = CellMap(FLOOR.cells.occupancy, side=1.2, radius=0.25, offset=(-0.3, 0.0))
     texts = [
         event.text
         for one in (whole, lossy)
-        for event in (leading.gave_up(one, answer, situation()) or Move(Free())).events
+        for event in (leading.gave_up(part(), answer, situation()._replace(cells=one)) or Move(Free())).events
     ]
     assert texts == [
         "no way exists for r2 to reach their targets together",

@@ -170,10 +170,13 @@ def halts(
     start: int = 100,
 ) -> list[Halt]:
     """Look in one direction, straight ahead by default, tick by tick."""
-    halting = halting or Halting(FLOOR.cells, SETTINGS)
+    halting = halting or Halting(SETTINGS)
     return [
         halting.look(
-            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))), others, mine
+            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))),
+            others,
+            mine,
+            FLOOR.cells,
         )
         for tick, one in enumerate(measured)
     ]
@@ -221,7 +224,7 @@ def test_a_robot_that_is_heard_never_stops_it_and_is_no_thing_found() -> None:
 
 
 def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
-    halting = Halting(FLOOR.cells, SETTINGS)
+    halting = Halting(SETTINGS)
     (*_, last) = halts(*[0.4] * (HALTED + 1), halting=halting)
     assert last.found is not None
     assert halting.places(100 + HALTED) == (last.found,)
@@ -259,14 +262,14 @@ APPROACHES: dict[str, tuple[float, float, bool]] = {  # m/s, of the thing and of
 
 def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
     """Return for each tick whether a thing 1.2 m ahead is a threat; noise alternates."""
-    halting, away = Halting(FLOOR.cells, SETTINGS), 1.2
+    halting, away = Halting(SETTINGS), 1.2
     said = []
     for tick in range(2 * NOTED):
         driven, came = robot * SETTINGS.tick * tick, thing * SETTINGS.tick * tick
         read = away - driven - came + (noise if tick % 2 else -noise)
         scan = Scan((0.0,), (read,), lambda _: (1.6,))
         pose = HERE._replace(x=HERE.x + driven)
-        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), ()).threats != ())
+        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), (), FLOOR.cells).threats != ())
     return said
 
 
@@ -477,7 +480,7 @@ def test_a_robot_that_has_fallen_silent_does_not_explain_what_is_very_near(age: 
 def test_a_robot_that_drives_up_from_afar_is_no_threat() -> None:
     """It is heard where it is, 1.6 m from the robot's middle and nearer; a thing that nobody tells of is one."""
     for told in (True, False):
-        halting = Halting(FLOOR.cells, SETTINGS)
+        halting = Halting(SETTINGS)
         for tick in range(24):
             x = HERE.x + 1.6 - 0.3 * SETTINGS.tick * tick
             record = Record(robot="r2", stamp=100 + tick, x=x, y=HERE.y, goal=B, held=tuple(range(len(FLOOR.cells))))

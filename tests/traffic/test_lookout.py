@@ -46,7 +46,7 @@ def looked(
     """Look from ``at`` [m] right of the middle of b; every ray measures the same."""
     heard = {record.robot: record for record in others}
     situation = Situation(
-        tick=NOW, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
+        tick=NOW, cells=ROW.cells, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
         fresh={robot: heard[robot] for robot in fresh},
     )  # fmt: skip
     pose = ROW.pose(B, yaw)
@@ -57,7 +57,7 @@ def looked(
 
 
 def lookout() -> Lookout:
-    return Lookout(ROW.cells, SETTINGS)
+    return Lookout(SETTINGS)
 
 
 NOTHING = Look()
@@ -100,24 +100,24 @@ def test_one_look(name: str) -> None:
 def test_who_was_seen_to_have_gone_is_remembered_nowhere_until_it_speaks_again() -> None:
     one, pose = lookout(), ROW.pose(B)
     place = (silent().x, silent().y)
-    assert one.remembered({"r2": silent()}) == {C}
-    assert one.still_bodies({"r2": silent()}, (), pose) == (place,)
+    assert one.remembered({"r2": silent()}, ROW.cells) == {C}
+    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == (place,)
     looked(one, silent(), measured=BODY)
-    assert one.remembered({"r2": silent()}) == {C}, "it is there"
+    assert one.remembered({"r2": silent()}, ROW.cells) == {C}, "it is there"
     looked(one, silent())
-    assert one.remembered({"r2": silent()}) == frozenset()
-    assert one.still_bodies({"r2": silent()}, (), pose) == ()
-    assert one.remembered({"r2": silent(stamp=1)}) == {C}
-    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose) == (place,)
+    assert one.remembered({"r2": silent()}, ROW.cells) == frozenset()
+    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == ()
+    assert one.remembered({"r2": silent(stamp=1)}, ROW.cells) == {C}
+    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose, ROW.cells) == (place,)
 
 
 def test_bodies_stand_near_within_two_cells() -> None:
     one, (x, y) = lookout(), ROW.cells.centre(B)
     for away, near in ((2.39, True), (2.41, False)):
         place = (x + away, y)
-        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B)) == ((place,) if near else ())
-        assert one.still_bodies({}, [place], ROW.pose(B)) == ((place,) if near else ())
-    assert one.still_bodies({}, (), ROW.pose(B)) == ()
+        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B), ROW.cells) == ((place,) if near else ())
+        assert one.still_bodies({}, [place], ROW.pose(B), ROW.cells) == ((place,) if near else ())
+    assert one.still_bodies({}, (), ROW.pose(B), ROW.cells) == ()
 
 
 def test_a_body_beyond_the_rays_is_judged_from_where_the_robot_leans() -> None:

@@ -60,11 +60,11 @@ def test_who_is_done_covers_what_is_under_its_body_and_who_stands_a_margin_besid
 
 
 def heard(peers: PeerRecords, *mute: Spoken, tick: int, said: Sequence[TrafficBroadcast] = ()) -> None:
-    peers.hear(tick, said, mute)
+    peers.hear(tick, CELLS, said, mute)
 
 
 def test_it_holds_what_it_covers_and_is_asked_for_nothing() -> None:
-    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers = PeerRecords("r0", SETTINGS)
     heard(peers, spoken(5), tick=6)
     assert peers.others["f1"].held == (A,)
     assert not peers.others["f1"].acks
@@ -77,7 +77,7 @@ def test_it_holds_what_it_covers_and_is_asked_for_nothing() -> None:
 
 
 def test_who_speaks_again_is_mute_no_more_and_who_falls_mute_keeps_its_cells_for_a_while() -> None:
-    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers = PeerRecords("r0", SETTINGS)
     heard(peers, tick=5, said=[record(4, B)])
     heard(peers, spoken(8), tick=9)
     assert set(peers.others["f1"].held) == {A, B}
@@ -97,8 +97,8 @@ def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does(
     steps = RouteProgress(Reservations((start,)), (ALONE,))
 
     def way(stays: frozenset[int]) -> tuple[int, ...]:
-        situation = Situation(0, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
-        return OwnWay().find(steps, situation, (), CELLS).route
+        situation = Situation(0, CELLS, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
+        return OwnWay().find(steps, situation, ()).route
 
     straight = way(frozenset())
     assert straight

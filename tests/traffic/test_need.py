@@ -29,7 +29,7 @@ def record(robot: str, *held: int, ahead: tuple[int, ...] = (), **fields: object
 def why(own: Record, *fresh: Record) -> str | None:
     others: Mapping[str, Record] = {one.robot: one for one in fresh}
     situation = Situation(
-        tick=NOW, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
+        tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
         others=others, fresh=others,
     )  # fmt: skip
     return reason(own, situation, SETTINGS)
@@ -134,7 +134,7 @@ FOLLOWER = Following(
 
 def at(others: dict[str, Record], fresh: dict[str, Record] | None = None, tick: int = NOW) -> Situation:
     return Situation(
-        tick=tick, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
+        tick=tick, cells=LINE.cells, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
         fresh=others if fresh is None else fresh,
     )  # fmt: skip
 
@@ -181,7 +181,7 @@ def test_nobody_comes_in_between_while_the_robot_waited_for_is_in_that_very_visi
 
 def test_a_leader_has_four_requests_without_an_answer_each_time() -> None:
     """It is named a fifth time, and is passed over for 100 ticks then."""
-    part, free = Part("r3", LINE.cells, SETTINGS), Free()
+    part, free = Part("r3", SETTINGS), Free()
     near = at({name: record(name, A) for name in ("r1", "r2")})
     named = []
     for tick in (*range(NOW, NOW + 6), *range(NOW + 104, NOW + 111)):
@@ -191,7 +191,7 @@ def test_a_leader_has_four_requests_without_an_answer_each_time() -> None:
 
 
 def test_nobody_passes_itself_over() -> None:
-    part, free = Part("r1", LINE.cells, SETTINGS), Free()
+    part, free = Part("r1", SETTINGS), Free()
     for tick in range(NOW, NOW + 9):
         free = named_leader(part, free, at({"r2": record("r2", A)}, tick=tick))
         assert free == Free("r1")

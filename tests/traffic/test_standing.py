@@ -16,7 +16,7 @@ MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
 
 
 def part(*spent: Epoch) -> Part:
-    return Part("r3", Drawn("ab").cells, SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
+    return Part("r3", SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
 
 
 def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
@@ -28,7 +28,7 @@ def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
 def situation(*fresh: Record, tick: int = NOW, others: tuple[Record, ...] = ()) -> Situation:
     heard = {record.robot: record for record in fresh}
     return Situation(
-        tick=tick, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
+        tick=tick, cells=Drawn("ab").cells, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
         others=heard | {record.robot: record for record in others}, fresh=heard,
     )  # fmt: skip
 

@@ -84,7 +84,7 @@ def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
         return Move(Free())
     part.reported.add(who)
     if proven:
-        said = Event("unsolvable", who, _proof(who, part.cells))
+        said = Event("unsolvable", who, _proof(who, situation.cells))
     else:
         said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
     return Move(Free(), events=(said,))
@@ -146,7 +146,7 @@ def _searching(
     part: Part, collect: Collect, number: int, asked: frozenset[object], situation: Situation
 ) -> Searching | None:
     """Ask the question of an attempt, on the floor as members have corrected it; None if it was asked before."""
-    cells, members = part.cells.without(part.shut), members_of(collect.epoch, part.me, situation)
+    cells, members = situation.cells.without(part.shut), members_of(collect.epoch, part.me, situation)
     question = question_of(number, members, situation, cells, part.settings)
     if not question.members or question.asks in asked:
         return None

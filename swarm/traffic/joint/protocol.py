@@ -25,7 +25,6 @@ from swarm.traffic.joint import member as standing
 from swarm.traffic.joint.conflict import named_leader, reason
 from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.states import Call, Collecting, Free, Frozen, Move, Part, Refused, Searching
-from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import shut_joins
@@ -69,10 +68,10 @@ class Decision(NamedTuple):
 class JointPlanning:
     """The two state machines of one robot."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.call: Call = Free()
         self.following: Following | None = None
-        self.part = Part(me, cells, settings)
+        self.part = Part(me, settings)
 
     def step(self, situation: Situation) -> Decision:
         """Answer calls, lead if named, continue the search, and adopt a plan that came."""
@@ -120,10 +119,6 @@ class JointPlanning:
         self.call = self._stand_for_nobody()._replace(need=None)
         self.part.leads_from = tick + self.part.settings.listen
 
-    def take_cells(self, cells: CellMap) -> None:
-        """Use the cells of another floor."""
-        self.part.cells = cells
-
     # ---- what the robot tells
 
     @property
@@ -168,8 +163,8 @@ class JointPlanning:
         part, way = self.part, plan.ways.get(self.part.me)
         if way is None or way[0] != situation.head:
             return Decision()
-        if shut_joins(way, part.cells):
-            return Decision(events=(self._refuse(plan, way, situation.tick),))
+        if shut_joins(way, situation.cells):
+            return Decision(events=(self._refuse(plan, way, situation),))
         entries = {entry.step: entry for entry in plan.after.get(part.me, ())}
         self.following = Following(
             part.me, plan, tuple(sorted(plan.ways)), situation.tick, part.settings.absent, entries
@@ -179,10 +174,10 @@ class JointPlanning:
             part.published = None
         return Decision(way)
 
-    def _refuse(self, plan: JointPlan, way: tuple[int, ...], tick: int) -> Event:
+    def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> Event:
         """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
-        part = self.part
-        shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, part.cells)))
-        part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), tick)
+        part, cells = self.part, situation.cells
+        shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, cells)))
+        part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
         text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
         return Event("plan_refused", (part.me,), text)

@@ -7,7 +7,6 @@ from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.joint.problem import Question
-from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import JointSearch, Result
 from swarm.traffic.peers.records import Event
 from swarm.traffic.reservations.route import Join
@@ -87,7 +86,6 @@ class Part:
     """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str
-    cells: CellMap
     settings: TrafficSettings
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick

@@ -51,8 +51,7 @@ class Halt(NamedTuple):
 class Halting:
     """The obstacle detector of one robot."""
 
-    def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
-        self.cells = cells
+    def __init__(self, settings: TrafficSettings) -> None:
         self._settings = settings
         self._since: int | None = None  # tick at which it stopped
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
@@ -60,22 +59,22 @@ class Halting:
         self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
         self._threats = Threats(settings.tick, settings.radius)
 
-    def look(self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int]) -> Halt:
+    def look(self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int], cells: CellMap) -> Halt:
         """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
         known = self._known(inputs, others, mine) if seen else []
-        near = strange(seen, inputs.pose, self.cells, known, settings)
+        near = strange(seen, inputs.pose, cells, known, settings)
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
-        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known)
+        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known, cells)
         told = [one for record in others for one in record.moving]
         return halt._replace(threats=self._threats.look(tick, inputs.pose, hits, inputs.scan, told))
 
-    def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
+    def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known], cells: CellMap) -> Halt:
         """Return whether to stop for what is near, and where it stays."""
         tick, settings = inputs.tick, self._settings
-        place = unexplained(seen, inputs.pose, self.cells, known, settings)
+        place = unexplained(seen, inputs.pose, cells, known, settings)
         if place is None:
             self._since = None
             return Halt(tick < self._lingers_until)

@@ -29,8 +29,7 @@ class Look(NamedTuple):
 class Lookout:
     """Looks at cells that only silent robots keep, for one robot."""
 
-    def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
-        self.cells = cells
+    def __init__(self, settings: TrafficSettings) -> None:
         self.leans_to: int | None = None  # the cell that cannot be judged from the middle of this one
         self._settings = settings
         self._gone: dict[str, int] = {}  # robots that left where they were heard last -> stamp of that record
@@ -39,15 +38,13 @@ class Lookout:
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
     ) -> Look:
         """Turn to the next cell if only robots long silent keep it, and judge it by what the rays show."""
-        cell, pose = progress.route[0] if progress.route else OUTSIDE, inputs.pose
+        cell, pose, cells = progress.route[0] if progress.route else OUTSIDE, inputs.pose, situation.cells
         wants = bool(waits) or self.leans_to == cell  # a robot that leans to look may not be heard: it claims nothing
         if not wants or len(progress.reservations.held) > 1 or not self._is_long_silent(cell, waits, situation):
             self.leans_to = None
             return Look()
-        middle, leaning = (
-            self.cells.centre(progress.head),
-            self.cells.leaning(progress.head, cell, self._settings.leaning_room),
-        )
+        middle = cells.centre(progress.head)
+        leaning = cells.leaning(progress.head, cell, self._settings.leaning_room)
         leans = distance(leaning, pose) <= LEANS
         if not (leans or distance(middle, pose) <= CENTRED):
             return Look()
@@ -58,35 +55,37 @@ class Lookout:
             if not leans and is_out_of_range(place, pose, self._settings):
                 self.leans_to = cell
                 return Look()
-            return self._seen(cell, empty=False, tick=inputs.tick)
-        centre = self.cells.centre(cell)
+            return self._seen(cell, cells.centre(cell), empty=False, tick=inputs.tick)
+        centre = cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
             return Look(centre if leans or self.leans_to != cell else None)
-        seen = view(inputs.scan.readings, pose, cell, self.cells, self._settings.radius)
+        seen = view(inputs.scan.readings, pose, cell, cells, self._settings.radius)
         if seen is View.HIDDEN and not leans:
             self.leans_to = cell
             return Look()
-        return self._seen(cell, empty=seen is View.EMPTY, tick=inputs.tick)
+        return self._seen(cell, centre, empty=seen is View.EMPTY, tick=inputs.tick)
 
-    def remembered(self, silent: Mapping[str, Record]) -> frozenset[int]:
+    def remembered(self, silent: Mapping[str, Record], cells: CellMap) -> frozenset[int]:
         """Return the cells in which silent robots were last heard, except robots seen to have gone."""
         found: set[int] = set()
         for robot, record in silent.items():
             if self._gone.get(robot) != record.stamp:
-                found.update(self.cells.touched(record.x, record.y, self._settings.radius))
+                found.update(cells.touched(record.x, record.y, self._settings.radius))
         return frozenset(found)
 
-    def still_bodies(self, silent: Mapping[str, Record], found: Collection[Point], pose: Pose) -> tuple[Point, ...]:
+    def still_bodies(
+        self, silent: Mapping[str, Record], found: Collection[Point], pose: Pose, cells: CellMap
+    ) -> tuple[Point, ...]:
         """Return where bodies stand near the robot [m]: silent robots, and obstacles found before."""
         if not silent and not found:
             return ()
-        near = 2 * self.cells.side
+        near = 2 * cells.side
         told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
         return tuple([place for place in (*told, *found) if distance(place, pose) < near])
 
-    def _seen(self, cell: int, *, empty: bool, tick: int) -> Look:
+    def _seen(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Look:
         self.leans_to = None
-        return Look(self.cells.centre(cell), Sighting(cell, empty, tick))
+        return Look(centre, Sighting(cell, empty, tick))
 
     def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
         """Return True if robots keep a cell, and they and all robots waited for have long been silent."""
@@ -108,7 +107,7 @@ class Lookout:
             place = (record.x, record.y)
             if robot in situation.fresh or self._gone.get(robot) == record.stamp:
                 continue
-            if cell not in self.cells.touched(*place, reach):
+            if cell not in situation.cells.touched(*place, reach):
                 continue
             if not has_gone(place, inputs.pose, inputs.scan.readings, self._settings.radius):
                 return place

@@ -32,9 +32,8 @@ class Claimed(NamedTuple):
 class Claiming:
     """Applies the rules of ``reservations`` to the cells a robot wants next, in the order of its way and its plan."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.me = me
-        self.cells = cells
         self.settings = settings
 
     def step(
@@ -74,7 +73,7 @@ class Claiming:
                 break
             claim = progress.reservations.claims[0]
             case = self._case(claim, progress, situation, near)
-            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose)
+            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose, situation.cells)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)
@@ -105,7 +104,7 @@ class Claiming:
         for cell in room:
             if cell in taken or len(progress.reservations.beside) >= MOST_BESIDE:
                 continue
-            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+            if distance(situation.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             if obstacle(ASK, case) is None:
@@ -127,9 +126,9 @@ class Claiming:
                 continue
             if cell in progress.reservations.held or cell in situation.blocked:
                 return progress, ()
-            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+            if distance(situation.cells.centre(cell), pose) > self.settings.claim_radius:
                 return progress, ()
-            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose):
+            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose, situation.cells):
                 return progress, ()
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             against = obstacle(ASK, case)
@@ -138,11 +137,11 @@ class Claiming:
             progress = progress._replace(reservations=progress.reservations.claim(cell, situation.tick))
         return progress, ()
 
-    def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
+    def _would_be_heard(self, head: int, cell: int, pose: Pose, cells: CellMap) -> bool:
         """Return True if all that may claim or hold that cell hear me. Round a corner, robots lean towards the cell."""
-        if not self.cells.is_blind(head, cell):
-            return distance(self.cells.centre(head), pose) <= LEANS
-        return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
+        if not cells.is_blind(head, cell):
+            return distance(cells.centre(head), pose) <= LEANS
+        return distance(cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
         """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
@@ -161,7 +160,7 @@ class Claiming:
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Return the robots heard lately that could claim a cell that I can claim."""
-        reach = self.settings.asking_distance(self.cells.side)
+        reach = self.settings.asking_distance(situation.cells.side)
         x, y, _ = pose
         return frozenset(
             [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]
