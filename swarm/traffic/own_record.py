@@ -27,7 +27,7 @@ class Telling:
         return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
 
     def record(self, doing: Doing, seen: tuple[Sighting, ...], moving: tuple[Moving, ...]) -> Record:
-        """Return the record, but without the robot that is asked to lead: this depends on the record itself."""
+        """Return the record of what was decided."""
         inputs, progress, joint = doing.inputs, doing.progress, doing.joint
         return Record(
             robot=self.me,
@@ -48,6 +48,7 @@ class Telling:
             left=progress.left if joint.epoch is not None else 0,
             entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
+            need=None if inputs.stands else joint.need,
             collect=joint.collect,
             plan=joint.carried(doing.situation),
             refusal=joint.refused(inputs.tick),

@@ -9,15 +9,14 @@ is pure: no clock, no I/O, no randomness of its own.
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from msgspec.structs import replace
-
 from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
 from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
-from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.protocol import Decision, JointPlanning
+from swarm.traffic.joint.states import Speaks
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.obstacles.detector import Halt, Halting, robot_at
 from swarm.traffic.obstacles.inspection import Lookout
@@ -125,7 +124,7 @@ class Traffic:
         if other_goal or not progress.following:
             self._joint.leave()
         situation = self._situation(inputs, progress, fresh, cells)
-        decision = self._joint.stand() if inputs.stands else self._joint.step(situation)
+        decision = self._decide_jointly(situation, stands=inputs.stands)
         events += (*halted, *decision.events)
         found = self._find_way(progress, situation, decision.way, inputs) if not inputs.stands else progress
         progress = brought_to_rest(progress, body, cells) if inputs.stands else found
@@ -148,10 +147,14 @@ class Traffic:
             inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
             self._lookout.leans_to, free_drive, self._moved, room, threats,
         )  # fmt: skip
-        still = self._lookout.still_bodies(
-            self._peers.fallen_silent(tick), self._halting.places(tick), body.pose, cells
-        )
-        return granted(doing, body, self._peers, still, self._broadcast(doing), events, cells, self.settings)
+        speaks = self._telling.is_due(tick, often=listens or self._peers.somebody_listens(tick))
+        if speaks and not inputs.stands:
+            held, ahead = progress.reservations.held, progress.route[: self.settings.ahead]
+            self._joint.ask(Speaks(self.me, held, ahead, waits, self._joint.epoch, self._moved, situation))
+        broadcast = self._broadcast(doing) if speaks else None
+        silent, found_at = self._peers.fallen_silent(tick), self._halting.places(tick)
+        still = self._lookout.still_bodies(silent, found_at, body.pose, cells)
+        return granted(doing, body, self._peers, still, broadcast, events, cells, self.settings)
 
     def _held_by_others(self) -> set[int]:
         return {cell for record in self._peers.others.values() for cell in record.held}
@@ -176,7 +179,7 @@ class Traffic:
         if progress is not None and not away:
             return owned_up(progress, body, cells, self.settings.radius)
         self._listen_until, self._moved = body.tick + self.settings.listen, body.tick
-        self._joint.reset(body.tick)
+        self._joint.wake(body.tick)
         self._peers.wake(body.tick)
         return awoken(progress, body, cells)
 
@@ -237,6 +240,12 @@ class Traffic:
             stays=self._peers.mutes.stays(inputs.tick),
         )
 
+    def _decide_jointly(self, situation: Situation, *, stands: bool) -> Decision:
+        if not stands:
+            return self._joint.step(situation)
+        self._joint.void()
+        return Decision()
+
     def _find_way(
         self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, inputs: TrafficInputs
     ) -> RouteProgress:
@@ -265,13 +274,7 @@ class Traffic:
 
     # ---- what it tells, and where it may drive
 
-    def _broadcast(self, doing: Doing) -> TrafficBroadcast | None:
-        """Return the broadcast, or None if it is not this robot's turn."""
+    def _broadcast(self, doing: Doing) -> TrafficBroadcast:
         tick, pose = doing.inputs.tick, doing.inputs.pose
-        if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
-            return None
         own = self._telling.record(doing, self._sightings.told(), self._halting.moving())
-        need = None if own.stands else self._joint.ask(own, doing.situation)
-        if need is not None:
-            own = replace(own, need=need)
         return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.joint import protocol as joint_planning
 from swarm.traffic.joint.following import SETTLE
-from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Transition
-from swarm.traffic.joint.states import Call, Free, Move, Part, Published
+from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Occasion, Transition
+from swarm.traffic.joint.states import Call, Free, Move, Part, Published, Speaks
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
@@ -61,8 +61,8 @@ def test_the_drawing_shows_the_table() -> None:
 @pytest.fixture(autouse=True)
 def each_transition_leads_where_the_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
     def checked(row: Transition) -> Transition:
-        def happens(part: Part, call: Call, situation: Situation) -> Move | None:
-            move = row.happens(part, call, situation)
+        def happens(part: Part, call: Call, occasion: Occasion) -> Move | None:
+            move = row.happens(part, call, occasion)
             assert move is None or type(move.to) is row.to
             return move
 
@@ -79,29 +79,37 @@ def stuck(me: str, tick: int = NOW) -> Record:
     return record(me, A, tick, ahead=(B,), waits=("r1", "r2", "r3"), moved=tick - SETTINGS.stuck - 1)
 
 
+def asked_by(joint: JointPlanning, own: Record, known: Situation) -> str | None:
+    """Return the robot that is asked to lead in the record that is about to be sent."""
+    joint.ask(Speaks(own.robot, own.held, own.ahead, own.waits, joint.epoch, own.moved, known))
+    return joint.need
+
+
 def test_the_lowest_id_in_hearing_is_asked_me_included() -> None:
     for me, heard, asked in (("r2", "r3", "r2"), ("r2", "r1", "r1"), ("r2", "r3 r1", "r1")):
         near = situation(NOW, {name: record(name, C) for name in heard.split()})
-        assert robot(me).ask(stuck(me), near) == asked, heard
+        assert asked_by(robot(me), stuck(me), near) == asked, heard
 
 
 def test_who_needs_no_plan_asks_nobody() -> None:
     joint, near = robot("r2"), situation(NOW, {"r1": record("r1", C)})
-    assert joint.ask(stuck("r2"), near) == "r1"
-    assert joint.ask(replace(stuck("r2"), ahead=()), near) is None
+    assert asked_by(joint, stuck("r2"), near) == "r1"
+    assert asked_by(joint, replace(stuck("r2"), ahead=()), near) is None
     joint.step(situation(NOW, {"r1": called()}))
-    assert joint.ask(stuck("r2"), near) is None, "it stands for one"
+    assert asked_by(joint, stuck("r2"), near) is None, "it stands for one"
 
 
 def test_who_does_not_answer_is_passed_over_for_a_while() -> None:
     joint = robot("r3")
     near = {name: record(name, C) for name in ("r1", "r2")}
-    asked = [joint.ask(stuck("r3", NOW + tick), situation(NOW + tick, near)) for tick in range(SETTINGS.unanswered + 2)]
+    asked = [
+        asked_by(joint, stuck("r3", NOW + tick), situation(NOW + tick, near)) for tick in range(SETTINGS.unanswered + 2)
+    ]
     assert asked == ["r1"] * (SETTINGS.unanswered + 1) + ["r2"]
     near = {name: record(name, C, NOW + SETTINGS.pass_over) for name in ("r1", "r2")}
     until = NOW + SETTINGS.unanswered + SETTINGS.pass_over
     for tick, again in ((until, "r2"), (until + 1, "r1")):
-        assert joint.ask(stuck("r3", tick), situation(tick, near)) == again, tick
+        assert asked_by(joint, stuck("r3", tick), situation(tick, near)) == again, tick
 
 
 # --- standing for a call ---
@@ -220,7 +228,7 @@ def test_a_member_that_does_not_take_the_plan_up_is_named_once() -> None:
 
 def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
     joint = robot("r1")
-    joint.reset(NOW)
+    joint.wake(NOW)
     led = []
     for tick in range(NOW, NOW + SETTINGS.listen + 2):
         joint.call = Free(need="r1")
@@ -232,7 +240,7 @@ def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
 def test_who_was_away_stands_for_nobody_any_more() -> None:
     joint = robot("r2")
     joint.step(situation(NOW, {"r1": called()}))
-    joint.reset(NOW + 50)
+    joint.wake(NOW + 50)
     assert joint.call == Free()
 
 
@@ -247,7 +255,7 @@ def test_no_call_is_taken_part_in_again_once_it_is_left() -> None:
             joint.step(situation(NOW + 1, both))
             assert joint.frozen == CALL
         elif left == "reset":
-            joint.reset(NOW + 1)
+            joint.wake(NOW + 1)
         else:
             joint.void()
         joint.step(situation(NOW + 2, {"r2": both["r2"]}))
@@ -272,8 +280,8 @@ def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
 
 def test_who_was_away_asks_nobody_any_more() -> None:
     joint = robot("r2")
-    assert joint.ask(stuck("r2"), situation(NOW, {"r3": record("r3", C)})) == "r2"
-    joint.reset(NOW + 50)
+    assert asked_by(joint, stuck("r2"), situation(NOW, {"r3": record("r3", C)})) == "r2"
+    joint.wake(NOW + 50)
     joint.step(situation(NOW + 51 + SETTINGS.listen, {}))
     assert joint.frozen is None
 
@@ -310,7 +318,7 @@ def test_who_has_just_got_a_plan_asks_for_no_other() -> None:
     assert joint.epoch == CALL
     joint.leave()
     for age, asked in ((0, None), (SETTINGS.calm - 1, None), (SETTINGS.calm, "r1")):
-        assert joint.ask(stuck("r3", NOW + age), situation(NOW + age, heard)) == asked, age
+        assert asked_by(joint, stuck("r3", NOW + age), situation(NOW + age, heard)) == asked, age
 
 
 def test_somebody_elses_plan_is_not_taken_up() -> None:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.joint.conflict import named_leader, reason
 from swarm.traffic.joint.following import Following
-from swarm.traffic.joint.states import Free, Part
+from swarm.traffic.joint.states import Free, Part, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
@@ -32,7 +32,8 @@ def why(own: Record, *fresh: Record) -> str | None:
         tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
         others=others, fresh=others,
     )  # fmt: skip
-    return reason(own, situation, SETTINGS)
+    speaks = Speaks(own.robot, own.held, own.ahead, own.waits, own.epoch, own.moved, situation)
+    return reason(speaks, SETTINGS)
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))

@@ -3,7 +3,7 @@
 The functions named in the table of ``joint`` return the result of a transition, or None if it does not happen.
 """
 
-from swarm.traffic.joint.states import Call, Free, Frozen, Move, Part
+from swarm.traffic.joint.states import Call, Collecting, Free, Frozen, Leaves, Move, Part, Searching, Wakes
 from swarm.traffic.peers.situation import Situation
 
 
@@ -38,3 +38,14 @@ def stood_in_vain(part: Part, call: Frozen, situation: Situation) -> Move | None
     if calls and situation.tick - call.since <= part.settings.freeze:
         return None
     return Move(Free())
+
+
+def left(part: Part, call: Frozen | Collecting | Searching, event: Leaves) -> Move | None:
+    """Take part in no call: the robot was told to stop, or the floor has changed."""
+    return Move(Free())
+
+
+def woke(part: Part, call: Call, event: Wakes) -> Move | None:
+    """Take part in no call, ask nobody to lead, and lead nobody until I have listened: I was away."""
+    part.leads_from = event.tick + part.settings.listen
+    return Move(call._replace(need=None) if isinstance(call, Free) else Free())

@@ -9,6 +9,7 @@ from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.joint.problem import Question
 from swarm.traffic.mapf.planner import JointSearch, Result
 from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import Join
 from swarm.traffic.settings import TrafficSettings
 
@@ -57,6 +58,28 @@ class Searching(NamedTuple):
 
 
 Call = Free | Frozen | Collecting | Searching
+
+
+class Speaks(NamedTuple):
+    """The robot is about to broadcast: what it will tell of its own way shows if a conflict blocks it."""
+
+    robot: str
+    held: tuple[int, ...]
+    ahead: tuple[int, ...]  # the next cells of its way
+    waits: tuple[str, ...]  # robots that it waits for
+    epoch: Epoch | None  # of the joint plan followed
+    moved: int  # tick of its last progress
+    situation: Situation
+
+
+class Leaves(NamedTuple):
+    """The robot was told to stop, or the floor has changed: it takes part in no call."""
+
+
+class Wakes(NamedTuple):
+    """The robot has just started, or was away."""
+
+    tick: int
 
 
 class Move(NamedTuple):
