@@ -195,7 +195,7 @@ def judged(case: Case) -> Json:
     fresh = peers.fresh(NOW)
     known = situation(
         NOW, case.held[-1], peers.others, fresh=fresh, blocked=sightings.occupied(),
-        cleared=sightings.cleared(peers.others, fresh),
+        cleared=sightings.clear(peers.others, fresh),
     )  # fmt: skip
     reservations = Reservations(case.held, case.claims, 9)
     way = (*(claim.cell for claim in case.claims), *case.wish)

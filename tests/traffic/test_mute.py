@@ -70,7 +70,7 @@ def test_it_holds_what_it_covers_and_is_asked_for_nothing() -> None:
     assert not peers.others["f1"].acks
     assert peers.fresh(6) == {}, "so no claim waits for its acknowledgement, and no plan counts it in"
     assert peers.alone_in((A, B), 6) == (B,)
-    assert peers.passed_on(6, 0.0, 0.0) == ()
+    assert peers.relay(6, 0.0, 0.0) == ()
     heard(peers, tick=6 + SETTINGS.fresh)
     assert peers.others["f1"].held == (A,), "it keeps them when it is not heard any more, until a look"
     assert peers.mutes.names == frozenset()
@@ -123,5 +123,5 @@ def test_who_waits_for_it_long_says_so_once() -> None:
     said = []
     for tick in range(3 * SAYS):
         mutes.hear(tick, [spoken(tick)], {})
-        said.append(mutes.complaint(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
+        said.append(mutes.complain(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
     assert [text for text in said if text] == ["waits for f1, which says nothing of traffic"]

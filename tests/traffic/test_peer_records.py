@@ -42,7 +42,7 @@ def test_records_travel_so_many_hops_and_no_farther() -> None:
     far = SETTINGS.fresh + 10  # both are silent then
     peers.hear(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops)])
     assert "r1" in peers.others
-    assert [relayed.record.robot for relayed in peers.passed_on(far, 0.0, 0.0)] == ["r2"]
+    assert [relayed.record.robot for relayed in peers.relay(far, 0.0, 0.0)] == ["r2"]
     peers = PeerRecords("r0", SETTINGS)
     peers.hear(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops + 1)])
     assert "r1" not in peers.others
@@ -214,7 +214,7 @@ def test_ticks_and_cells_begin_at_zero() -> None:
     assert kinds(peers, 1, told(record(0, cell=0))) == []
     assert list(peers.fresh(1)) == ["r1"]
     assert peers.others["r1"].held == (0,)
-    assert len(peers.passed_on(640, 0.0, 0.0)) == 1, "old news"
+    assert len(peers.relay(640, 0.0, 0.0)) == 1, "old news"
     assert "not there" in kinds(peers, 2, told(record(1, cell=0, held=(0, -1))))[0]
 
 
@@ -252,7 +252,7 @@ def test_what_others_relay_counts_if_it_is_newer_or_came_a_shorter_way() -> None
         for one in said:
             assert kinds(peers, 12, one) == []
         ticks = (far, far + SETTINGS.relay_silent)  # it is held back at the first one if two others have relayed it
-        found = {one for tick in ticks for one in peers.passed_on(tick, 0.0, 0.0) if one.record.robot == "r1"}
+        found = {one for tick in ticks for one in peers.relay(tick, 0.0, 0.0) if one.record.robot == "r1"}
         assert [(one.record.stamp, one.hops) for one in found] == ([expected] if expected else []), teller
 
 
@@ -278,6 +278,6 @@ def test_who_is_heard_for_the_first_time_or_after_long_is_told_of_the_silent_at_
     peers.hear(10, CELLS, [told(record(9))])  # r1 then falls silent
     if heard_before is not None:
         peers.hear(now - heard_before, CELLS, [told(record(now - heard_before, "r2"))])
-    peers.passed_on(now - 1, 0.0, 0.0)  # my turn to tell of r1: without a new robot, the next one comes much later
+    peers.relay(now - 1, 0.0, 0.0)  # my turn to tell of r1: without a new robot, the next one comes much later
     peers.hear(now, CELLS, [told(record(now, "r2"))])
-    assert ("r1" in [one.record.robot for one in peers.passed_on(now, 0.0, 0.0)]) == met
+    assert ("r1" in [one.record.robot for one in peers.relay(now, 0.0, 0.0)]) == met

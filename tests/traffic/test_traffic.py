@@ -116,6 +116,15 @@ def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap
     assert later == list(range(later[0], 2 * settings.listen, gap))
 
 
+@pytest.mark.parametrize(("pause", "listens"), [(20, False), (21, True)])
+def test_a_robot_that_was_away_for_more_ticks_than_the_gap_listens_again(pause: int, listens: bool) -> None:
+    drawn, settings = Drawn("a.b"), TrafficSettings()
+    traffic, pose, (goal,) = Traffic("r1", drawn.cells, settings), drawn.pose(drawn.at("a")[0]), drawn.points("b")
+    for tick in (*range(50), 49 + pause):
+        granted = traffic.step(TrafficInputs(tick, pose, goal), drawn.cells)
+        assert (granted.activity is TrafficActivity.LISTENING) is (tick < settings.listen or (tick > 49 and listens))
+
+
 def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
     drawn = Drawn("#######", "#a...b#", "#.....#", "#######")
     traffic = Traffic("r1", drawn.cells, TrafficSettings())

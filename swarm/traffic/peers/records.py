@@ -145,8 +145,8 @@ class PeerRecords:
         """Return True if a robot that is not silent has just started, and claims nothing yet."""
         return self._live_at(tick).listens
 
-    def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
-        """Choose the records to relay from a place [m], nearest robots first."""
+    def relay(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
+        """Choose the records to relay in this broadcast from a place [m], nearest robots first."""
         return self._relaying.choose(tick, x, y, self._known, listens=self.somebody_listens(tick))
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
