@@ -11,8 +11,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.reservations.claims import LEANS
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficSettings
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 

@@ -11,9 +11,8 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.obstacles.scan import View, has_gone, is_out_of_range, view
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import LEANS
 from swarm.traffic.reservations.route import RouteProgress
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficSettings
 
 FACING: Final = 0.1  # rad, how far off its heading a cell may be for a look
 CENTRED: Final = 0.25  # m, how far a robot may be from the middle of its cell for a look

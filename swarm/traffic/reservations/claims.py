@@ -2,23 +2,31 @@
 
 from collections.abc import Collection
 from math import hypot
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim
-from swarm.traffic.joint.following import Following
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import ASK, TAKE, Case, obstacle
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficSettings
 
-LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
 MOST_BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
 NOBODY: Final[frozenset[str]] = frozenset()
+
+
+class Turns(Protocol):
+    """The order in which the members of a joint plan enter cells."""
+
+    def waits_for(self, step: int, situation: Situation) -> str | None:
+        """Return the robot that must leave the ``step``-th cell of the way before this one enters it, else None."""
+
+    def next_after(self, step: int, situation: Situation) -> bool:
+        """Return True if the robot waited for is in that very visit now: no other robot can come in between."""
 
 
 class Claimed(NamedTuple):
@@ -39,7 +47,7 @@ class Claiming:
     def step(
         self,
         progress: RouteProgress,
-        plan: Following | None,
+        plan: Turns | None,
         situation: Situation,
         body: Footprint,
         room: Collection[int],
@@ -56,7 +64,7 @@ class Claiming:
         return claimed if progress is claimed.progress else claimed._replace(progress=progress)
 
     def _advance(
-        self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
+        self, claimed: Claimed, plan: Turns | None, situation: Situation, pose: Pose, near: frozenset[str]
     ) -> Claimed:
         """Take the claimed cells that all ``near`` have acknowledged, in the order of the plan."""
         progress, waits, took = claimed
@@ -112,7 +120,7 @@ class Claiming:
         return progress
 
     def _ask(
-        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Footprint
+        self, progress: RouteProgress, plan: Turns | None, situation: Situation, body: Footprint
     ) -> tuple[RouteProgress, tuple[str, ...]]:
         """Claim what may be claimed, in order; return also who keeps the robot from the first cell of the route."""
         pose, place = body.pose, progress.place(body.cell)
