@@ -137,7 +137,10 @@ class Robot:
         self._tick_off_stops(pose)
         self._learn(inputs)
         self._take_up_stops((sense.x, sense.y), sense.time)
-        return self._outputs(sense, self._drive(sense, pose, inputs.heard))
+        self._find_path(sense, pose)
+        move = self._drive(sense, pose, inputs.heard)
+        self._activity = move.activity
+        return self._outputs(sense, move)
 
     # --- what it knows about others and about the floor ---
 
@@ -242,7 +245,6 @@ class Robot:
     # --- how it drives ---
 
     def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
-        self._find_path(sense, pose)
         mission = self.mission
         goal = mission.goal
         inputs = PilotInputs(
@@ -255,9 +257,7 @@ class Robot:
             navigator=self._navigator,
             heard=heard,
         )
-        move = self._pilot.drive(inputs)
-        self._activity = move.activity
-        return move
+        return self._pilot.drive(inputs)
 
     # --- what it says ---
 
