@@ -13,7 +13,7 @@ from swarm.geometry import Pose
 from swarm.messages import RADIO, Activity, Broadcast
 from swarm.messages.traffic import Claim, Record, Relayed, Sighting, TrafficBroadcast
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import Telling
+from swarm.traffic.own_record import RecordWriter
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
@@ -25,7 +25,7 @@ from swarm.traffic.reservations.rules import Reservations
 NOW: Final = 1000  # tick
 CELLS, WIRE_SETTINGS = squares()
 SETTINGS: Final = traffic_settings(WIRE_SETTINGS)
-TELLING: Final = Telling("r2", SETTINGS, 1, CELLS.side)
+TELLING: Final = RecordWriter("r2", SETTINGS, 1, CELLS.side)
 
 
 def record(robot: str, *held: int, stamp: int = NOW, **fields: Any) -> Record:  # noqa: ANN401

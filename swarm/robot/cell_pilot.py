@@ -29,7 +29,7 @@ from swarm.traffic.lattice.placement import cells_of, comes_near
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.obstacles.tracker import WATCH
 from swarm.traffic.peers.uncooperative import Spoken
-from swarm.traffic.progress_checker import GettingOn
+from swarm.traffic.progress_checker import ProgressChecker
 from swarm.traffic.settings import NEAR
 from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
@@ -78,7 +78,7 @@ class CellPilot:
         self._rollout = Rollout(controller, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._before = Driven()  # the last tick
-        self._getting_on = GettingOn(PILOT.longer)
+        self._progress_checker = ProgressChecker(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, inputs: PilotInputs) -> Move:
@@ -256,7 +256,7 @@ class CellPilot:
         so does another stop than ``target``.
         """
         new = len(granted.held) <= 1 or inputs.target != target
-        ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
+        ticks = self._progress_checker.look(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
 
     def _kept_away(self, inputs: PilotInputs, before: Driven) -> int:

@@ -13,7 +13,7 @@ from swarm.traffic.settings import TrafficSettings
 SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
 
 
-class Telling:
+class RecordWriter:
     """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""
 
     def __init__(self, me: str, settings: TrafficSettings, slot: int, side: float) -> None:

@@ -16,7 +16,7 @@ STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the 
 RETRY: Final = 20  # ticks before the next attempt after no way was found
 
 
-class OwnWay:
+class OwnRoute:
     """Finds a way for a robot that follows no joint plan, and keeps it while it is valid."""
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """How long a robot's way has not become shorter."""
 
 
-class GettingOn:
+class ProgressChecker:
     """Counts ticks since a way last became shorter. A way that is ``longer`` [cells] than the shortest is a new way."""
 
     def __init__(self, longer: int) -> None:

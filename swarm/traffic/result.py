@@ -8,8 +8,8 @@ from swarm.messages.traffic import Record
 from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.obstacles.detector import Halt
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.detector import ProtectiveStop
+from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
@@ -23,7 +23,7 @@ class Before(NamedTuple):
     progress: RouteProgress
     moved: int  # tick of its last progress
     listen_until: int  # tick
-    threats: tuple[Threat, ...]  # obstacles that moved near it
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it
 
 
 class Heard(NamedTuple):
@@ -34,7 +34,7 @@ class Heard(NamedTuple):
     moved: int  # tick of its last progress
     listen_until: int  # tick
     listens: bool  # it has just started or woken, and claims nothing yet
-    threats: tuple[Threat, ...]  # obstacles that moved near it in the last tick
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
     fresh: Mapping[str, Record]
     events: Sequence[Event]
 
@@ -43,7 +43,7 @@ class Halted(NamedTuple):
     """What an unexpected obstacle has changed."""
 
     progress: RouteProgress
-    halt: Halt
+    halt: ProtectiveStop
     events: tuple[Event, ...] = ()
 
 
@@ -58,12 +58,12 @@ class StepResult(NamedTuple):
     joint: JointPlanning
     waits: tuple[str, ...]  # the robots that it waits for
     listens: bool  # it has just started or woken, and claims nothing yet
-    halt: Halt  # before an unexpected obstacle
+    halt: ProtectiveStop  # before an unexpected obstacle
     face: Point | None  # m, the point to turn to first
     leans_to: int | None  # the cell that it looks into from the edge of its own cell
     free_drive: tuple[int, ...]  # cells beside those held that it may drive in while no robot is near
     moved: int  # tick of its last progress
     room: tuple[int, ...]  # cells asked for beside the way
-    threats: tuple[Threat, ...]  # obstacles that moved near it in the last tick
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
     speaks: bool  # it is its turn to broadcast
     events: tuple[Event, ...]

@@ -18,17 +18,18 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutpu
 from swarm.traffic.joint.protocol import Decision, JointPlanning
 from swarm.traffic.joint.states import Speaks
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.obstacles.detector import Halt, Halting, robot_at
-from swarm.traffic.obstacles.inspection import Lookout
-from swarm.traffic.obstacles.tracker import Kept
+from swarm.traffic.obstacles.detector import ObstacleDetector, ProtectiveStop, robot_at
+from swarm.traffic.obstacles.inspection import Inspector
+from swarm.traffic.obstacles.tracker import BlockedByObstacle
 from swarm.traffic.outputs import outputs_of
-from swarm.traffic.own_record import Telling
-from swarm.traffic.own_route import OwnWay
+from swarm.traffic.own_record import RecordWriter
+from swarm.traffic.own_route import OwnRoute
 from swarm.traffic.peers.records import Event, PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.step_aside import StepAside
 from swarm.traffic.reservations.claims import Claimed, Claiming
+from swarm.traffic.reservations.operator_stop import brought_to_rest, kept_cells
 from swarm.traffic.reservations.presence import (
     Footprint,
     Presence,
@@ -41,7 +42,6 @@ from swarm.traffic.reservations.presence import (
 )  # fmt: skip
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.side_cells import room_beside
-from swarm.traffic.reservations.stopped import brought_to_rest, kept_cells
 from swarm.traffic.result import Before, Halted, Heard, StepResult
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 
@@ -63,15 +63,15 @@ class Traffic:
         self._peers = PeerRecords(me, settings)
         self._sightings = Sightings(settings)
         self._presence = Presence()
-        self._halting = Halting(settings)
+        self._detector = ObstacleDetector(settings)
         self._joint = JointPlanning(me, settings)
-        self._own_way = OwnWay()
+        self._own_route = OwnRoute()
         self._claiming = Claiming(me, settings)
-        self._lookout = Lookout(settings)
-        self._telling = Telling(me, settings, slot, cells.side)
+        self._inspector = Inspector(settings)
+        self._record_writer = RecordWriter(me, settings, slot, cells.side)
         self._goal = Goal()
         self._step_aside = StepAside()
-        self._kept = Kept()
+        self._kept = BlockedByObstacle()
         self._before: Before | None = None
         self._joins = cells.neighbours  # of the last tick
 
@@ -174,13 +174,13 @@ class Traffic:
         complaints = [Event("mute_in_the_way", (self.me, *claimed.waits), complaint)] if complaint else []
 
         # whom it asks to lead, if it speaks now
-        speaks = self._telling.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
+        speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
         if speaks and not inputs.stands:
             held, ahead = claimed.progress.reservations.held, claimed.progress.route[: settings.ahead]
             joint.ask(Speaks(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
         return StepResult(
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
-            face, self._lookout.leans_to, free_drive, moved_now, room, heard.threats, speaks,
+            face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
             (*heard.events, *halted.events, *decision.events, *complaints),
         )  # fmt: skip
 
@@ -207,9 +207,9 @@ class Traffic:
     ) -> Halted:
         """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
         if self.settings.learns and listens:
-            return Halted(progress, Halt(stopped=False))  # it has learned no walls yet, and stands still
+            return Halted(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._halting.look(inputs, self._peers.expected(), mine, cells)
+        halt = self._detector.look(inputs, self._peers.expected(), mine, cells)
         kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
@@ -243,7 +243,7 @@ class Traffic:
             fresh=fresh,
             done=wish.done,
             wants=self._goal.since,
-            bodies=partial(self._lookout.remembered, self._peers.fallen_silent(tick), cells),
+            bodies=partial(self._inspector.remembered, self._peers.fallen_silent(tick), cells),
             mutes=self._peers.mutes.names,
             stays=self._peers.mutes.stays(tick),
         )
@@ -267,11 +267,11 @@ class Traffic:
         if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
         self._joint.leave()
-        return self._own_way.find(progress, situation, path, self._goal.way_out)
+        return self._own_route.find(progress, situation, path, self._goal.way_out)
 
     def _inspect(self, claimed: Claimed, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
-        face, seen = self._lookout.look(claimed.progress, situation, claimed.waits, inputs)
+        face, seen = self._inspector.look(claimed.progress, situation, claimed.waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:
@@ -282,10 +282,10 @@ class Traffic:
 
     def _speak(self, result: StepResult) -> TrafficOutputs:
         tick, pose = result.inputs.tick, result.inputs.pose
-        silent, found = self._peers.fallen_silent(tick), self._halting.places(tick)
-        still = self._lookout.still_bodies(silent, found, pose, result.situation.cells)
+        silent, found = self._peers.fallen_silent(tick), self._detector.places(tick)
+        still = self._inspector.still_bodies(silent, found, pose, result.situation.cells)
         broadcast: TrafficBroadcast | None = None
         if result.speaks:
-            own = self._telling.record(result, self._sightings.told(), self._halting.moving())
+            own = self._record_writer.record(result, self._sightings.told(), self._detector.moving())
             broadcast = TrafficBroadcast(own=own, others=self._peers.relay(tick, pose.x, pose.y))
         return outputs_of(result, self._peers, still, broadcast, self.settings)

@@ -9,7 +9,7 @@ from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
 from swarm.robot.lateness import DIFFERS, LATEST, Lateness
 from swarm.robot.safety import DriveState, SafetyFilter
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot import driving
 from tests.robot.driving import SETTINGS, constraints, sense_of
 from tests.shared import scenario_of
@@ -93,7 +93,7 @@ def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
         gap = shown - body.pose.x - driving.RADIUS - HALF_WIDTH
         seen.append((gap, (body.left + body.right) / 2))
         late = lateness.compare(tick, (body.left, body.right))
-        fastest = safety.near_threats(body, late, [Threat(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
+        fastest = safety.near_threats(body, late, [MovingObstacle(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
         limits = constraints(WIDE, body.pose)._replace(fastest=fastest)
         front = max(0.0, min(gap, driving.NOTHING))
         wanted = safety.out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)

@@ -9,9 +9,9 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Frozen
-from swarm.traffic.obstacles.detector import Halt
+from swarm.traffic.obstacles.detector import ProtectiveStop
 from swarm.traffic.outputs import activity, hinderers, looks, stops_in, way_ahead, waypoints
-from swarm.traffic.own_record import SLACK, Telling
+from swarm.traffic.own_record import SLACK, RecordWriter
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import ALONE, RouteProgress
@@ -44,7 +44,7 @@ def doing(
             cleared=frozenset(), others=heard, fresh=heard, done=done,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
-        goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, halt=Halt(stopped),
+        goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, halt=ProtectiveStop(stopped),
         face=None, leans_to=None, free_drive=(), moved=0, room=(), threats=(), speaks=True, events=(),
     )  # fmt: skip
     return plain._replace(**changes)  # type: ignore[arg-type]
@@ -191,7 +191,7 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     [(0, False, [0, 4, 8]), (1, False, [3, 7, 11]), (1, True, [1, 3, 5, 7, 9, 11]), (5, False, [3, 7, 11])],
 )
 def test_a_robot_tells_in_its_turn(slot: int, often: bool, turns: list[int]) -> None:
-    telling = Telling("r1", SETTINGS, slot, ROW.cells.side)
+    telling = RecordWriter("r1", SETTINGS, slot, ROW.cells.side)
     assert [tick for tick in range(12) if telling.is_due(tick, often=often)] == turns
 
 
@@ -204,14 +204,14 @@ def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
 ) -> None:
     way = RouteProgress(Reservations((A, B)), steps, ROW.at("cdefgha"))
     decisions = doing("ab", progress=way, joint=following() if follows else None, moved=2, waits=("r2",))
-    told = Telling("r1", SETTINGS, 0, ROW.cells.side).record(decisions, (), ())
+    told = RecordWriter("r1", SETTINGS, 0, ROW.cells.side).record(decisions, (), ())
     assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
     assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
     assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
 
 
 def test_claims_of_others_are_acknowledged_if_they_may_ask_this_robot() -> None:
-    telling, others = Telling("r1", SETTINGS, 0, ROW.cells.side), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
+    telling, others = RecordWriter("r1", SETTINGS, 0, ROW.cells.side), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
 
     def acks(held: Reservations, heard: dict[str, Record]) -> tuple[tuple[str, int], ...]:
         plain = doing(progress=RouteProgress(held, (ALONE,) * len(held.held)))

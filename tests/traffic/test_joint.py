@@ -6,8 +6,8 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.assignment import Aside, assign
-from swarm.traffic.joint.problem import ATTEMPTS, Attempt, Round
+from swarm.traffic.joint.assignment import Displaced, assign
+from swarm.traffic.joint.problem import RELAXATIONS, Relaxation, Round
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -76,7 +76,7 @@ def test_who_is_idle_leaves_the_way_of_the_one_that_comes_and_nobody_else_does()
     """r1 comes to the end of a dead end in which r2 and r3 rest; deeper in it nobody is out of the way."""
     dead_end = Drawn("fdceg", "##b##", "##a##")
     heads = dict(zip(("r1", "r2", "r3", "r4"), dead_end.at("cabf"), strict=True))
-    for aside in Aside:
+    for aside in Displaced:
         goals = assign(
             dead_end.cells, heads, heads | {"r1": heads["r2"]}, (), dict.fromkeys(heads, 0), idle=("r2", "r3", "r4"),
             aside=aside,
@@ -174,5 +174,5 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
 
 
 def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
-    assert ATTEMPTS[0] == Attempt(Round.HELD, True, Aside.NEAR)
-    assert len(set(ATTEMPTS)) == len(ATTEMPTS)
+    assert RELAXATIONS[0] == Relaxation(Round.HELD, True, Displaced.NEAR)
+    assert len(set(RELAXATIONS)) == len(RELAXATIONS)

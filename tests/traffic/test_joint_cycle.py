@@ -10,7 +10,7 @@ from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Ref
 from swarm.traffic.joint import protocol as joint_planning
 from swarm.traffic.joint.following import SETTLE
 from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Occasion, Transition
-from swarm.traffic.joint.states import Call, Free, Move, Part, Published, Speaks
+from swarm.traffic.joint.states import Call, Free, Memory, Move, Published, Speaks
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
@@ -61,8 +61,8 @@ def test_the_drawing_shows_the_table() -> None:
 @pytest.fixture(autouse=True)
 def each_transition_leads_where_the_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
     def checked(row: Transition) -> Transition:
-        def happens(part: Part, call: Call, occasion: Occasion) -> Move | None:
-            move = row.happens(part, call, occasion)
+        def happens(memory: Memory, call: Call, occasion: Occasion) -> Move | None:
+            move = row.happens(memory, call, occasion)
             assert move is None or type(move.to) is row.to
             return move
 
@@ -272,7 +272,7 @@ def test_on_another_floor_no_plan_is_followed() -> None:
 def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
     own, plan = JointPlan(epoch=Epoch(1, "r2"), ways={"r1": (C,)}, after={}), plan_of(r1=(C, D), r2=(A, B))
     joint = robot("r2")
-    joint.part.published = Published(own, NOW)
+    joint.memory.published = Published(own, NOW)
     assert joint.carried(situation(NOW, {})) == own
     joint.step(situation(NOW, {"r1": replace(called(), plan=plan)}))
     assert (joint.epoch, joint.carried(situation(NOW, {}))) == (CALL, None)

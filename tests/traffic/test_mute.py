@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.own_route import OwnWay
+from swarm.traffic.own_route import OwnRoute
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import SAYS, STAYS, Mutes, Spoken, covered
@@ -98,7 +98,7 @@ def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does(
 
     def way(stays: frozenset[int]) -> tuple[int, ...]:
         situation = Situation(0, CELLS, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
-        return OwnWay().find(steps, situation, ()).route
+        return OwnRoute().find(steps, situation, ()).route
 
     straight = way(frozenset())
     assert straight

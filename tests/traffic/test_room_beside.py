@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.reservations.side_cells import room_beside
@@ -74,7 +74,7 @@ def test_back_to_its_way_round_a_corner(name: str) -> None:
 def threatened(*places: tuple[str, float, float], floor: Drawn = FLOOR, held: str = "") -> str:
     """Return the cells asked for in the middle, with threats some way off the middles of cells [m]."""
     threats = [(floor.pose(*floor.at(name)), dx, dy) for name, dx, dy in places]
-    moving = tuple(Threat(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
+    moving = tuple(MovingObstacle(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
     others = {"r2": Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0, held=floor.at(held), ahead=floor.at("k"))}
     return named(room_beside(progress("r"), floor.pose(*floor.at("r")), (), others, moving, floor.cells))
 
@@ -95,6 +95,6 @@ def test_before_a_threat_it_asks_for_all_cells_round_it_that_are_farther_off() -
 def test_before_a_threat_it_asks_for_no_cell_that_it_cannot_stand_in() -> None:
     x, y = WALLED.cells.centre(WALLED.at("q")[0])
     got = room_beside(
-        progress("r"), WALLED.pose(*WALLED.at("r")), (), {}, (Threat(x + 0.1, y, 0.0, 0.0),), WALLED.cells
+        progress("r"), WALLED.pose(*WALLED.at("r")), (), {}, (MovingObstacle(x + 0.1, y, 0.0, 0.0),), WALLED.cells
     )
     assert named(got) == "jlsxyz"

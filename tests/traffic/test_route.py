@@ -14,7 +14,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.own_route import STRAY, OwnWay, off_line, own_way
+from swarm.traffic.own_route import STRAY, OwnRoute, off_line, own_way
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -47,7 +47,7 @@ def test_the_way_keeps_to_the_path_though_another_is_shorter(name: str) -> None:
 
 
 def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
-    row, own = Drawn("abcde"), OwnWay()
+    row, own = Drawn("abcde"), OwnRoute()
     a, b, c, e = row.at("abce")
 
     def find(progress: RouteProgress, tick: int, goal: int = e, *blocked: int) -> RouteProgress:

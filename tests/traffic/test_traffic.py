@@ -226,7 +226,7 @@ def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_wa
         def look(self, progress: object, body: int, **_: object) -> int | None:
             return b if next(ticks) == 60 else None
 
-    monkeypatch.setattr(traffic, "Kept", KeptOnce)
+    monkeypatch.setattr(traffic, "BlockedByObstacle", KeptOnce)
     r1 = Traffic("r1", floor.cells, TrafficSettings())
     outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal), floor.cells) for tick in range(62)]
     assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())

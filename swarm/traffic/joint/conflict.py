@@ -4,32 +4,32 @@ from itertools import pairwise
 from typing import Final
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.states import NEVER, Free, Move, Part, Speaks
+from swarm.traffic.joint.states import NEVER, Free, Memory, Move, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 
 AT_REST: Final = 20  # ticks a robot has stood at its goal before it counts as resting there
 
 
-def asks(part: Part, call: Free, own: Speaks) -> Move | None:
+def asks(memory: Memory, call: Free, own: Speaks) -> Move | None:
     """Ask the lowest id in hearing to lead, me included, if a conflict needs a joint plan; else ask nobody."""
-    if own.situation.tick >= part.asks_from and reason(own, part.settings) is not None:
-        return Move(named_leader(part, call, own.situation))
+    if own.situation.tick >= memory.asks_from and reason(own, memory.settings) is not None:
+        return Move(named_leader(memory, call, own.situation))
     return Move(call._replace(need=None)) if call.need is not None else None
 
 
-def named_leader(part: Part, free: Free, situation: Situation) -> Free:
+def named_leader(memory: Memory, free: Free, situation: Situation) -> Free:
     """Return the state with the robot that should lead: the lowest id that is fresh, me included.
 
     A leader that does not answer is passed over.
     """
-    candidates = sorted([part.me, *(robot for robot, one in situation.fresh.items() if not one.stands)])
-    leader = next((robot for robot in candidates if part.passed_over.get(robot, NEVER) < situation.tick), part.me)
-    if leader == part.me:
+    candidates = sorted([memory.me, *(robot for robot, one in situation.fresh.items() if not one.stands)])
+    leader = next((robot for robot in candidates if memory.passed_over.get(robot, NEVER) < situation.tick), memory.me)
+    if leader == memory.me:
         return free._replace(need=leader)
     times = free.asked.get(leader, 0) + 1
-    if times > part.settings.unanswered:
-        part.passed_over[leader] = situation.tick + part.settings.pass_over
+    if times > memory.settings.unanswered:
+        memory.passed_over[leader] = situation.tick + memory.settings.pass_over
         times = 0
     return Free(leader, {**free.asked, leader: times})
 

@@ -23,8 +23,7 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from swarm.messages.traffic import MOST_SHUT, Collect, Epoch, JointPlan, Refusal
-from swarm.traffic.joint import leader as leading
-from swarm.traffic.joint import member as standing
+from swarm.traffic.joint import leader, member
 from swarm.traffic.joint.conflict import asks
 from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.states import (
@@ -33,8 +32,8 @@ from swarm.traffic.joint.states import (
     Free,
     Frozen,
     Leaves,
+    Memory,
     Move,
-    Part,
     Refused,
     Searching,
     Speaks,
@@ -53,33 +52,33 @@ class Transition(NamedTuple):
 
     on: type[Occasion]
     of: type[Call]
-    happens: Callable[[Part, Any, Any], Move | None]  # the last argument is the occasion
+    happens: Callable[[Memory, Any, Any], Move | None]  # the last argument is the occasion
     to: type[Call]
 
 
 # fmt: off
 TRANSITIONS: Final = (  # tried on each occasion from top to bottom, in the state that the ones above have led to
     #          on         in          what happens            to
-    Transition(Situation, Free,       standing.called,        Frozen),
-    Transition(Situation, Frozen,     standing.called,        Frozen),
-    Transition(Situation, Collecting, standing.called,        Frozen),
-    Transition(Situation, Searching,  standing.called,        Frozen),
-    Transition(Situation, Free,       leading.named,          Collecting),
-    Transition(Situation, Collecting, leading.all_stand,      Searching),
-    Transition(Situation, Searching,  leading.searched_on,    Searching),
-    Transition(Situation, Searching,  leading.found,          Free),
-    Transition(Situation, Searching,  leading.found_none,     Searching),
-    Transition(Situation, Searching,  leading.gave_up,        Free),
-    Transition(Situation, Frozen,     standing.plan_came,     Free),
-    Transition(Situation, Frozen,     standing.stood_in_vain, Free),
+    Transition(Situation, Free,       member.called,        Frozen),
+    Transition(Situation, Frozen,     member.called,        Frozen),
+    Transition(Situation, Collecting, member.called,        Frozen),
+    Transition(Situation, Searching,  member.called,        Frozen),
+    Transition(Situation, Free,       leader.named,          Collecting),
+    Transition(Situation, Collecting, leader.all_stand,      Searching),
+    Transition(Situation, Searching,  leader.searched_on,    Searching),
+    Transition(Situation, Searching,  leader.found,          Free),
+    Transition(Situation, Searching,  leader.found_none,     Searching),
+    Transition(Situation, Searching,  leader.gave_up,        Free),
+    Transition(Situation, Frozen,     member.plan_came,     Free),
+    Transition(Situation, Frozen,     member.stood_in_vain, Free),
     Transition(Speaks,    Free,       asks,                   Free),
-    Transition(Leaves,    Frozen,     standing.left,          Free),
-    Transition(Leaves,    Collecting, standing.left,          Free),
-    Transition(Leaves,    Searching,  standing.left,          Free),
-    Transition(Wakes,     Free,       standing.woke,          Free),
-    Transition(Wakes,     Frozen,     standing.woke,          Free),
-    Transition(Wakes,     Collecting, standing.woke,          Free),
-    Transition(Wakes,     Searching,  standing.woke,          Free),
+    Transition(Leaves,    Frozen,     member.left,          Free),
+    Transition(Leaves,    Collecting, member.left,          Free),
+    Transition(Leaves,    Searching,  member.left,          Free),
+    Transition(Wakes,     Free,       member.woke,          Free),
+    Transition(Wakes,     Frozen,     member.woke,          Free),
+    Transition(Wakes,     Collecting, member.woke,          Free),
+    Transition(Wakes,     Searching,  member.woke,          Free),
 )
 # fmt: on
 
@@ -97,11 +96,11 @@ class JointPlanning:
     def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.call: Call = Free()
         self.following: Following | None = None
-        self.part = Part(me, settings)
+        self.memory = Memory(me, settings)
 
     def step(self, situation: Situation) -> Decision:
         """Answer calls, lead if named, continue the search, and adopt a plan that came."""
-        events = leading.ignored(self.part, situation)
+        events = leader.ignored(self.memory, situation)
         plan, said = self._take(situation)
         if plan is None:
             return Decision(events=events + said)
@@ -149,12 +148,12 @@ class JointPlanning:
 
     def carried(self, situation: Situation) -> JointPlan | None:
         """Return the plan that this robot made, while its record carries it."""
-        return leading.carried(self.part, situation)
+        return leader.carried(self.memory, situation)
 
     def refused(self, tick: int) -> Refusal | None:
         """Return the refusal to tell, while the leader may still need it."""
-        refused = self.part.refused
-        return refused.refusal if refused and tick - refused.tick <= self.part.settings.carry else None
+        refused = self.memory.refused
+        return refused.refusal if refused and tick - refused.tick <= self.memory.settings.carry else None
 
     # ---- from state to state
 
@@ -164,7 +163,7 @@ class JointPlanning:
         events: tuple[Event, ...] = ()
         for on, state, happens, _ in TRANSITIONS:
             if isinstance(occasion, on) and isinstance(self.call, state):
-                move = happens(self.part, self.call, occasion)
+                move = happens(self.memory, self.call, occasion)
                 if move is not None:
                     self._go(move.to)
                     plan, events = move.plan or plan, events + move.events
@@ -173,29 +172,29 @@ class JointPlanning:
     def _go(self, to: Call) -> None:
         """Enter a state; the robot never takes part again in a call that it has left."""
         if not isinstance(self.call, Free) and (isinstance(to, Free) or to.epoch != self.call.epoch):
-            self.part.spent[self.call.epoch.leader] = self.call.epoch.tick
+            self.memory.spent[self.call.epoch.leader] = self.call.epoch.tick
         self.call = to
 
     def _adopt(self, plan: JointPlan, situation: Situation) -> Decision:
         """Follow a plan if it begins where the robot stands; refuse it if the map lacks a join of the robot's way."""
-        part, way = self.part, plan.ways.get(self.part.me)
+        memory, way = self.memory, plan.ways.get(self.memory.me)
         if way is None or way[0] != situation.head:
             return Decision()
         if shut_joins(way, situation.cells):
             return Decision(events=(self._refuse(plan, way, situation),))
-        entries = {entry.step: entry for entry in plan.after.get(part.me, ())}
+        entries = {entry.step: entry for entry in plan.after.get(memory.me, ())}
         self.following = Following(
-            part.me, plan, tuple(sorted(plan.ways)), situation.tick, part.settings.absent, entries
+            memory.me, plan, tuple(sorted(plan.ways)), situation.tick, memory.settings.absent, entries
         )
-        part.asks_from = situation.tick + part.settings.calm
-        if plan.epoch.leader != part.me:
-            part.published = None
+        memory.asks_from = situation.tick + memory.settings.calm
+        if plan.epoch.leader != memory.me:
+            memory.published = None
         return Decision(way)
 
     def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> Event:
         """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
-        part, cells = self.part, situation.cells
+        memory, cells = self.memory, situation.cells
         shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, cells)))
-        part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
+        memory.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
         text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-        return Event("plan_refused", (part.me,), text)
+        return Event("plan_refused", (memory.me,), text)

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
-from swarm.traffic.joint.problem import Question
+from swarm.traffic.joint.problem import Problem
 from swarm.traffic.mapf.planner import JointSearch, Result
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
@@ -46,9 +46,9 @@ class Searching(NamedTuple):
     """The robot leads and searches for a plan from where the members stand."""
 
     collect: Collect
-    question: Question
+    problem: Problem
     search: JointSearch
-    asked: frozenset[object]  # this question and those before it: none is asked twice
+    asked: frozenset[object]  # this problem and those before it: none is asked twice
     answer: Result | None = None
 
     @property
@@ -105,7 +105,7 @@ class Refused(NamedTuple):
 
 
 @dataclass
-class Part:
+class Memory:
     """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str

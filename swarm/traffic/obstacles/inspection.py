@@ -18,14 +18,14 @@ FACING: Final = 0.1  # rad, how far off its heading a cell may be for a look
 CENTRED: Final = 0.25  # m, how far a robot may be from the middle of its cell for a look
 
 
-class Look(NamedTuple):
+class Inspection(NamedTuple):
     """The result of one look."""
 
     face: Point | None = None  # m, the point to turn to first
     seen: Sighting | None = None
 
 
-class Lookout:
+class Inspector:
     """Looks at cells that only silent robots keep, for one robot."""
 
     def __init__(self, settings: TrafficSettings) -> None:
@@ -35,33 +35,33 @@ class Lookout:
 
     def look(
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
-    ) -> Look:
+    ) -> Inspection:
         """Turn to the next cell if only robots long silent keep it, and judge it by what the rays show."""
         cell, pose, cells = progress.route[0] if progress.route else OUTSIDE, inputs.pose, situation.cells
         wants = bool(waits) or self.leans_to == cell  # a robot that leans to look may not be heard: it claims nothing
         if not wants or len(progress.reservations.held) > 1 or not self._is_long_silent(cell, waits, situation):
             self.leans_to = None
-            return Look()
+            return Inspection()
         middle = cells.centre(progress.head)
         leaning = cells.leaning(progress.head, cell, self._settings.leaning_room)
         leans = distance(leaning, pose) <= LEANS
         if not (leans or distance(middle, pose) <= CENTRED):
-            return Look()
+            return Inspection()
         place = self._remembered_in(cell, situation, inputs)
         if place is not None:
             if abs(bearing(pose, place)) > FACING:
-                return Look(place)
+                return Inspection(place)
             if not leans and is_out_of_range(place, pose, self._settings):
                 self.leans_to = cell
-                return Look()
+                return Inspection()
             return self._seen(cell, cells.centre(cell), empty=False, tick=inputs.tick)
         centre = cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
-            return Look(centre if leans or self.leans_to != cell else None)
+            return Inspection(centre if leans or self.leans_to != cell else None)
         seen = view(inputs.scan.readings, pose, cell, cells, self._settings.radius)
         if seen is View.HIDDEN and not leans:
             self.leans_to = cell
-            return Look()
+            return Inspection()
         return self._seen(cell, centre, empty=seen is View.EMPTY, tick=inputs.tick)
 
     def remembered(self, silent: Mapping[str, Record], cells: CellMap) -> frozenset[int]:
@@ -82,9 +82,9 @@ class Lookout:
         told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
         return tuple([place for place in (*told, *found) if distance(place, pose) < near])
 
-    def _seen(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Look:
+    def _seen(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Inspection:
         self.leans_to = None
-        return Look(centre, Sighting(cell, empty, tick))
+        return Inspection(centre, Sighting(cell, empty, tick))
 
     def _is_long_silent(self, cell: int, waits: tuple[str, ...], situation: Situation) -> bool:
         """Return True if robots keep a cell, and they and all robots waited for have long been silent."""

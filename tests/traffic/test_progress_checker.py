@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.progress_checker import GettingOn
+from swarm.traffic.progress_checker import ProgressChecker
 
 LONGER = 2
 
@@ -19,11 +19,11 @@ LONGER = 2
     ],
 )
 def test_only_a_shorter_way_or_another_one_begins_anew(lefts: list[int], ticks: list[int]) -> None:
-    getting_on = GettingOn(LONGER)
+    getting_on = ProgressChecker(LONGER)
     assert [getting_on.look(left, counts=True) for left in lefts] == ticks
 
 
 def test_ticks_that_do_not_count_and_a_new_way() -> None:
-    getting_on = GettingOn(LONGER)
+    getting_on = ProgressChecker(LONGER)
     assert [getting_on.look(5, counts=counts) for counts in (True, True, False, True)] == [0, 1, 1, 2]
     assert [getting_on.look(5, counts=True, new=new) for new in (True, False, True)] == [0, 1, 0]
