@@ -97,7 +97,7 @@ MUTANTS: Final = (
     Mutant("detour to the wrong side", "calm,movers", ROBOT + "detour.py",
            "self._heading = DETOUR.aside *", "self._heading = -DETOUR.aside *"),
     Mutant("no detour", "calm", ROBOT + "detour.py",
-           "elif sense.time - self._since > DETOUR.patience and", "elif sense.time - self._since > 1e9 and"),
+           "if still > DETOUR.patience and", "if still > 1e9 and"),
     Mutant("room taken without acknowledgement", "contest,meet", TRAFFIC + "reservations/claims.py",
            "if obstacle(TAKE, self._case(claim, progress, situation, near)) is None:", "if True:"),
     Mutant("room never given back", "contest,meet", TRAFFIC + "reservations/route.py",

@@ -17,6 +17,7 @@ from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
+from swarm.traffic.progress_checker import PlaceChecker
 from swarm.traffic.step import Traffic
 
 
@@ -69,7 +70,7 @@ class Robot:
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
-        self._progress_at = (self._start[:2], 0.0)  # where and when [s] it last made progress
+        self._progress = PlaceChecker(settings.robot.radius, self._start[:2])
         self._forgot_for = -1  # the stop for which it last cleared its map
         self._finished = 0  # stops of earlier assignments that it had finished
         self._opened = False  # the map has changed: a way may lead to a stop that was given up
@@ -231,15 +232,14 @@ class Robot:
         if (goal := self.mission.goal) is None:
             return
         on_path = navigator.advance(pose)
-        got_on = distance(self._progress_at[0], pose) > self._settings.robot.radius
-        if got_on or self._activity is Activity.GIVE_WAY or sense.stopped:
-            self._progress_at = (here, sense.time)
-        stuck = sense.time - self._progress_at[1] > REPLAN.stuck
+        if self._activity is Activity.GIVE_WAY or sense.stopped:
+            self._progress.restart(here, sense.time)
+        stuck = self._progress.check(here, sense.time) > REPLAN.stuck
         if (not on_path or stuck) and sense.time - self._planned_at > REPLAN.again:
             self._planned_at = sense.time
             bodies = [(other.x, other.y) for other in self._near(sense.tick)] if stuck else []
             if navigator.head_for(here, goal, bodies):
-                self._progress_at = (here, sense.time)
+                self._progress.restart(here, sense.time)
                 navigator.advance(pose)
 
     # --- how it drives ---

@@ -1,4 +1,7 @@
-"""How long a robot's way has not become shorter."""
+"""How long a robot has made no progress: its way has not become shorter, or it is still at one place."""
+
+from swarm.geometry import distance
+from swarm.maps.occupancy import Point
 
 
 class ProgressChecker:
@@ -19,3 +22,26 @@ class ProgressChecker:
         else:
             self._ticks += counts
         return self._ticks
+
+
+class PlaceChecker:
+    """Measures the time since a robot last moved farther than ``radius`` [m] from where it was, at first ``at`` [m]."""
+
+    def __init__(self, radius: float, at: Point | None = None) -> None:
+        self._radius = radius
+        self._at = at
+        self._since = 0.0  # s
+
+    def check(self, here: Point, time: float) -> float:
+        """Return that time [s]; call it once a tick."""
+        if self._at is None or distance(here, self._at) > self._radius:
+            self.restart(here, time)
+        return time - self._since
+
+    def restart(self, here: Point, time: float) -> None:
+        """Count from now on, because the robot has a reason to be still here."""
+        self._at, self._since = here, time
+
+    def forget(self) -> None:
+        """Count from the next check on."""
+        self._at = None
