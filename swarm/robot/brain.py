@@ -160,7 +160,7 @@ class Robot:
             self._opened = True
             self._pilot.take_floor(ground.map)
         if not self._settings.map.known:
-            changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
+            changed |= ground.learn(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:
             for broadcast in inputs.heard:
                 changed |= ground.hear(broadcast.walls, sense.time)

@@ -256,7 +256,7 @@ class CellPilot:
         so does another stop than ``target``.
         """
         new = len(granted.held) <= 1 or inputs.target != target
-        ticks = self._progress_checker.look(len(granted.way), counts=granted.may_drive, new=new)
+        ticks = self._progress_checker.check(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
 
     def _kept_away(self, inputs: PilotInputs, before: Driven) -> int:

@@ -12,7 +12,7 @@ class ProgressChecker:
         self._fewest: int | None = None  # cells left of the way, the fewest so far
         self._ticks = 0
 
-    def look(self, left: int, *, counts: bool, new: bool = False) -> int:
+    def check(self, left: int, *, counts: bool, new: bool = False) -> int:
         """Return the ticks that counted since the way last became shorter, or since a ``new`` one; call it once a tick.
 
         ``left`` is the number of cells left. A tick ``counts`` if the robot could have got on in it.

@@ -209,8 +209,8 @@ class Traffic:
         if self.settings.learns and listens:
             return Halted(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._detector.look(inputs, self._peers.expected(), mine, cells)
-        kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
+        halt = self._detector.detect(inputs, self._peers.expected(), mine, cells)
+        kept_from = self._kept.check(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
@@ -271,7 +271,7 @@ class Traffic:
 
     def _inspect(self, claimed: Claimed, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
-        face, seen = self._inspector.look(claimed.progress, situation, claimed.waits, inputs)
+        face, seen = self._inspector.inspect(claimed.progress, situation, claimed.waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:

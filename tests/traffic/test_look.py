@@ -182,7 +182,7 @@ def halts(
     """Look in one direction, straight ahead by default, tick by tick."""
     halting = halting or ObstacleDetector(SETTINGS)
     return [
-        halting.look(
+        halting.detect(
             TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))),
             others,
             mine,
@@ -279,7 +279,7 @@ def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
         read = away - driven - came + (noise if tick % 2 else -noise)
         scan = Scan((0.0,), (read,), lambda _: (1.6,))
         pose = HERE._replace(x=HERE.x + driven)
-        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), (), FLOOR.cells).threats != ())
+        said.append(halting.detect(TrafficInputs(100 + tick, pose, None, scan=scan), (), (), FLOOR.cells).threats != ())
     return said
 
 

@@ -53,7 +53,7 @@ def looked(
     scan = Scan(RAYS, [measured] * len(RAYS), lambda bearings: [FAR] * len(bearings))
     inputs = TrafficInputs(NOW, pose._replace(x=pose.x + at), None, scan=scan)
     progress = RouteProgress(Reservations(held), (ALONE,) * len(held), (C, D))
-    return lookout.look(progress, situation, waits, inputs)
+    return lookout.inspect(progress, situation, waits, inputs)
 
 
 def lookout() -> Inspector:

@@ -20,13 +20,13 @@ LONGER = 2
 )
 def test_only_a_shorter_way_or_another_one_begins_anew(lefts: list[int], ticks: list[int]) -> None:
     checker = ProgressChecker(LONGER)
-    assert [checker.look(left, counts=True) for left in lefts] == ticks
+    assert [checker.check(left, counts=True) for left in lefts] == ticks
 
 
 def test_ticks_that_do_not_count_and_a_new_way() -> None:
     checker = ProgressChecker(LONGER)
-    assert [checker.look(5, counts=counts) for counts in (True, True, False, True)] == [0, 1, 1, 2]
-    assert [checker.look(5, counts=True, new=new) for new in (True, False, True)] == [0, 1, 0]
+    assert [checker.check(5, counts=counts) for counts in (True, True, False, True)] == [0, 1, 1, 2]
+    assert [checker.check(5, counts=True, new=new) for new in (True, False, True)] == [0, 1, 0]
 
 
 def test_a_robot_makes_progress_once_it_has_moved_farther_than_the_radius() -> None:

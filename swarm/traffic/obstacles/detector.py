@@ -57,9 +57,9 @@ class ObstacleDetector:
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
-        self._threats = Tracker(settings.tick, settings.radius)
+        self._tracker = Tracker(settings.tick, settings.radius)
 
-    def look(
+    def detect(
         self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int], cells: CellMap
     ) -> ProtectiveStop:
         """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
@@ -71,7 +71,7 @@ class ObstacleDetector:
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
         halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known, cells)
         told = [one for record in others for one in record.moving]
-        return halt._replace(threats=self._threats.look(tick, inputs.pose, hits, inputs.scan, told))
+        return halt._replace(threats=self._tracker.track(tick, inputs.pose, hits, inputs.scan, told))
 
     def _stop(
         self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known], cells: CellMap
@@ -95,7 +95,7 @@ class ObstacleDetector:
 
     def moving(self) -> tuple[Moving, ...]:
         """Return the obstacles that this robot has lately seen to move."""
-        return self._threats.seen()
+        return self._tracker.seen()
 
     def places(self, tick: int) -> tuple[Point, ...]:
         """Return where obstacles stay that were found lately [m]."""

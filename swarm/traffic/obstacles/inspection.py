@@ -33,7 +33,7 @@ class Inspector:
         self._settings = settings
         self._gone: dict[str, int] = {}  # robots that left where they were heard last -> stamp of that record
 
-    def look(
+    def inspect(
         self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
     ) -> Inspection:
         """Turn to the next cell if only robots long silent keep it, and judge it by what the rays show."""

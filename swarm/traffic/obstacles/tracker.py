@@ -40,7 +40,7 @@ class Tracker:
         self._radius = radius  # m, the robot's
         self._tracks: list[_Track] = []
 
-    def look(
+    def track(
         self, tick: int, pose: Pose, hits: Collection[Point], scan: Scan, told: Iterable[Moving] = ()
     ) -> tuple[MovingObstacle, ...]:
         """Return the threats near the robot at this tick.
@@ -137,11 +137,11 @@ class BlockedByObstacle:
     def __init__(self) -> None:
         self._progress_checker = ProgressChecker(OTHER)
 
-    def look(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
+    def check(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
         """Return that cell, or None; call it once a tick."""
         held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
-        ticks = self._progress_checker.look(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
+        ticks = self._progress_checker.check(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
         if ticks < KEPT:
             return None
         self._progress_checker = ProgressChecker(OTHER)
