@@ -47,7 +47,7 @@ SUBROOMS: Final = {
     "swarm.traffic.mapf": "",
     "swarm.traffic.lattice": "",
     "swarm.traffic.peers": "lattice",
-    "swarm.traffic.reservations": "lattice peers joint obstacles",  # the last two go back and forth
+    "swarm.traffic.reservations": "lattice peers",
     "swarm.traffic.obstacles": "lattice peers reservations",
     "swarm.traffic.joint": "lattice mapf peers reservations",
     "world.bodies": "",
