@@ -27,7 +27,9 @@ def record(robot: str, cell: int, tick: int = NOW, **fields: object) -> Record:
     return replace(Record(robot=robot, stamp=tick, x=x, y=y, goal=cell, held=(cell,)), **fields)
 
 
-def situation(tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B, floor: Drawn = FLOOR) -> Situation:
+def situation(
+    tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B, *, floor: Drawn = FLOOR
+) -> Situation:
     return Situation(
         tick=tick, cells=floor.cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
         fresh=fresh,
@@ -344,8 +346,8 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
     joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal, WALL))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal, WALL))
+    joint.step(situation(NOW, {"r1": call}, head, goal, floor=WALL))
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal, floor=WALL))
     assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
     text = f"refuses the joint plan of r1: no way from cell {a} to {b}"
@@ -358,8 +360,10 @@ def test_a_member_takes_a_way_that_its_own_map_has() -> None:
     joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal, WALL))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal, WALL))
+    joint.step(situation(NOW, {"r1": call}, head, goal, floor=WALL))
+    decision = joint.step(
+        situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal, floor=WALL)
+    )
     assert decision.way == ROOM.at("aefghd")
     assert joint.refused(NOW + 1) is None
 
@@ -374,7 +378,7 @@ def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
             plans.append(joint.following.plan)
         refusal = Refusal(plans[0].epoch, ((a, b), (b, c))) if plans else None
         other = record("r2", a, tick, frozen=joint.frozen, goal=d, refusal=refusal)
-        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh"), ROOM))
+        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh"), floor=ROOM))
     assert [plan.ways["r2"] for plan in plans] == [ROOM.at("abcd"), ROOM.at("aefgcd")][: len(plans)]
     assert len(plans) == 2, "once for each refusal"
 
@@ -385,9 +389,9 @@ def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> 
     claims = (Claim(a, 1, NOW),)
     call = called(at=NOW)
     heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
-    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad"), ROOM))
+    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad"), floor=ROOM))
     plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
-    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad"), ROOM))
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad"), floor=ROOM))
     assert joint.following is not None
     assert joint.following.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
     assert not joint.following.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))
