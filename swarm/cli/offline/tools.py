@@ -12,7 +12,7 @@ from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.maps.occupancy import OccupancyMap
 
-CHECKOUT: Final = Path(__file__).parents[2]  # the folder of the package: in a checkout, the benchmarks are there too
+CHECKOUT: Final = Path(__file__).parents[3]  # the folder of the package: in a checkout, the benchmarks are there too
 
 
 def explain(options: argparse.Namespace) -> int:
