@@ -136,7 +136,7 @@ def test_a_robot_that_its_world_does_not_see_announces_itself_anew() -> None:
         while ship.now < until:
             ship.hear(CLOCK, LEFT_OUT)
             ship.serve(seconds=0.5)
-        return ship.bus.announce.call_count
+        return len(ship.bus.announce.call_args_list)
 
     ship.world("s")
     ship.join(welcome())
