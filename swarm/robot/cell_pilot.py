@@ -47,6 +47,12 @@ class Driven(NamedTuple):
     drawn_to: Point | None = None  # m, the aim if all the floor were granted
     circles: bool = False  # its way did not become shorter for long
     target: int = -1  # the stop for which this was counted
+
+
+class Before(NamedTuple):
+    """What the driver keeps of the last tick."""
+
+    driven: Driven = Driven()
     rolled: tuple[int, ...] = ()  # cells that the tables would drive over, by the last rollout
     kept_away: int = 0  # ticks that it was kept from its place since it is done
     unconstrained: bool = False  # nobody was near
@@ -56,7 +62,7 @@ class CellPilot:
     """The driver of one robot: it follows the cells that ``swarm.traffic.traffic`` grants.
 
     While others are near, the body stays in the held cells. While nobody is near, the cells around the body are
-    drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.
+    drivable too. The fuzzy tables steer to the aim, which the safety filter does not know.
     """
 
     def __init__(
@@ -77,7 +83,7 @@ class CellPilot:
         self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
-        self._before = Driven()  # the last tick
+        self._before = Before()
         self._progress_checker = ProgressChecker(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
@@ -87,8 +93,7 @@ class CellPilot:
         kept_away = self._kept_away(inputs, before)
         settles = kept_away > PILOT.settles_after * self._settings.rate
         idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
-        path = inputs.navigator.path
-        scan = self._scan(inputs)
+        path, scan = inputs.navigator.path, self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         late = self._lateness.compare(sense.tick, (body.left, body.right))
         rolled = self._rolled(inputs, body, before)
@@ -97,7 +102,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else inputs.goal,
-                sweeps=() if before.drawn_to is None or before.circles else rolled,
+                sweeps=() if before.driven.drawn_to is None or before.driven.circles else rolled,
                 braking=self._filter.braking(body, self._under_way(late, before)),
                 scan=scan,
                 done=inputs.done,
@@ -113,12 +118,12 @@ class CellPilot:
             self._cells,
         )
         driven = (
-            before._replace(speeds=STAND, heading=0.0)
+            before.driven._replace(speeds=STAND, heading=0.0)
             if sense.stopped
-            else self._wheels(inputs, granted, body, scan, late, before)
+            else self._wheels(inputs, granted, body, scan, late, before.driven)
         )
         self._lateness.command(driven.speeds)
-        self._before = driven._replace(rolled=rolled, kept_away=kept_away, unconstrained=granted.unconstrained)
+        self._before = Before(driven, rolled, kept_away, granted.unconstrained)
         return Move(
             driven.speeds,
             driven.heading,
@@ -132,14 +137,13 @@ class CellPilot:
             traffic=granted.broadcast,
         )
 
-    def _under_way(self, late: tuple[RimSpeeds, ...], before: Driven) -> tuple[RimSpeeds, ...]:
+    def _under_way(self, late: tuple[RimSpeeds, ...], before: Before) -> tuple[RimSpeeds, ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        rolls = round(COMMAND.timeout * self._settings.rate) if before.unconstrained else 0
-        return (*late, *(before.speeds,) * rolls)
+        return (*late, *(before.driven.speeds,) * (before.unconstrained * round(COMMAND.timeout * self._settings.rate)))
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
@@ -189,21 +193,20 @@ class CellPilot:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
         nowhere = self._count_nowhere(inputs, granted, before.target)
         scale = self._scaled(granted, gap(shut, local.x, local.y), heading, nowhere)
-        now = before._replace(drawn_to=drawn_to, circles=nowhere > PILOT.nowhere_after, target=inputs.target)
+        circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()
-                return now._replace(speeds=STAND, heading=heading, scale=scale)
+                return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive, fastest)
-        aside = self._detour.heading(sense, constraints)
-        if aside is not None:
+        if (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
         if granted.threats and self._flight.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
-        return now._replace(speeds=self._filter.check(sense, tables, constraints), heading=heading, scale=scale)
+        return Driven(self._filter.check(sense, tables, constraints), heading, scale, drawn_to, circles, target)
 
     def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
         """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""
@@ -218,11 +221,12 @@ class CellPilot:
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-    def _rolled(self, inputs: PilotInputs, body: DriveState, before: Driven) -> tuple[int, ...]:
+    def _rolled(self, inputs: PilotInputs, body: DriveState, before: Before) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
-        if before.drawn_to is None or before.circles or inputs.sense.tick % PILOT.rolled_every:
+        last = before.driven
+        if last.drawn_to is None or last.circles or inputs.sense.tick % PILOT.rolled_every:
             return before.rolled
-        points = self._rollout(inputs.sense, body, before.drawn_to, before.scale)
+        points = self._rollout(inputs.sense, body, last.drawn_to, last.scale)
         return self._cells.swept_in_order(points, self._room)
 
     def _scaled(self, granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
@@ -259,7 +263,7 @@ class CellPilot:
         ticks = self._progress_checker.check(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
 
-    def _kept_away(self, inputs: PilotInputs, before: Driven) -> int:
+    def _kept_away(self, inputs: PilotInputs, before: Before) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.
 
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other

@@ -162,7 +162,7 @@ class JointPlanning:
         plan: JointPlan | None = None
         events: tuple[Event, ...] = ()
         for on, state, happens, _ in TRANSITIONS:
-            if isinstance(occasion, on) and isinstance(self.call, state):
+            if isinstance(self.call, state) and isinstance(occasion, on):
                 move = happens(self.memory, self.call, occasion)
                 if move is not None:
                     self._go(move.to)
