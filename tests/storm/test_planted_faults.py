@@ -217,6 +217,7 @@ def broken(name: str) -> set[str]:
     return {violation.law for violation in judge(record(plan))}
 
 
+@pytest.mark.costs("a minute of two or four robots, twice")
 @pytest.mark.parametrize("name", PLANTED)
 def test_a_planted_fault_breaks_its_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     law, where, plants = PLANTED[name]
