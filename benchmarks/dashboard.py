@@ -31,7 +31,7 @@ import psutil
 from msgspec.structs import replace
 
 from benchmarks.measure import machine, table
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.show import Show
 from swarm.bus import Bus, Endpoint, Presence
 from swarm.bus.router import run as route
@@ -88,7 +88,7 @@ def long_run(robots: int, hours: float) -> Iterator[tuple[str, ...]]:
     scenario, packed = rehearsal.scenario.to_wire()
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "long.rrd"
-        recorder = Recorder(serve=("127.0.0.1", Endpoint("127.0.0.1", 0).claim().port), record=record)
+        recorder = Recordings(serve=("127.0.0.1", Endpoint("127.0.0.1", 0).claim().port), record=record)
         show = Show(recorder, "bench")
         show.take(Map(scenario=scenario, packed=packed))
         for tick in range(ticks + 1):

@@ -77,7 +77,7 @@ class Clerk:
     def look(self) -> None:
         """Record what has been done in a tick, and fill the pool."""
         world = self._simulation.world
-        pool = world.dispatch.pool
+        pool = world.tasks.pool
         for errand in pool.taken:
             if errand.name not in self._taken:
                 self._taken[errand.name] = world.time
@@ -110,7 +110,7 @@ def alone(name: str, start: Pose, errands: Sequence[Done], seed: int, limit: flo
     world = simulation.world
     for number, errand in enumerate(errands):
         world.put_in(PoolTargets(id=f"alone-{number}", targets=[errand.at]))
-        while world.dispatch.pool.open:
+        while world.tasks.pool.open:
             simulation.step()
             if world.time > limit:
                 raise RuntimeError(f"{name}: errand {number} at {errand.at} alone took more than {limit:g} s")
@@ -138,7 +138,7 @@ def measure(name: str, robots: int, seed: int, minutes: float) -> list[str]:
         f"{needed / had:.2f}",
         str(sum(report["contacts"].values())),
         str(report["traffic"]["stalled"]),
-        f"{sum(world.recorder.waiting) / (robots * seconds):.0%}",
+        f"{sum(world.measures.recorder.waiting) / (robots * seconds):.0%}",
         f"{clerk.oldest:.0f}",
         f"{perf_counter() - began:.0f}",
     ]

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from benchmarks.measure import machine, table
 from swarm.scenario.load import Scenario, load
+from world.bodies.bodies import PAPER_TOP_SPEED
 from world.simulate import Simulation
-from world.world import PAPER_TOP_SPEED
 
 SCENARIO: Final = Path(__file__).parents[1] / "scenarios" / "paper.yaml"
 CRUISE: Final = 1.5  # m/s, speed of the paper's tables straight ahead with nothing near, before speed_scale

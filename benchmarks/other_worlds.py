@@ -154,10 +154,13 @@ def _patience(drawn: Drawn) -> float:
     return float(total * FINE / SLOWEST)
 
 
-def _touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64]) -> Iterator[str]:
+def touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64]) -> Iterator[str]:
     """Yield what robots touched; ``poses`` and ``movers`` are (ticks, number, 2) [m]."""
     robots = poses.shape[1]
-    if (gaps(drawn.solid, drawn.side, np.unique(poses.reshape(-1, 2), axis=0)) < BODY - TOUCH).any():
+    places, where = np.unique(poses.reshape(-1, 2), axis=0, return_inverse=True)
+    inside = (gaps(drawn.solid, drawn.side, places) < BODY - TOUCH)[where].reshape(len(poses), robots)
+    pushed = (np.hypot(*(movers[:, None] - poses[:, :, None]).T) < 2 * BODY + TOUCH).any(axis=0).T  # [tick, robot]
+    if (inside & ~pushed).any():  # a mover is stronger than a robot: whom it pushes into a wall can do nothing
         yield "wall"
     for a, b in combinations(range(robots), 2):
         if (np.hypot(*(poses[:, a] - poses[:, b]).T) < 2 * BODY - TOUCH).any():
@@ -203,7 +206,7 @@ def judge(seed: int) -> Judged | None:
     report = simulation.report(0.0, limit)
     rows = report["per_robot"]
     behind = [name for name, row in rows.items() if None in row["reached"]]
-    broken = set(_touched(drawn, np.array(track), np.array(others).reshape(len(track), -1, 2)))
+    broken = set(touched(drawn, np.array(track), np.array(others).reshape(len(track), -1, 2)))
     if any(row["unreachable"] for row in rows.values()):
         broken.add("given up")  # every stop was drawn where a way leads
     if behind and world.time - since >= IDLE and not set(behind) & named:

@@ -19,8 +19,8 @@ import psutil
 from benchmarks.measure import machine, table
 from swarm.bus import Bus, Endpoint
 from swarm.scenario.starts import names
-from swarm.secure.identity import WATCHER
 from swarm.secure.keys import make
+from swarm.secure.names import WATCHER
 
 CASES: Final = ("open", "keys")
 

@@ -197,10 +197,10 @@ def run(case: Case, seed: int) -> Ran:
 
     report = simulation.run(limit=LIMIT, watch=settling.look, over=over)
     marked = simulation.drill.struck
-    faults = world.traffic.watch.faults
+    faults = world.measures.reservations.watch.faults
     others = sum(fault.kind == "overlap" and not marked.isdisjoint(fault.robots) for fault in faults)
     per_robot = report["per_robot"].values()
-    bounds = [bound(cells, start, world.missions.stops(number)) for number, start in enumerate(world.starts)]
+    bounds = [bound(cells, start, world.tasks.missions.stops(number)) for number, start in enumerate(world.starts)]
     shortest = bounds if scenario.map.resolution == cells.side else [one["shortest_length"] for one in per_robot]
     return Ran(
         complete=not remaining(simulation, cells),
@@ -250,11 +250,11 @@ def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
     dead = simulation.drill.dead
     shut = {cell for name in dead for cell in cells.touched(*pose[name][:2], 0.2)}
     lacking = []
-    for number, (name, row) in enumerate(zip(world.robots, world.recorder.reached_at, strict=True)):
+    for number, (name, row) in enumerate(zip(world.robots, world.tasks.missions.reached_at, strict=True)):
         if name in dead or all(time is not None for time in row):
             continue
         here = cells.cell_of(*pose[name][:2])
-        stops = zip(world.missions.stops(number), row, strict=True)
+        stops = zip(world.tasks.missions.stops(number), row, strict=True)
         ends = [cells.cell_of(*stop) for stop, time in stops if time is None]
         if all(end not in shut and cells.distances(end, shut)[here] < FAR for end in ends):
             lacking.append(name)

@@ -37,7 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     from dashboard import process
     from swarm.bus import Endpoint
-    from swarm.secure.identity import WATCHER
+    from swarm.secure.names import WATCHER
 
     try:
         mode = choose(given.asked or "auto", os.environ, record=given.record is not None)

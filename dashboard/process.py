@@ -9,9 +9,9 @@ from time import monotonic
 from typing import Any, Final
 
 from dashboard.fold.progress import presence
-from dashboard.fold.radio import Radio
+from dashboard.fold.radio import HeardRadio
 from dashboard.mode import LOOPBACK, Mode, viewer_program
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.rerun.recorder import SMALLER
 from dashboard.show import Show
 from dashboard.viewer_page import QUIET, ViewerPage
@@ -58,7 +58,7 @@ def run(
     page = Endpoint(bind, web_port).claim().port if mode == "web" else 0
     if mode != "off-screen" and not Endpoint(bind, data).local:
         log(f"dashboard: {bind} is open: anybody who reaches it sees the fleet, since Rerun has no keys")
-    recorder = Recorder(serve=(bind, data) if data else None, record=record)
+    recorder = Recordings(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, log))
         closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
@@ -85,7 +85,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
     _catch_up(bus, show)
     show.lost = bus.lost
     asked = drawn = kept = monotonic()
-    announced, radio = False, Radio(bus)
+    announced, radio = False, HeardRadio(bus)
     while not stopped() and show.progress.phase is not Phase.OVER:
         if show.ready and not announced:
             bus.announce("dashboard", "dashboard")

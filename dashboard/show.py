@@ -12,7 +12,7 @@ from dashboard.fold.progress import Progress, fold
 from dashboard.fold.radio import wanted
 from dashboard.fold.scene import Scene, scene_of
 from dashboard.recording.earlier import earlier
-from dashboard.rerun import Recorder, View
+from dashboard.rerun import Picture, Recordings
 from swarm.errors import SwarmError
 from swarm.messages import Broadcast, Event, Events, Map, Message, Status, Truth
 
@@ -28,7 +28,7 @@ class Show:
 
     def __init__(
         self,
-        recorder: Recorder,
+        recorder: Recordings,
         fleet: str,
         log: Callable[[str], None] = print,
         opened: Callable[[str], None] = lambda url: None,
@@ -52,7 +52,7 @@ class Show:
         self._drawn = 0.0  # s, simulated time of the last drawing
         self._gap = OVERLAY
         self._shown = -1
-        self._view: View | None = None
+        self._view: Picture | None = None
         self._collector: Collector | None = None
 
     @property

@@ -16,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dashboard.fold import naming, palette
-from dashboard.fold.progress import Progress, Robot, fold, presence
+from dashboard.fold.progress import Progress, RobotProgress, fold, presence
 from swarm.bus import Arrival, Presence
 from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Message, Phase, Topic
 
@@ -213,7 +213,7 @@ class Terminal:
         held = " for `swarm go`" if self._held and progress.phase is Phase.WAITING else ""
         return f"{now:6.1f} s  {progress.phase.value}{held}, {progress.way:4.0%} of the way{pool}{factor}"
 
-    def _doing(self, name: str, robot: Robot) -> tuple[str, str, str]:
+    def _doing(self, name: str, robot: RobotProgress) -> tuple[str, str, str]:
         """Return what a robot does, the style of it, and the word under which it is counted."""
         if (away := self._away(name)) is not None:
             if self.progress.phase is Phase.WAITING:
@@ -268,7 +268,7 @@ def tell(console: Console, text: str) -> None:
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def bar(robot: Robot) -> str:
+def bar(robot: RobotProgress) -> str:
     """Return a robot's stops as text: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
 
     >>> bar(Robot(reached_at=(10, 90, None, None), target=2))

@@ -17,9 +17,9 @@ from typing import Final
 
 from docs import concepts, contract, fields, figure5, speeds, vectors
 from docs.markdown import rows, said
-from swarm.launch import table as processes
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
+from swarm.launch.supervise import table as processes
 from swarm.messages import schema
 from swarm.secure import access
 from world.storm.laws.judge import LAWS

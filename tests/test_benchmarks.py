@@ -32,5 +32,5 @@ def test_the_snapshots_that_are_timed_are_those_of_a_world(tmp_path: Path) -> No
     found = read(file, check(load(scenario), 2, 1).scenario, 2, 1)
     assert seconds > 0.0
     assert size == file.stat().st_size
-    assert found.state.world.tick == 2 * survival.TICKS
+    assert found.state.tick == 2 * survival.TICKS
     assert set(found.host.states) == set(found.host.plans) == {"r1", "r2"}

@@ -165,7 +165,10 @@ def test_the_edit_of_the_readme_leaves_nobody_without_a_way(scenario: str) -> No
     kind, *corners = line.split()[2:]
     low, high = map(point, corners)
     world = Simulation.of(load(file_of(scenario)), 4, 1).world
-    assert looked_ahead(world, Edit(kind=Kind(kind), low=low, high=high), sensed=False) == (True, [])
+    assert looked_ahead(world.tasks, world.bodies, Edit(kind=Kind(kind), low=low, high=high), sensed=False) == (
+        True,
+        [],
+    )
 
 
 class Parsed(Exception):  # noqa: N818, no error

@@ -17,7 +17,7 @@ from swarm.bus.codec import decode, encode
 from swarm.errors import PeerError
 from swarm.messages import REPLIES, TOPICS, VERSION, Accepted, Command, Message, Sense, Topic
 from swarm.robot.tuning import SCALE
-from world.world import REST
+from world.tasks.tasks import REST
 
 LARGE = 10_000_000  # bytes
 

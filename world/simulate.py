@@ -112,11 +112,11 @@ class Simulation:
 
     def open_places(self, request: Places) -> list[Event]:
         """Open places for more robots, and put robots there; return the events."""
-        world, edited = self.world, replace(self.scenario, map=self.world.floor)
+        world, edited = self.world, replace(self.scenario, map=self.world.bodies.floor)
         events = world.open_places(request)[1]
         for number in range(len(self.robots), len(world.robots)):
             name, start = world.robots[number], world.starts[number]
-            self.robots.append(Robot(name, number, edited, start, None, self.controller, edits=world.edits))
+            self.robots.append(Robot(name, number, edited, start, None, self.controller, edits=world.bodies.edits))
         return events
 
     def _present(self, name: str, number: int, sense: Sense) -> Robot:
@@ -125,13 +125,13 @@ class Simulation:
         robot = self.robots[number]
         if name in self._away:
             self._away.discard(name)
-            edited = replace(self.scenario, map=world.floor)
-            robot = Robot(name, number, edited, world.starts[number], None, self.controller, edits=world.edits)
+            edited = replace(self.scenario, map=world.bodies.floor)
+            robot = Robot(name, number, edited, world.starts[number], None, self.controller, edits=world.bodies.edits)
             if name in self._states:
-                robot.resume(self._states[name], world.missions.orders.assigned(number))
+                robot.resume(self._states[name], world.tasks.missions.orders.assigned(number))
             self.robots[number] = robot
         elif robot.missed(sense):
-            robot.take_map(replace(self.scenario, map=world.floor), world.edits)
+            robot.take_map(replace(self.scenario, map=world.bodies.floor), world.bodies.edits)
         return robot
 
     def run(
@@ -152,7 +152,7 @@ class Simulation:
     def report(self, wall_time: float, limit: float) -> dict[str, Any]:
         """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
         world = self.world
-        edited = replace(self.scenario, map=world.floor)
+        edited = replace(self.scenario, map=world.bodies.floor)
         return report(
             world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,

@@ -1,54 +1,42 @@
 """The world: it computes what each robot senses at a tick, and moves the robots by their commands to the next tick.
 
 Commands at tick k take effect at tick k + 1, in the order of the robots' numbers. The world uses no bus and no wall
-clock.
+clock. It has three parts: `Bodies` are where they are, `Tasks` say who is to drive where, `Measures` judge both.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
-from swarm.errors import PeerError
+from swarm.errors import ConfigError, PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import (
-    COMMAND,
-    Accepted,
-    Activity,
-    Command,
-    Edit,
-    Event,
-    Order,
-    Places,
-    PoolTargets,
-    RobotAction,
-    Sense,
-)
-from swarm.motion.drive import DifferentialDrive, ramped
+from swarm.messages import Accepted, Command, Edit, Event, Order, Places, PoolTargets, RobotAction, Sense
+from swarm.messages.naming import long_id, shortened
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import later_name, names
-from world import ending, noticing
-from world.bodies.edits import edited
-from world.bodies.external import Outside
-from world.bodies.movers import Patrol
-from world.bodies.physics import Physics
+from world.bodies.bodies import Bodies, BodiesState
 from world.bodies.radio_model import RadioModel
-from world.bodies.sensing import Distances, Sensing
-from world.measure.progress import ProgressWatch
-from world.measure.recorder import Recorder
-from world.measure.reservation_check import TrafficWatch
-from world.measure.steering import SteeringWatch
-from world.measure.verdict import Verdict
-from world.tasks.dispatcher import Dispatch
-from world.tasks.missions import Missions
-from world.tasks.places import Book, opened
-from world.tasks.schedule import Planned, carry_out
+from world.bodies.said import Said
+from world.measure.measures import Measures, MeasuresState
+from world.measure.progress import STALLED
+from world.tasks.places import Book
+from world.tasks.schedule import as_edit, as_request
+from world.tasks.standing import fallen_silent, why
+from world.tasks.tasks import Tasks, TasksState
 
-PAPER_TOP_SPEED = 4.0  # m/s, the fastest rim speed of the paper's tables
-REST = Command(
-    run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
-    reached=[], unreachable=[], sent=False, replans=0,
-)  # fmt: skip
+
+class WorldState(NamedTuple):
+    """The state of a world between two ticks."""
+
+    tick: int
+    heard: list[list[tuple[str, int]]]
+    chance: np.random.Generator
+    bodies: BodiesState
+    tasks: TasksState
+    measures: MeasuresState
 
 
 class World:
@@ -56,207 +44,246 @@ class World:
 
     def __init__(
         self, scenario: Scenario, starts: list[Pose], seed: int, run: int = 0, edits: int = 0, identity: str = "local",
-        outside: Sequence[str] = (), places: Book | None = None,
+        external: Sequence[str] = (), places: Book | None = None,
     ) -> None:  # fmt: skip
         """Begin with the scenario's robots at ``starts``, and with those for whom ``places`` were opened."""
-        settings = scenario.settings
-        robot = settings.robot
+        self.settings = scenario.settings
         self.robots = list(names(len(starts)))
         self.starts = list(starts)  # of all robots
-        self.places = places or Book(starts=[], requests={})
         self.identity = identity  # the same in all runs of a fleet's world, and after it was started again
         self.run = run
         self.tick = 0
         self.due = True  # the state is to be saved
-        self.dt = 1.0 / settings.rate
-        self.settings = settings
-        self._drive = DifferentialDrive(robot.track_width)
-        self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
-        self.floor = scenario.map
-        self.physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)
-        self._movers = [Patrol(mover) for mover in settings.movers]
-        for mover, patrol in zip(settings.movers, self._movers, strict=True):
-            self.physics.add_mover(patrol.at(0.0), mover.radius, mover.size)
-        self.edits = edits  # how many there have been, in all runs
-        self._recent: list[tuple[int, Edit]] = []  # tick, edit
-        self.sensing = Sensing(settings.sensors, len(starts), seed)
-        self.radio = RadioModel(settings.radio, seed, self.physics.sees)
+        self.dt = 1.0 / self.settings.rate
         self._first = len(starts)  # robots of the scenario
         self._number = {name: number for number, name in enumerate(self.robots)}
-        self.outside = Outside({name: self._number[name] for name in outside}, starts, self._top_speed, self.dt)
-        self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
-        self.commands = [REST] * len(starts)
-        self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]
-        self.distances = [Distances(0.0, 0.0, 0.0, [])] * len(starts)
-        self.traffic = TrafficWatch(scenario.map, settings, self.robots)
-        self.verdict = Verdict()
-        self.planned = Planned(settings.edits)
-        self.planned_orders = Planned(settings.orders)
-        self.progress = ProgressWatch(len(starts))
-        self.steering = SteeringWatch(scenario, starts)
+        places = places or Book(starts=[], requests={})
         stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
-        self.recorder = Recorder(scenario, starts, stops, self.dt)
-        self.missions = Missions(settings, starts, stops, self.robots, self.recorder)
-        self.dispatch = Dispatch(settings, self.missions, self.robots)
-        for start in self.places.starts:
+        numbers = {name: self._number[name] for name in external}
+        self.bodies = Bodies(scenario, starts, [len(row) for row in stops], seed, numbers, edits)
+        self.measures = Measures(scenario, starts, self.robots)
+        self.tasks = Tasks(scenario, starts, stops, self.robots, self.measures.recorder, places)
+        self.radio = RadioModel(self.settings.radio, seed, self.bodies.physics.sees)
+        self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]  # robot and tick of what each hears
+        for start in places.starts:
             self.add_robot(start)
-        self.recorder.poses(self.starts.copy())
+        self.measures.recorder.poses(self.starts.copy())
+        self.bodies.measure()
 
     @property
     def time(self) -> float:
         """Seconds since the run began."""
         return self.tick * self.dt
 
-    @property
-    def complete(self) -> bool:
-        """True if every robot has been at all its targets, none of which was cancelled, and the pool is empty."""
-        return self.recorder.complete and not self.dispatch.pool.open and not self.missions.dropped
+    def poses(self) -> list[Pose]:
+        """Return the pose of every robot."""
+        return self.bodies.poses()
 
-    @property
-    def finished(self) -> bool:
-        """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
-        return ending.finished(self)
+    def mover_poses(self) -> list[Pose]:
+        """Return the pose of every moving obstacle."""
+        return self.bodies.mover_poses(self.time)
 
-    @property
-    def unfinished(self) -> list[str]:
-        """Robots that do not say that they are done, or have stops left."""
-        everybody = enumerate(zip(self.robots, self.commands, strict=True))
-        return [name for number, (name, command) in everybody if not self.missions.finished(number, command)]
+    def number(self, name: str) -> int:
+        """Return a robot's number."""
+        return self._number[name]
 
-    def untouched(self, name: str) -> bool:
-        """Return True if nobody has ever taken a robot's place, and it has no stops."""
-        number = self._number[name]
-        return number >= self._first and self.commands[number] == REST and not self.missions.places(number).size
+    def is_at_next_stop(self, name: str) -> bool:
+        """Return True if a robot is at its next stop, which counts at the end of this tick."""
+        number = self._number.get(name)
+        return number is not None and self.tasks.missions.is_at_next_stop(number, self.poses()[number])
+
+    def event(self, kind: str, text: str, robot: str | None = None, at: Point | None = None) -> Event:
+        """Return an event of this tick. Of a long id its text has 8 digits, and ``request`` all; ``at`` is in m."""
+        return Event(
+            run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=shortened(text), at=at,
+            request=long_id(text),
+        )  # fmt: skip
+
+    # --- the end of a run ---
 
     @property
     def plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        return ending.plans_matter(self, [edit for _, edit in self._recent])
+        return self.tasks.plans_matter(self.bodies.remembered, self.poses(), self.measures.cells, self.tick)
+
+    @property
+    def finished(self) -> bool:
+        """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
+        tasks, unfinished = self.tasks, self.tasks.unfinished
+        if not unfinished or tasks.missions.any_stopped or tasks.planned_orders.left:
+            return not unfinished and not self.plans_matter
+        return self.measures.jammed(self.time, tasks.commands)
+
+    @property
+    def stands_for_good(self) -> bool:
+        """True if nobody that speaks gets on with what is left: a jam without a solution, or all have stalled."""
+        tasks, standing = self.tasks, enumerate(self.measures.progress.standing(self.time))
+        left = [time for number, time in standing if isfinite(time) and not fallen_silent(tasks, number, self.tick)]
+        if not left or tasks.missions.any_stopped:
+            return False
+        return min(left) >= STALLED or self.measures.jammed(self.time, tasks.commands)
+
+    def rests(self, members: Sequence[str]) -> bool:
+        """Return True if nothing would happen until somebody asks for something; ``members`` are there."""
+        awaited = self.tasks.waits_for(members) or self.tasks.planned_edits.left or self.plans_matter
+        return not awaited and not self.bodies.rolling
+
+    # --- one tick ---
 
     def senses(self, lockstep: bool) -> dict[str, Sense]:
-        """Return what every robot senses at this tick, by name."""
-        return dict(self.each_sense(lockstep))
-
-    def each_sense(self, lockstep: bool) -> Iterator[tuple[str, Sense]]:
-        """Yield what each robot senses, one after the other; the rays of all are cast at once."""
-        sensing, physics = self.sensing, self.physics
-        self._recent = [(tick, edit) for tick, edit in self._recent if self.tick - tick <= self.settings.rate]
-        edits = [edit for _, edit in self._recent]
-        self.distances = sensing.all_distances(physics)
-        self.outside.read(self.distances, self.settings.sensors.rays, self.settings.sensors.range)
+        """Return what every robot senses at this tick, by name; asked again, it is the same."""
+        bodies, missions, found = self.bodies, self.tasks.missions, {}
+        edits = bodies.recent(self.tick)
         for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
-            twist = self._drive.twist(*self.wheels[number])
-            left, front, right, rays = self.distances[number]
-            sense = Sense(
+            twist = bodies.twist(number)
+            left, front, right, rays = bodies.distances[number]
+            found[name] = Sense(
                 world=self.identity, run=self.run, tick=self.tick, time=self.time, lockstep=lockstep,
                 x=pose.x, y=pose.y, yaw=pose.yaw,
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
-                bearings=sensing.bearings(physics, number, pose, self.missions.places(number)),
-                hears=self._heard[number], rays=rays, edits_before=self.edits - len(edits), edits=edits,
-                assigned=self.missions.to_tell(number, self.commands[number]), stopped=self.missions.stopped(number),
+                bearings=bodies.bearings(number, missions.places(number)),
+                hears=self._heard[number], rays=rays, edits_before=bodies.edits - len(edits), edits=edits,
+                assigned=missions.to_tell(number, self.tasks.commands[number]), stopped=missions.stopped(number),
             )  # fmt: skip
-            self.steering.sensed(number, sense)
-            yield name, sense
+        return found
 
     def step(self, commands: Mapping[str, Command], sent: Sequence[tuple[str, int]] = ()) -> list[Event]:
         """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
-        events = noticing.arrivals(self)
-        self.due = bool(events)
-        events += self._admit(commands)
-        events += noticing.traffic(self, commands)
-        dt, fastest, most = self.dt, self._top_speed, self.settings.robot.wheel_acceleration * self.dt
-        # a robot without a new command keeps its last one until that expires
-        in_force = [c if (self.tick - c.tick) * dt <= COMMAND.timeout else None for c in self.commands]
-        in_force = [None if self.missions.stopped(number) else c for number, c in enumerate(in_force)]
-        wanted = [(command.left, command.right) if command else (0.0, 0.0) for command in in_force]
-        pairs = zip(self.wheels, wanted, strict=True)
-        self.wheels = [ramped(wheels, speeds, fastest, most) for wheels, speeds in pairs]
-        movers = [patrol.at(self.time + dt) for patrol in self._movers]
-        placed, jumped, said = self.outside.step(self.tick, self.floor, self.wheels)
-        events += [self.event(kind, text, self.robots[number]) for number, kind, text in said]
-        contacts = self.physics.roll([self._drive.twist(*wheels) for wheels in self.wheels], movers, placed, jumped)
+        bodies, tasks, measures = self.bodies, self.tasks, self.measures
         poses = self.poses()
-        heard = self.radio.hears(poses, [(self._number[name], tick) for name, tick in sent])
+        measures.sensed(self.tick, bodies.distances)
+        arrived = tasks.arrivals(poses, self.time)
+        if arrived:
+            measures.verdict.clear()  # the jam did not stop the whole fleet
+        said = arrived + tasks.admit({self._number[name]: commands[name] for name in sorted(commands)}, poses)
+        said += measures.check(self.tick, self.time, poses, commands, tasks.commands)
+        in_force = tasks.in_force(self.tick)
+        moved = bodies.roll(self.tick, in_force)
+        events = self._events(said + moved.said)
+        heard = self.radio.hears(moved.poses, [(self._number[name], tick) for name, tick in sent])
         self._heard = [[(self.robots[sender], tick) for sender, tick in row] for row in heard]
         self.tick += 1
-        for contact in self.recorder.contacts(contacts, self.physics.touching, self.wheels, poses):
-            other = f" {self.robots[contact.other]}" if contact.other is not None else ""
-            text, at = f"touches {contact.kind}{other}", self.physics.touched_at[contact]
-            events.append(self.event("contact", text, self.robots[contact.robot], at))
-        self.steering.look(in_force, poses)
-        self.recorder.poses(poses)
-        self.recorder.doing(self.commands)
-        events += noticing.stalls(self, poses)
-        events += [*noticing.errands(self), *carry_out(self)]  # first what was reached, then planned orders
-        self.due |= self.tick % round(self.settings.rate) == 0
+        said = measures.record(moved, in_force, tasks.commands)
+        stalled = measures.stalled(self.time, moved, tasks.missions.under_way)
+        said += [self._stall(number, moved.poses) for number in stalled]
+        handed = tasks.hand_out(moved.poses, measures.cells, measures.progress.standing(self.time), self.tick)
+        if handed:
+            measures.verdict.clear()
+        self.due = bool(arrived or handed) or self.tick % round(self.settings.rate) == 0
+        events += [*self._events(said + handed), *self._carry_out()]  # first what was reached, then planned orders
         if self.due:
-            self.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
+            bodies.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
+        bodies.sense(tasks.targets)
         return events
 
-    def settle(self) -> None:
-        """Finish what is left to compute, so that the state can be saved."""
-        self.physics.settle()
-        self.recorder.judge.settle()
+    def _events(self, said: Sequence[Said]) -> list[Event]:
+        return [self.event(*one) for one in said]
 
-    def _admit(self, commands: Mapping[str, Command]) -> list[Event]:
-        """Take in the commands; name what they say that is not so."""
+    def _stall(self, number: int, poses: Sequence[Pose]) -> Said:
+        """Return a line on a robot that has stops left and makes no progress for long."""
+        missions, reason = self.tasks.missions, why(self.tasks, number, poses, self.tick)
+        stop = missions.label(number, missions.left[number] or 0)
+        text = f"made no progress towards {stop} for {STALLED:g} s{f': {reason}' if reason else ''}"
+        return Said("stalled", text, self.robots[number])
+
+    def _carry_out(self) -> list[Event]:
+        """Carry out the planned edits and requests whose time has come; one that is refused becomes an event."""
         events = []
-        for name, said in sorted(commands.items()):
-            number = self._number[name]
-            command = self.missions.of_these_stops(number, said)
-            before, self.commands[number] = self.commands[number], command
-            for kind, text in self.missions.admit(number, before, command, self.physics.pose(number)):
-                events.append(self.event(kind, text, name))
+        for planned in self.tasks.planned_edits.due(self.time):
+            try:
+                changed = self.edit(edit := as_edit(planned))
+            except ConfigError as fault:
+                events.append(self.event("edit_refused", str(fault)))
+            else:
+                text = f"{edit.kind.value} from {edit.low} to {edit.high}{'' if changed else '; it changes nothing'}"
+                events.append(self.event("edit", text))
+        for asked in self.tasks.planned_orders.due(self.time):
+            try:
+                events += self._request(asked.robot, as_request(asked))[1]
+            except PeerError as fault:
+                events.append(self.event("request_refused", str(fault)))
         return events
+
+    # --- between two ticks ---
+
+    def save(self) -> WorldState:
+        """Bring the bodies to rest in physics' memory; return the state, which shares its values with the world."""
+        self.bodies.physics.settle()
+        parts = self.bodies.state, self.tasks.state, self.measures.state
+        return WorldState(self.tick, self._heard, self.radio.chance, *parts)
+
+    def restore(self, state: WorldState) -> None:
+        """Continue from a state; this is a new world of the same scenario, floor, starts, places and seed.
+
+        Raises:
+            ConfigError: the state is of another number of robots, or has other external bodies.
+        """
+        if len(state.heard) != len(self.robots):
+            raise ConfigError(f"snapshot: expected {len(self.robots)} robots, got {len(state.heard)}")
+        parts = state.bodies.external, self.bodies.external
+        was, given = ([self.robots[number] for number in sorted(part.poses)] for part in parts)
+        if was != given:
+            raise ConfigError(
+                f"snapshot: --body: expected {was}, as in the run that was saved, got {given}; give the same"
+            )
+        self.tick, self._heard, self.radio.chance = state.tick, state.heard, state.chance
+        self.bodies.restore(state.bodies)
+        self.tasks.restore(state.tasks)
+        self.measures.restore(state.measures)
 
     def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
-        """Put targets into the pool between two ticks; for the result and errors see ``request``."""
-        outcome = self.dispatch.add(targets, self.poses(), self.floor, self.traffic.watch.cells, self.time)
+        """Put targets into the pool; for the result and errors see ``request``."""
+        outcome = self.tasks.put_in(targets, self.bodies, self.measures.cells, self.time)
         self.due |= outcome.changed
         return Accepted(text=outcome.text), [self.event(kind, text) for kind, text in outcome.events]
 
     def request(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:
-        """Carry out a request to a robot between two ticks; return the answer, and the events if it changes anything.
+        """Carry out a request to a robot; return the answer, and the events if it changes anything.
 
         Raises:
             PeerError: there is no such robot, or the request is refused; nothing has changed.
         """
+        answered = self._request(name, request)
+        number = self._number[name]
+        self.bodies.sensing.draw_bearings(number, self.tasks.targets[number])
+        return answered
+
+    def _request(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:
         if name not in self._number:
             raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
         number = self._number[name]
-        here = self.physics.pose(number)[:2]
-        outcome = self.missions.take(number, request, here, self.floor, self.traffic.watch.cells)
-        if outcome.new_stops:
-            self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
+        outcome = self.tasks.request(number, request, self.poses()[number], self.bodies.floor, self.measures.cells)
         if outcome.changed:
-            self.progress.begin(number, self.time)
-            self.verdict.clear()
+            self.measures.begin(number, self.time)
             self.due = True
         answer = Accepted(text=outcome.text, number=outcome.number)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
 
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
-        """Open places for more robots between two ticks; for the result and errors see ``request``."""
-        answer, begun = opened(self, request)
-        if begun:
-            self.recorder.request(len(self.robots), request)
+        """Open places for more robots and put bodies there; for the result and errors see ``request``."""
+        book, events = self.tasks.places, list[Event]()
+        if (opened := book.known(request)) is None:
+            free = self.tasks.spots(self.starts, self.bodies, self.measures.cells, self.time)
+            starts = free.starts(request, len(self.robots))
+            opened = book.enter(request, starts, [self.add_robot(start) for start in starts])
+            self.measures.recorder.request(len(self.robots), request)
+            self.bodies.measure()
             self.due = True
-        return answer, [self.event("place", text, name) for name, text in begun]
+            text = "has a place at ({:.2f}, {:.2f}) m; it waits for a process to take it"
+            placed = zip(opened.robots, starts, strict=True)
+            events = [self.event("place", text.format(*start), name) for name, start in placed]
+        return Accepted(text=opened.text, robots=opened.robots), events
 
     def add_robot(self, start: Pose) -> str:
-        """Put one more robot on the floor, without stops; every table by numbers gets a row. Return its name."""
+        """Put one more robot on the floor, without stops; return its name."""
         name = later_name(len(self.robots), self._first)
         self._number = self._number | {name: len(self.robots)}
         self.robots.append(name)
         self.starts.append(start)
-        self.sensing.add_robot()
-        self.wheels.append((0.0, 0.0))
-        self.commands.append(REST)
         self._heard.append([])
-        self.distances = [*self.distances, Distances(0.0, 0.0, 0.0, [])]
-        self.progress.add_robot(self.time)
-        for part in (self.physics, self.traffic, self.steering, self.recorder, self.missions):
-            part.add_robot(start)
+        self.bodies.add_robot(start)
+        self.measures.add_robot(start, self.time)
+        self.tasks.add_robot(start)
         return name
 
     def edit(self, edit: Edit, *, sensed: bool = False) -> bool:
@@ -265,36 +292,8 @@ class World:
         Raises:
             ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
         """
-        bodies = zip(self.robots, self.poses(), self.wheels, strict=True)
-        floor = edited(self.floor, edit, bodies, self.settings.robot, self.dt, int(sensed))
-        if np.array_equal(floor.cells, self.floor.cells):
+        if not self.bodies.edit(edit, self.robots, self.tick, sensed=sensed):
             return False
-        self.floor = floor
-        self.physics.set_floor(floor)
-        self.recorder.set_floor(floor)
-        self.traffic.set_floor(floor, self.settings)
-        self.dispatch.pool.forgive()
-        self._recent.append((self.tick, edit))
-        self.edits += 1
+        self.measures.set_floor(self.bodies.floor)
+        self.tasks.pool.forgive()
         return True
-
-    def poses(self) -> list[Pose]:
-        """Return the pose of every robot."""
-        return self.physics.poses()
-
-    def mover_poses(self) -> list[Pose]:
-        """Return the pose of every moving obstacle."""
-        return [patrol.at(self.time) for patrol in self._movers]
-
-    def is_at_next_stop(self, name: str) -> bool:
-        """Return True if a robot is at its next stop, which counts at the end of this tick."""
-        number = self._number.get(name)
-        return number is not None and self.missions.is_at_next_stop(number, self.physics.pose(number))
-
-    def number(self, name: str) -> int:
-        """Return a robot's number."""
-        return self._number[name]
-
-    def event(self, kind: str, text: str, robot: str | None = None, at: Point | None = None) -> Event:
-        """Return an event of this tick; ``at`` is where it happened [m]."""
-        return noticing.told(self, kind, text, robot, at)

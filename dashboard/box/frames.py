@@ -23,7 +23,7 @@ LEARNED: Final = "box/learned"
 COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
 
 
-class Row(Struct, frozen=True, kw_only=True):
+class RobotRow(Struct, frozen=True, kw_only=True):
     """One robot's progress."""
 
     robot: Annotated[str, says("its name")]
@@ -50,7 +50,7 @@ class Overview(Struct, frozen=True, kw_only=True):
     link: Annotated[bool, says("the box is connected to the fleet's router")]
     share: Annotated[float, says("of all robots' ways, 0 to 1")]
     contacts: Annotated[int, says("touches of robots with anything, among the last 100 events")]
-    robots: Annotated[tuple[Row, ...], says("all robots of the run")]
+    robots: Annotated[tuple[RobotRow, ...], says("all robots of the run")]
     pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
 
 
@@ -67,7 +67,7 @@ class Why(Struct, frozen=True, kw_only=True):
     right_v: Annotated[float, says("m/s")]
 
 
-class Turn(Struct, frozen=True, kw_only=True):
+class TurnOrder(Struct, frozen=True, kw_only=True):
     """The order in which robots enter a cell."""
 
     at: Annotated[tuple[float, float], says("m; the cell's middle")]
@@ -79,7 +79,7 @@ class Joint(Struct, frozen=True, kw_only=True):
 
     leader: Annotated[str, says("the robot that made it")]
     ways: Annotated[dict[str, list[tuple[float, float]]], says("m; of each member, from where it is")]
-    turns: Annotated[list[Turn], says("the longest orders")]
+    turns: Annotated[list[TurnOrder], says("the longest orders")]
 
 
 def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:
@@ -122,9 +122,9 @@ class Overviewing(NamedTuple):
         return overview(self.progress, self.home, link=self.link)
 
 
-def _row(progress: Progress, name: str, home: bool) -> Row:
+def _row(progress: Progress, name: str, home: bool) -> RobotRow:
     robot = progress.robot(name)
-    return Row(
+    return RobotRow(
         robot=name,
         heard=progress.heard(name),
         doing=naming.lane(robot, home),

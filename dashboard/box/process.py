@@ -75,11 +75,11 @@ def run(
         server.show({telling.HELLO: telling.hello(fleet, shipped())})
         if open_page:
             webbrowser.open(address(port, token))
-        follow(bus, Shown(bus, server, log), stop.is_set)
+        follow(bus, Page(bus, server, log), stop.is_set)
     return 0
 
 
-def follow(bus: Bus, shown: "Shown", stopped: Callable[[], bool]) -> None:
+def follow(bus: Bus, shown: "Page", stopped: Callable[[], bool]) -> None:
     """Take in what arrives and show it ten times a second, until we are told to stop."""
     for topic in LISTEN:
         bus.listen(topic)
@@ -101,7 +101,7 @@ def follow(bus: Bus, shown: "Shown", stopped: Callable[[], bool]) -> None:
     shown.show(last=True)
 
 
-class Shown:
+class Page:
     """What is known of the fleet, and what of it is new to browsers."""
 
     def __init__(self, bus: Bus, server: Server, log: Callable[[str], None]) -> None:

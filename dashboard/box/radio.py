@@ -1,14 +1,14 @@
 """What browsers see of the radio: the floor as robots learn it, and the joint plans of those that are selected."""
 
-from dashboard.box.frames import Joint, Turn
+from dashboard.box.frames import Joint, TurnOrder
 from dashboard.fold.learning import Learned
 from dashboard.fold.overlays import Overlays
-from dashboard.fold.radio import Radio
+from dashboard.fold.radio import HeardRadio
 from dashboard.fold.scene import Scene
 from swarm.messages import Broadcast, Truth
 
 
-class Hearing(Radio):
+class Hearing(HeardRadio):
     """The radio of one scene, as far as somebody looks at it."""
 
     _scene: Scene | None = None
@@ -39,7 +39,9 @@ class Hearing(Radio):
         if self._overlays is None or self._scene is None or not self._scene.settings.map.known:
             return []
         return [
-            Joint(leader=plan.leader, ways=plan.lines, turns=[Turn(at=at, robots=text) for at, text in plan.orders])
+            Joint(
+                leader=plan.leader, ways=plan.lines, turns=[TurnOrder(at=at, robots=text) for at, text in plan.orders]
+            )
             for plan in self._overlays.at(truth).plans
             if selected & plan.lines.keys()
         ]

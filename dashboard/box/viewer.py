@@ -11,7 +11,7 @@ from typing import Final
 from swarm.bus import Endpoint
 from swarm.errors import PeerError
 from swarm.installed import without_rerun
-from swarm.secure.identity import WATCHER
+from swarm.secure.names import WATCHER
 
 ENDS: Final = 3.0  # s, wall time for a dashboard that was told to stop
 SAYS: Final = "dashboard: http://"  # how the line with its address begins

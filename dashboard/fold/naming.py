@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from dashboard.fold.progress import Robot
+from dashboard.fold.progress import RobotProgress
 from swarm.messages import Activity, Event
 
 WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
@@ -21,12 +21,12 @@ def stop_name(number: int, stops: int, home: bool) -> str:
     return HOME if home and number == stops - 1 else str(number + 1)
 
 
-def stop_of(robot: Robot, number: int, home: bool) -> str:
+def stop_of(robot: RobotProgress, number: int, home: bool) -> str:
     """Return the name of a robot's stop; ``home`` is the scenario's, and says nothing of the stops of an order."""
     return stop_name(number, robot.stops, _ends_home(robot, home))
 
 
-def _ends_home(robot: Robot, home: bool) -> bool:
+def _ends_home(robot: RobotProgress, home: bool) -> bool:
     return home and robot.assignment == 0
 
 
@@ -36,7 +36,7 @@ def stop_lane(number: int, stops: int, home: bool) -> str:
     return name if name in {DONE, HOME} else f"to {name}"
 
 
-def lane(robot: Robot, home: bool) -> str:
+def lane(robot: RobotProgress, home: bool) -> str:
     """Return in a word or two what a robot does: the stop that it drives to, or why it stands."""
     if robot.stops == 0:
         return READY

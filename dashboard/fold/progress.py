@@ -32,7 +32,7 @@ EVENTS_KEPT: Final = 100
 RATE: Final = 20.0  # Hz, control steps per second, until the world's time and tick tell the real rate
 
 
-class Robot(msgspec.Struct, frozen=True, kw_only=True):
+class RobotProgress(msgspec.Struct, frozen=True, kw_only=True):
     """The mission of one robot, as far as it is known."""
 
     tick: int = -1  # of the newest message from the robot itself
@@ -83,7 +83,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
     present: frozenset[str] | None = None  # robots whose process is present, as the world says
     lost: frozenset[str] = frozenset()  # robots that have been absent for long, as the world says
     tokens: Mapping[str, frozenset[str]] = MappingProxyType({})  # robot -> sessions that announced it
-    robots: Mapping[str, Robot] = MappingProxyType({})
+    robots: Mapping[str, RobotProgress] = MappingProxyType({})
     pool: PoolCounts | None = None  # how far the targets for any robot are; None: there were none
     events: tuple[Event, ...] = ()  # the last ones, in the order they came
     rate: float = RATE  # Hz
@@ -101,9 +101,9 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         """Share of the ways of all robots, 0 to 1, by distance; who has not spoken has not moved."""
         return sum(self.robot(name).share for name in self.order) / len(self.order) if self.order else 0.0
 
-    def robot(self, name: str) -> Robot:
+    def robot(self, name: str) -> RobotProgress:
         """Return what is known about a robot; a robot that was never heard has done nothing yet."""
-        return self.robots.get(name) or Robot()
+        return self.robots.get(name) or RobotProgress()
 
     def seconds(self, tick: int) -> float:
         """Return the time [s] of a tick since the run began."""
@@ -183,7 +183,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
     )
 
 
-def _mission(robot: Robot, message: Broadcast | State) -> Robot:
+def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
     """Return the robot after a message; a broadcast and a state have the mission, a broadcast also has the pose."""
     changed: dict[str, object] = {}
     if isinstance(message, State) and message.assignment > robot.assignment:
@@ -212,7 +212,7 @@ def _mission(robot: Robot, message: Broadcast | State) -> Robot:
     return msgspec.structs.replace(robot, **changed) if changed else robot
 
 
-def _plan(robot: Robot, message: Plan) -> Robot:
+def _plan(robot: RobotProgress, message: Plan) -> RobotProgress:
     if message.tick <= robot.path_tick:
         return robot
     return msgspec.structs.replace(robot, path=tuple(message.points), path_tick=message.tick)
@@ -229,5 +229,5 @@ def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tupl
     return tuple(times)
 
 
-def _with_robots(progress: Progress, changed: dict[str, Robot]) -> Progress:
+def _with_robots(progress: Progress, changed: dict[str, RobotProgress]) -> Progress:
     return msgspec.structs.replace(progress, robots=MappingProxyType({**progress.robots, **changed}))

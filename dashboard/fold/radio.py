@@ -22,7 +22,7 @@ def wanted(scene: Scene | None, truth: Truth | None, selected: Collection[str]) 
     return frozenset(member for body in truth.bodies if body.robot in selected for member in body.members)
 
 
-class Radio:
+class HeardRadio:
     """The part of the radio that is listened to."""
 
     def __init__(self, bus: Bus) -> None:

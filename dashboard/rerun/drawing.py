@@ -21,7 +21,7 @@ from dashboard.fold.scene import Scene
 from dashboard.rerun import shapes
 from dashboard.rerun.layout import ACCOUNT, TIMELINE
 from dashboard.rerun.reader import moving
-from dashboard.rerun.stage import Stage, pixels, place
+from dashboard.rerun.stage import Scenery, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
@@ -31,7 +31,7 @@ PATHS: Final = 20  # pictures of all paths in one batch, at most
 MARKS: Final = 200  # contacts that are marked, the newest
 
 
-class View:
+class Picture:
     """The picture of one run, drawn into its recording."""
 
     def __init__(
@@ -39,7 +39,7 @@ class View:
     ) -> None:
         self.robots = robots
         self._stream = stream
-        self._stage = Stage(self._log, scene, robots)
+        self._stage = Scenery(self._log, scene, robots)
         self._colours = self._stage.colours
         self._detailed = [n for n, name in enumerate(robots) if detailed is None or name in detailed]
         self._trails = shapes.Trails(len(robots))

@@ -12,7 +12,7 @@ from dashboard.fold.scene import Scene
 from dashboard.frames import finish
 from dashboard.mode import ANY, LOOPBACK
 from dashboard.rerun.compaction import compact
-from dashboard.rerun.drawing import View
+from dashboard.rerun.drawing import Picture
 from dashboard.rerun.layout import APPLICATION, blueprint
 from swarm.errors import ConfigError
 
@@ -21,7 +21,7 @@ SMALLER: Final = 10.0  # s to make files smaller; the launcher waits 15 s for th
 MEMORY: Final = "256MiB"  # of recordings that the server keeps for viewers that come late
 
 
-class Recorder:
+class Recordings:
     """The destinations of recordings: a server that viewers connect to, files, or both. Each run has one recording.
 
     The first run's stream is the server. Later runs are sent to it, so that an open viewer shows them too.
@@ -34,7 +34,9 @@ class Recorder:
         self._files: list[Path] = []
         self.url: str | None = None  # for viewers
 
-    def begin(self, name: str, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None) -> View:
+    def begin(
+        self, name: str, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None
+    ) -> Picture:
         """Begin a run's recording; sensors and held cells are drawn of the robots ``detailed``, None for all.
 
         Raises:
@@ -62,7 +64,7 @@ class Recorder:
             self._files.append(self._file())
         stream.send_recording_name(name)
         self._streams.append(stream)
-        view = View(stream, scene, robots, detailed)
+        view = Picture(stream, scene, robots, detailed)
         view.set_stage()
         return view
 

@@ -16,7 +16,7 @@ Log = Callable[[str, rr.AsComponents], None]  # entity, what: for all times
 UPRIGHT: Final = rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]])  # Rerun's 2D view has y down
 
 
-class Stage:
+class Scenery:
     """The parts of one run's picture that do not move."""
 
     def __init__(self, log: Log, scene: Scene, robots: tuple[str, ...]) -> None:

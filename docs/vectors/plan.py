@@ -211,10 +211,10 @@ STORIES: Final[dict[str, list[tuple[str, int, Broadcast | bytes | None]]]] = {
 
 def told(events: Sequence[tuple[str, int, Broadcast | bytes | None]]) -> list[Json]:
     """Return what r3 says after each event, in cell 22."""
-    peers, joint, found = PeerRecords("r3", CELLS, SETTINGS), JointPlanning("r3", CELLS, SETTINGS), []
+    peers, joint, found = PeerRecords("r3", SETTINGS), JointPlanning("r3", SETTINGS), []
     for about, tick, broadcast in events:
         traffic, message = heard(broadcast) if broadcast is not None else (None, None)
-        assert not peers.hear(tick, [traffic] if traffic is not None else [])
+        assert not peers.hear(tick, CELLS, [traffic] if traffic is not None else [])
         joint.step(situation(tick, 22, peers.others))
         refusal = joint.refused(tick)
         answer = {"frozen": joint.frozen, "epoch": joint.epoch, "refusal": refusal}

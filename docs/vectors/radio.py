@@ -10,14 +10,14 @@ import numpy as np
 
 from docs.vectors.floors import paper, squares
 from docs.vectors.writing import Json, metres
-from swarm.bus.gaps import Gaps, Numbers
+from swarm.bus.losses import Gaps, Numbers
 from swarm.geometry import Pose
 from swarm.messages import RADIO
 from swarm.robot.radio import around, zone
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import Telling
+from swarm.traffic.own_record import RecordWriter
 from world.bodies.rays import cast
 
 
@@ -34,7 +34,7 @@ def radio() -> Json:
         (3, 3, False),
         (2, 4, True),
     ):
-        telling = Telling(f"r{number}", replace(constants, every=every), number - 1, 1.2)
+        telling = RecordWriter(f"r{number}", replace(constants, every=every), number - 1, 1.2)
         ticks = [tick for tick in range(100, 125) if telling.is_due(tick, often=listening)]
         phases.append({"robot": f"r{number}", "every": every, "somebody_listens": listening, "sends_at": ticks})
     zones = []

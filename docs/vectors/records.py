@@ -13,7 +13,7 @@ from swarm.geometry import Pose
 from swarm.messages import RADIO, Activity, Broadcast
 from swarm.messages.traffic import Claim, Record, Relayed, Sighting, TrafficBroadcast
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import Telling
+from swarm.traffic.own_record import RecordWriter
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
@@ -25,7 +25,7 @@ from swarm.traffic.reservations.rules import Reservations
 NOW: Final = 1000  # tick
 CELLS, WIRE_SETTINGS = squares()
 SETTINGS: Final = traffic_settings(WIRE_SETTINGS)
-TELLING: Final = Telling("r2", SETTINGS, 1, CELLS.side)
+TELLING: Final = RecordWriter("r2", SETTINGS, 1, CELLS.side)
 
 
 def record(robot: str, *held: int, stamp: int = NOW, **fields: Any) -> Record:  # noqa: ANN401
@@ -54,7 +54,7 @@ def heard(broadcast: Broadcast | bytes) -> tuple[TrafficBroadcast, Json]:
 def situation(tick: int, head: int, others: Mapping[str, Record], **known: Any) -> Situation:  # noqa: ANN401
     """Return what a robot knows whose head is a cell."""
     fresh = {robot: one for robot, one in others.items() if one.stamp >= tick - SETTINGS.fresh}
-    plain = Situation(tick, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
+    plain = Situation(tick, CELLS, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
     return plain._replace(**known)
 
 
@@ -185,24 +185,24 @@ CASES: Final[dict[str, Case]] = {
 
 def judged(case: Case) -> Json:
     """Return a case with the answer of our robots."""
-    peers, sightings = PeerRecords("r2", CELLS, SETTINGS), Sightings(SETTINGS)
+    peers, sightings = PeerRecords("r2", SETTINGS), Sightings(SETTINGS)
     messages, dropped = [], []
     for broadcast in case.heard:
         traffic, message = heard(broadcast)
         messages.append(message)
-        dropped += [event.text for event in peers.hear(NOW, [traffic])]
+        dropped += [event.text for event in peers.hear(NOW, CELLS, [traffic])]
         sightings.hear(NOW, peers.fresh(NOW).values())
     fresh = peers.fresh(NOW)
     known = situation(
         NOW, case.held[-1], peers.others, fresh=fresh, blocked=sightings.occupied(),
-        cleared=sightings.cleared(peers.others, fresh),
+        cleared=sightings.clear(peers.others, fresh),
     )  # fmt: skip
     reservations = Reservations(case.held, case.claims, 9)
     way = (*(claim.cell for claim in case.claims), *case.wish)
     progress = RouteProgress(reservations, (ALONE,) * len(case.held), way)
     x, y = CELLS.centre(case.held[0])
     body = Footprint(NOW, Pose(x, y, 0.0), case.held[0], frozenset(case.held[:1]))
-    after = Claiming("r2", CELLS, SETTINGS).step(progress, None, known, body, ()).progress.reservations
+    after = Claiming("r2", SETTINGS).step(progress, None, known, body, ()).progress.reservations
     answer: dict[str, Json] = {
         "newest": {robot: one.stamp for robot, one in peers.others.items()},
         "silent": sorted(peers.fallen_silent(NOW)),

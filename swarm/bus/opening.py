@@ -7,7 +7,7 @@ import zenoh
 
 from swarm.bus.arrivals import Arrival, Link, Presence, Request
 from swarm.bus.codec import decode
-from swarm.bus.gaps import Gaps
+from swarm.bus.losses import Gaps
 from swarm.errors import PeerError, SwarmError
 from swarm.messages import Topic
 

@@ -19,8 +19,7 @@ from swarm.bus import settings
 from swarm.bus.arrivals import Arrival, Link, Presence, Request, encoding
 from swarm.bus.codec import decode, encode
 from swarm.bus.connecting import channel, connect
-from swarm.bus.gaps import Gaps, Numbers
-from swarm.bus.ledger import Ledger
+from swarm.bus.losses import Gaps, Ledger, Numbers
 from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID, Item, browses, lost_before, opened, sampled
 from swarm.errors import ConfigError, PeerError

@@ -12,7 +12,7 @@ import zenoh
 
 from swarm.errors import ConfigError
 from swarm.secure import Identity
-from swarm.secure.identity import AUTHORITY, CERTIFICATE, KEY
+from swarm.secure.names import AUTHORITY, CERTIFICATE, KEY
 
 LEASE: Final = 1.0  # s of silence after which a session is closed; measured: a frozen reader then blocks nobody
 LEASE_OF_EACH: Final = 0.025  # s, at least, for each session of one machine: measured with 256 on two cores

@@ -13,7 +13,7 @@ from typing import Any, Final
 import zenoh
 
 from swarm.bus.connecting import channel, connect, plain
-from swarm.bus.gaps import Gaps
+from swarm.bus.losses import Gaps
 from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID
 from swarm.bus.settings import Endpoint

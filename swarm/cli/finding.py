@@ -8,19 +8,19 @@ from swarm.errors import ConfigError
 from swarm.messages.topic import below
 
 if TYPE_CHECKING:
-    from swarm.bus import Endpoint
+    from swarm.bus import Bus, Endpoint
 
 LOOK_EVERY: Final = 0.5  # s between two looks for a world
 
 
-class Place(NamedTuple):
+class FleetPlace(NamedTuple):
     """Where a fleet is: its router, as whom this process joins it, and its name."""
 
     endpoint: "Endpoint"
     fleet: str
 
 
-def place(options: argparse.Namespace, member: str) -> Place:
+def place(options: argparse.Namespace, member: str) -> FleetPlace:
     """Return the fleet of --fleet, or the only one there is; --connect says on which router, else on this machine.
 
     Raises:
@@ -31,9 +31,20 @@ def place(options: argparse.Namespace, member: str) -> Place:
 
     if options.connect is None:
         card = find(options.fleet)
-        return Place(endpoint(card.endpoint, options.secure, member), card.fleet)
+        return FleetPlace(endpoint(card.endpoint, options.secure, member), card.fleet)
     router = endpoint(options.connect, options.secure, member)
-    return Place(router, chosen(options.fleet, fleets(router), f"on {router}"))
+    return FleetPlace(router, chosen(options.fleet, fleets(router), f"on {router}"))
+
+
+def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
+    """Return a member's bus of the fleet that the options mean.
+
+    Raises:
+        ConfigError: the endpoint is wrong; there is no such fleet, or there are several and none is named.
+    """
+    from swarm.bus import Bus
+
+    return Bus(*place(options, member))
 
 
 def spelled(options: argparse.Namespace) -> argparse.Namespace:

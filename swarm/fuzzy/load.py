@@ -12,7 +12,7 @@ PROFILES = Path(__file__).parent / "profiles"
 LARGEST_FILE = 256 * 1024  # bytes; the paper's profile has 4 KiB
 
 
-class _Loader(yaml.SafeLoader):
+class _ProfileLoader(yaml.SafeLoader):
     """SafeLoader that refuses a key written twice; PyYAML would silently keep the last one."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
@@ -75,7 +75,7 @@ def _read(path: Path, where: str) -> Profile:
 def _parsed(source: str, where: str) -> Profile:
     """Read a profile's text; the result is cached, since thousands of short runs read the same profile."""
     try:
-        document = yaml.load(source, _Loader)
+        document = yaml.load(source, _ProfileLoader)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(f"{where}: expected YAML as in profiles/paper.yaml: {reason}") from error

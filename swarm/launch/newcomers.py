@@ -6,8 +6,8 @@ from math import ceil
 from typing import Any, Final
 
 from swarm.errors import ConfigError
-from swarm.launch.fleet import Fleet
-from swarm.launch.table import ROBOT
+from swarm.launch.supervise.fleet import Fleet
+from swarm.launch.supervise.table import ROBOT
 from swarm.secure import Identity
 from swarm.settings import MOST_ROBOTS
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
 
-from swarm.launch.fleet import check_open_files
 from swarm.launch.proxy import Delay
+from swarm.launch.supervise.fleet import check_open_files
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
-from world.bodies.external import check_outside
+from world.bodies.external import check_external
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,5 +60,5 @@ def ready(options: Options) -> Options:
     """
     check_open_files(options.sessions)
     mission = check(options.scenario, options.robots, options.seed)
-    check_outside(options.outside, options.robots)
+    check_external(options.outside, options.robots)
     return replace(options, scenario=mission.scenario, loaded=options.scenario)

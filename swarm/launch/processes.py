@@ -8,12 +8,12 @@ from typing import Any, Final
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.fleet import Fleet, check_open_files
 from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
-from swarm.launch.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
+from swarm.launch.supervise.fleet import Fleet, check_open_files
+from swarm.launch.supervise.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
-from swarm.secure import identity
+from swarm.secure import names as members
 
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
@@ -60,7 +60,7 @@ class Processes:
             way = {"endpoint": self._proxy, "router": self.endpoint, "delay": self.options.delay}
             self._fleet.start(PROXY, "proxy", way)
         if self._box is not None:
-            self._fleet.start(BOX, "box", self._common(identity.OPERATOR) | self._box)
+            self._fleet.start(BOX, "box", self._common(members.OPERATOR) | self._box)
         self._begin()
 
     def lacks(self, robots: Iterable[str]) -> bool:
@@ -132,7 +132,7 @@ class Processes:
         self._fleet.start(
             WORLD,
             "world",
-            self._common(identity.WORLD)
+            self._common(members.WORLD)
             | {
                 "scenario": options.scenario,
                 "robots": options.robots,
@@ -149,5 +149,5 @@ class Processes:
             },
         )
         if shown is not None:
-            self._fleet.start(DASHBOARD, "dashboard", self._common(identity.WATCHER) | shown)
+            self._fleet.start(DASHBOARD, "dashboard", self._common(members.WATCHER) | shown)
         self._robots.start(names(options.robots))

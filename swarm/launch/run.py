@@ -18,17 +18,18 @@ from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.installed import without_rerun
-from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
-from swarm.launch.running import CARD, Entry, named, registered
+from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
-from swarm.launch.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
+from swarm.launch.supervise.fleet import Ended, Fleet
+from swarm.launch.supervise.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
 from swarm.scenario.starts import names
-from swarm.secure import Identity, identity
+from swarm.secure import Identity
+from swarm.secure import names as members
 from swarm.stopping import told_to_stop
 
 ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
@@ -109,10 +110,10 @@ def _router_of(options: Options) -> Identity | None:
             f"--robots-per-process: expected 1 with --secure, got {options.robots_per_process}: a robot's keys are for "
             "its name only, so it needs a process of its own; leave out one of the two"
         )
-    steering = [identity.OPERATOR] if options.dashboard == BOX else []
-    for member in (identity.ROUTER, identity.WORLD, identity.WATCHER, *steering, *names(options.robots)):
+    steering = [members.OPERATOR] if options.dashboard == BOX else []
+    for member in (members.ROUTER, members.WORLD, members.WATCHER, *steering, *names(options.robots)):
         Identity(options.secure, member).check()
-    return Identity(options.secure, identity.ROUTER)
+    return Identity(options.secure, members.ROUTER)
 
 
 def _free_port() -> int:
@@ -120,7 +121,7 @@ def _free_port() -> int:
 
 
 def _watch(
-    fleet: Fleet, processes: Processes, entry: Entry, stop: Flag, console: Console, box: dict[str, Any] | None
+    fleet: Fleet, processes: Processes, entry: Listing, stop: Flag, console: Console, box: dict[str, Any] | None
 ) -> str:
     """Show progress until the world ends or we are told to stop; return what went wrong, "" for nothing.
 
@@ -139,7 +140,7 @@ def _watch(
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
-                bus = opened.enter_context(Bus(endpoint.seen_by(identity.WATCHER), processes.name))
+                bus = opened.enter_context(Bus(endpoint.seen_by(members.WATCHER), processes.name))
                 _follow(bus, processes)
             if box is not None and _answers(box["port"]):
                 page, box = address(box["port"], box["token"]), None

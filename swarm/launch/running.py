@@ -58,7 +58,7 @@ def folder() -> Path:
     return path
 
 
-class Entry:
+class Listing:
     """The entry of a fleet in the list: its name, and its folder with the card, whose lock this process holds."""
 
     def __init__(self, name: str, home: Path, endpoint: Endpoint, card: int) -> None:
@@ -108,7 +108,7 @@ class Entry:
 
 
 @contextmanager
-def registered(wanted: str, endpoint: Endpoint) -> Iterator[Entry]:
+def registered(wanted: str, endpoint: Endpoint) -> Iterator[Listing]:
     """Take a free fleet name (``paper``, else ``paper-2``, ...) and a folder for it until the block ends.
 
     The folders of fleets whose launcher was killed are removed.
@@ -125,7 +125,7 @@ def registered(wanted: str, endpoint: Endpoint) -> Iterator[Entry]:
             name = _free(all_fleets, wanted)
             home = all_fleets / name
             try:
-                entry = Entry(name, home, endpoint, _made(home, name, endpoint))
+                entry = Listing(name, home, endpoint, _made(home, name, endpoint))
             except OSError:
                 rmtree(home, ignore_errors=True)
                 raise

@@ -5,23 +5,23 @@ from collections.abc import Callable
 from typing import Any
 
 from swarm.bus import Endpoint
-from swarm.launch.fleet import Ended, Fleet
 from swarm.launch.options import Options
 from swarm.launch.processes import Processes
 from swarm.launch.running import registered
-from swarm.launch.table import EarlyEnd
+from swarm.launch.supervise.fleet import Ended, Fleet
+from swarm.launch.supervise.table import EarlyEnd
 from world.storm.history.history import record
 from world.storm.laws.judge import judge
 from world.storm.plans.draw import draw
 from world.storm.plans.plan import StormPlan, only_simulated
-from world.storm.results import Job, Result, compared, summed
+from world.storm.results import Job, RunResult, compared, summed
 
 
-def perform_both(job: Job, stop: Callable[[], bool]) -> Result:
+def perform_both(job: Job, stop: Callable[[], bool]) -> RunResult:
     """Run a plan in one process and judge it, then over real processes, and compare the digests."""
     plan = draw(job.profile, job.seed) if job.plan is None else job.plan
     if why := only_simulated(plan):
-        return Result(profile=job.profile, seed=job.seed, left_out=why)
+        return RunResult(profile=job.profile, seed=job.seed, left_out=why)
     history = record(plan)
     result = summed(job, plan, history, judge(history))
     if history.crash:

@@ -10,7 +10,7 @@ from typing import Any
 from dashboard.frames import is_whole
 from dashboard.terminal import ROWS
 from swarm.errors import ConfigError
-from swarm.launch.table import numbered
+from swarm.launch.supervise.table import numbered
 
 
 def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ COLUMNS: Final = 9  # of a scenario's row
 SCEN_MAX: Final = 2_000_000  # bytes of a .scen file, about 30,000 rows
 
 
-class Row(NamedTuple):
+class PlanningTask(NamedTuple):
     """One row of a scenario; cells are (row, column) of the map as loaded, row 0 at the bottom."""
 
     start: Cell
@@ -79,7 +79,7 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
     return OccupancyMap(drawn(rows, SYMBOLS), float(cell))
 
 
-def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
+def load_scen(path: Path, map: OccupancyMap) -> list[PlanningTask]:  # noqa: A002
     """Load a ``.scen`` for its map. The column with the map's name is ignored: it is often a path of another machine.
 
     Raises:
@@ -88,7 +88,7 @@ def load_scen(path: Path, map: OccupancyMap) -> list[Row]:  # noqa: A002
     return from_scen(read_text(path, SCEN_MAX), map, str(path))
 
 
-def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[Row]:  # noqa: A002
+def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[PlanningTask]:  # noqa: A002
     """Read the text of a ``.scen`` (``version 1`` may be missing): one row per line, y counted from the top.
 
     Some sets have a length of 0 between two different cells, or a size of 0 by 0: both mean "not stated".
@@ -96,7 +96,7 @@ def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[Row
     Raises:
         ConfigError: the text is not valid, or belongs to another map.
     """
-    rows: list[Row] = []
+    rows: list[PlanningTask] = []
     height, width = map.shape
     for number, line in enumerate(text.replace("\r\n", "\n").split("\n"), start=1):
         words = line.split("\t") if line.count("\t") == COLUMNS - 1 else line.split()
@@ -122,7 +122,7 @@ def from_scen(text: str, map: OccupancyMap, where: str = "scenario") -> list[Row
             )
         start, goal = (height - 1 - y0, x0), (height - 1 - y1, x1)
         length = _length(words[8], at)
-        rows.append(Row(start, goal, None if length == 0.0 and start != goal else length))
+        rows.append(PlanningTask(start, goal, None if length == 0.0 and start != goal else length))
     if not rows:
         raise ConfigError(f"{where}: expected at least one row, got none; is this a MovingAI scenario?")
     return rows

@@ -11,7 +11,7 @@ SHORT: Final = reprlib.Repr()  # aliases in YAML can make a value that would tak
 SHORT.maxlevel, SHORT.maxstring, SHORT.maxother = 3, 60, 60
 
 
-class Fault(NamedTuple):
+class Mistake(NamedTuple):
     """One fault of some values."""
 
     where: str  # such as "targets[0].x"; "" if it is about all of them
@@ -27,7 +27,7 @@ class Fault(NamedTuple):
         return f"{self.where}{': ' * bool(self.where)}{said}"
 
 
-def explained(fault: str, raw: object) -> Fault:
+def explained(fault: str, raw: object) -> Mistake:
     """Return the fault that msgspec names in some plain values.
 
     >>> print(explained("Expected `float` >= 0.0 - at `$.targets[1]`", {"targets": [1.0, -2.0]}))
@@ -42,7 +42,7 @@ def explained(fault: str, raw: object) -> Fault:
         except (KeyError, IndexError, TypeError):
             break
     where = "".join(f".{name}" if name else f"[{index}]" for name, index in steps).lstrip(".")
-    return Fault(where, [name for name, _ in steps if name], said, value)
+    return Mistake(where, [name for name, _ in steps if name], said, value)
 
 
 def shown(value: object) -> str:

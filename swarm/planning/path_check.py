@@ -16,7 +16,7 @@ from swarm.geometry import distance
 from swarm.maps.occupancy import OBSTACLE, UNKNOWN, WALL, Cell, OccupancyMap, Point
 
 
-class Fault(StrEnum):
+class PathFault(StrEnum):
     """What can be wrong with a path."""
 
     NO_PATH = "is no path"  # too short, or with a number that is not finite
@@ -33,7 +33,7 @@ class Fault(StrEnum):
 class Finding(NamedTuple):
     """A fault of a path, and where it first occurs."""
 
-    fault: Fault
+    fault: PathFault
     where: str
 
 
@@ -45,12 +45,12 @@ def check_cells(
     ``length`` is the claimed length in cells; it may be off by 1e-4 or by a share of 1e-5, whichever is more.
     """
     if not cells:
-        return [Finding(Fault.NO_PATH, "no cells")]
+        return [Finding(PathFault.NO_PATH, "no cells")]
     findings = []
     if tuple(cells[0]) != tuple(start):
-        findings.append(Finding(Fault.WRONG_START, f"{cells[0]}, not {start}"))
+        findings.append(Finding(PathFault.WRONG_START, f"{cells[0]}, not {start}"))
     if tuple(cells[-1]) != tuple(goal):
-        findings.append(Finding(Fault.WRONG_GOAL, f"{cells[-1]}, not {goal}"))
+        findings.append(Finding(PathFault.WRONG_GOAL, f"{cells[-1]}, not {goal}"))
     way = np.asarray(cells, np.int64)
     outside = (way < 0).any(axis=1) | (way >= np.array(free.shape)).any(axis=1)
     inside = way.clip(0, np.array(free.shape) - 1)
@@ -61,10 +61,10 @@ def check_cells(
     # the two cells between which a diagonal step passes
     beside = ~free[here[:, 0], onward[:, 1]] | ~free[onward[:, 0], here[:, 1]]
     for fault, wrong in (
-        (Fault.LEAVES_MAP, outside),
-        (Fault.ENTERS_SOLID, ~outside & ~free[inside[:, 0], inside[:, 1]]),
-        (Fault.JUMPS, jump),
-        (Fault.CUTS_CORNER, diagonal & beside),
+        (PathFault.LEAVES_MAP, outside),
+        (PathFault.ENTERS_SOLID, ~outside & ~free[inside[:, 0], inside[:, 1]]),
+        (PathFault.JUMPS, jump),
+        (PathFault.CUTS_CORNER, diagonal & beside),
     ):
         if wrong.any():
             findings.append(Finding(fault, f"at cell {int(wrong.argmax())}: {cells[int(wrong.argmax())]}"))
@@ -91,24 +91,24 @@ class Judge:
         start up to its second point, but no nearer. ``tolerance`` [m] allows for rounding.
         """
         if len(points) < 2 or not all(isfinite(number) for point in points for number in point):
-            return [Finding(Fault.NO_PATH, "fewer than two points, or one that is not finite")]
+            return [Finding(PathFault.NO_PATH, "fewer than two points, or one that is not finite")]
         findings = []
         if distance(points[0], start) > tolerance:
-            findings.append(Finding(Fault.WRONG_START, f"{points[0]}, not {start}"))
+            findings.append(Finding(PathFault.WRONG_START, f"{points[0]}, not {start}"))
         if distance(points[-1], goal) > tolerance:
-            findings.append(Finding(Fault.WRONG_GOAL, f"{points[-1]}, not {goal}"))
+            findings.append(Finding(PathFault.WRONG_GOAL, f"{points[-1]}, not {goal}"))
         line = shapely.LineString(points)
         if not self.floor.buffer(tolerance).covers(line):
-            findings.append(Finding(Fault.LEAVES_MAP, "beyond its outer edge"))
+            findings.append(Finding(PathFault.LEAVES_MAP, "beyond its outer edge"))
         if self.room(line) <= tolerance:
-            findings.append(Finding(Fault.ENTERS_SOLID, self._place(line)))
+            findings.append(Finding(PathFault.ENTERS_SOLID, self._place(line)))
         else:
             allowed = min(self.radius, self.room(shapely.Point(points[0])))
             first, rest = shapely.LineString(points[:2]), shapely.LineString([points[1], *points[1:]])
             for part, keep in ((first, allowed), (rest, self.radius)):
                 if self.room(part) < keep - tolerance:
                     said = f"{self._place(part)}: {self.room(part):.4f} m, less than {keep:.4f} m"
-                    findings.append(Finding(Fault.TOO_NEAR, said))
+                    findings.append(Finding(PathFault.TOO_NEAR, said))
                     break
         return findings + _length(float(line.length), length)
 
@@ -131,4 +131,4 @@ class Judge:
 def _length(measured: float, claimed: float | None) -> list[Finding]:
     if claimed is None or abs(measured - claimed) <= max(1e-4, 1e-5 * abs(claimed)):
         return []
-    return [Finding(Fault.WRONG_LENGTH, f"{measured:.6f}, not {claimed}")]
+    return [Finding(PathFault.WRONG_LENGTH, f"{measured:.6f}, not {claimed}")]

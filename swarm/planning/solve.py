@@ -17,7 +17,7 @@ from swarm.planning.path_check import Judge, check_cells
 WIDE, HIGH = 100, 50  # characters: the largest drawing
 
 
-class Answer(NamedTuple):
+class Solution(NamedTuple):
     """One planned path, for people and for programs."""
 
     drawing: str
@@ -59,7 +59,7 @@ def solve_one(
     margin: float = 0.1,
     resolution: float | None = 0.1,
     unknown_free: bool = False,
-) -> Answer:
+) -> Solution:
     """Plan one path [m, map frame] for a disc of ``radius`` [m], check it, and draw it.
 
     Raises:
@@ -89,7 +89,7 @@ def solve_one(
     }
     said = f"{path.length:.3f} m over {len(path.points)} points" if path else f"no path: {reason}"
     line = [path.point_at(s) for s in np.arange(0.0, path.length, grid.resolution / 2)] if path else []
-    return Answer(f"{draw(map, [(line, '*'), ([start], 'A'), ([goal], 'B')])}\n{said}", numbers)
+    return Solution(f"{draw(map, [(line, '*'), ([start], 'A'), ([goal], 'B')])}\n{said}", numbers)
 
 
 def draw(map: OccupancyMap, marks: list[tuple[list[Point], str]]) -> str:  # noqa: A002

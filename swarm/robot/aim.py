@@ -21,13 +21,13 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 class Aiming:
     """The aims of one robot, whose footprint has a ``radius`` [m]. The last answer is cached.
 
-    Of ``cells`` only the lattice counts, which stays the same for a whole run.
+    ``lattice`` are cells of any floor: only where they lie counts, which stays the same for a whole run.
     """
 
-    def __init__(self, cells: CellMap, radius: float) -> None:
-        self._cells = cells
+    def __init__(self, lattice: CellMap, radius: float) -> None:
+        self._lattice = lattice
         self._radius = radius
-        x, y, yaw = cells.occupancy.origin
+        x, y, yaw = lattice.occupancy.origin
         self._origin = (x, y, cos(yaw), sin(yaw))
         self._aimed_for: tuple[object, ...] = ()
         self._aimed: Point = (0.0, 0.0)
@@ -51,8 +51,8 @@ class Aiming:
         x, y, _ = self.local(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in AIM.shares]
-        last = self._cells.cell_of(*waypoints[-1])  # its centre may be free where a point beside it is not
-        middle = [self._cells.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
+        last = self._lattice.cell_of(*waypoints[-1])  # its centre may be free where a point beside it is not
+        middle = [self._lattice.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
         least = self._radius + AIM.tight_gap
@@ -82,7 +82,7 @@ class Aiming:
         middle is no place to drive to.
         """
         x, y, _ = self.local(pose)
-        cells, room = self._cells, max(0.0, self._cells.side / 2 - self._radius - AIM.tight_gap)
+        cells, room = self._lattice, max(0.0, self._lattice.side / 2 - self._radius - AIM.tight_gap)
         for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
             if cell == OUTSIDE:
                 continue
@@ -94,7 +94,7 @@ class Aiming:
     def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
         """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""
         for cell in reversed(cells):
-            point = self._cells.centre(cell)
+            point = self._lattice.centre(cell)
             if line_is_free(grid, (pose.x, pose.y), point, AIM.gap):
                 return point
         return aim
@@ -109,11 +109,11 @@ class Aiming:
     def local(self, pose: Pose) -> Pose:
         """Return a pose in the lattice's own frame."""
         x, y, yaw = pose
-        return Pose(*self._flat((x, y)), yaw - self._cells.occupancy.origin.yaw)
+        return Pose(*self._flat((x, y)), yaw - self._lattice.occupancy.origin.yaw)
 
     def shut(self, held: Collection[int]) -> NDArray[np.float64]:
         """Return the cells beside held ones that are not held: (n, 4) of low x, low y, high x, high y [m, lattice]."""
-        cells, held = self._cells, tuple(held)
+        cells, held = self._lattice, tuple(held)
         if held == self._shut_for[0]:
             return self._shut_for[1]
         side, columns, (x0, y0) = cells.side, cells.columns, cells.offset

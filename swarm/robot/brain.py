@@ -17,6 +17,7 @@ from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
+from swarm.traffic.progress_checker import PlaceChecker
 from swarm.traffic.step import Traffic
 
 
@@ -69,7 +70,7 @@ class Robot:
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
-        self._progress_at = (self._start[:2], 0.0)  # where and when [s] it last made progress
+        self._progress = PlaceChecker(settings.robot.radius, self._start[:2])
         self._forgot_for = -1  # the stop for which it last cleared its map
         self._finished = 0  # stops of earlier assignments that it had finished
         self._opened = False  # the map has changed: a way may lead to a stop that was given up
@@ -83,7 +84,7 @@ class Robot:
         settings, floor = self._settings, self._ground.map
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
-        return CellPilot(traffic, self._number, settings, self._controller)
+        return CellPilot(traffic, cells, self._number, settings, self._controller)
 
     def resume(self, state: State, assigned: Assigned | None = None) -> None:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""
@@ -137,7 +138,10 @@ class Robot:
         self._tick_off_stops(pose)
         self._learn(inputs)
         self._take_up_stops((sense.x, sense.y), sense.time)
-        return self._outputs(sense, self._drive(sense, pose, inputs.heard))
+        self._find_path(sense, pose)
+        move = self._drive(sense, pose, inputs.heard)
+        self._activity = move.activity
+        return self._outputs(sense, move)
 
     # --- what it knows about others and about the floor ---
 
@@ -156,7 +160,7 @@ class Robot:
             self._opened = True
             self._pilot.take_floor(ground.map)
         if not self._settings.map.known:
-            changed |= ground.look(sense, self._pilot.robot_at(sense.tick))
+            changed |= ground.learn(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:
             for broadcast in inputs.heard:
                 changed |= ground.hear(broadcast.walls, sense.time)
@@ -228,21 +232,19 @@ class Robot:
         if (goal := self.mission.goal) is None:
             return
         on_path = navigator.advance(pose)
-        got_on = distance(self._progress_at[0], pose) > self._settings.robot.radius
-        if got_on or self._activity is Activity.GIVE_WAY or sense.stopped:
-            self._progress_at = (here, sense.time)
-        stuck = sense.time - self._progress_at[1] > REPLAN.stuck
+        if self._activity is Activity.GIVE_WAY or sense.stopped:
+            self._progress.restart(here, sense.time)
+        stuck = self._progress.check(here, sense.time) > REPLAN.stuck
         if (not on_path or stuck) and sense.time - self._planned_at > REPLAN.again:
             self._planned_at = sense.time
             bodies = [(other.x, other.y) for other in self._near(sense.tick)] if stuck else []
             if navigator.head_for(here, goal, bodies):
-                self._progress_at = (here, sense.time)
+                self._progress.restart(here, sense.time)
                 navigator.advance(pose)
 
     # --- how it drives ---
 
     def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
-        self._find_path(sense, pose)
         mission = self.mission
         goal = mission.goal
         inputs = PilotInputs(
@@ -255,9 +257,7 @@ class Robot:
             navigator=self._navigator,
             heard=heard,
         )
-        move = self._pilot.drive(inputs)
-        self._activity = move.activity
-        return move
+        return self._pilot.drive(inputs)
 
     # --- what it says ---
 

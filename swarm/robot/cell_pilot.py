@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from math import inf, pi
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -24,17 +24,32 @@ from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, Safety
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, comes_near
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.obstacles.tracker import WATCH
 from swarm.traffic.peers.uncooperative import Spoken
-from swarm.traffic.progress_checker import GettingOn
+from swarm.traffic.progress_checker import ProgressChecker
 from swarm.traffic.settings import NEAR
 from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
 SHUT_OFF: Final = frozenset({TrafficActivity.CUT_OFF, TrafficActivity.LOOKING})  # by walls, or by who is silent
 GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
+
+
+class Driven(NamedTuple):
+    """How a robot drove in one tick, as far as the next one needs it."""
+
+    speeds: WheelSpeeds = STAND
+    heading: float = 0.0  # rad, that the tables got
+    scale: float = 1.0  # the tables got the sensed distances divided by this
+    drawn_to: Point | None = None  # m, the aim if all the floor were granted
+    circles: bool = False  # its way did not become shorter for long
+    target: int = -1  # the stop for which this was counted
+    rolled: tuple[int, ...] = ()  # cells that the tables would drive over, by the last rollout
+    kept_away: int = 0  # ticks that it was kept from its place since it is done
+    unconstrained: bool = False  # nobody was near
 
 
 class CellPilot:
@@ -44,8 +59,10 @@ class CellPilot:
     drivable too. The fuzzy tables steer to the aim. The safety filter limits their speeds and does not know the aim.
     """
 
-    def __init__(self, traffic: Traffic, number: int, settings: Settings, controller: Controller) -> None:
-        robot, cells = settings.robot, traffic.cells
+    def __init__(
+        self, traffic: Traffic, cells: CellMap, number: int, settings: Settings, controller: Controller
+    ) -> None:
+        robot = settings.robot
         self._traffic = traffic
         self._settings = settings
         self._cells = cells
@@ -59,34 +76,29 @@ class CellPilot:
         self._detour = Detour(self._filter)
         self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
-        self._scale = 1.0  # the tables get the sensed distances divided by this
-        self._drawn_to: Point | None = None  # m, the aim if all the floor were granted
-        self._swept: tuple[int, ...] = ()  # cells that the tables would drive over in the next seconds
-        self._circles = False  # its way did not become shorter for long
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
-        self._late: tuple[RimSpeeds, ...] = ()  # commands that the wheels have not carried out yet
-        self._last = 0.0, 0.0  # m/s, rim speeds commanded last
-        self._rolls = 0  # ticks for which the wheels would still obey the last command if the process slept now
-        self._target = -1  # current stop
-        self._kept_away = 0  # ticks that it was kept from its place since it is done
-        self._getting_on = GettingOn(PILOT.longer)
+        self._before = Driven()  # the last tick
+        self._progress_checker = ProgressChecker(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, inputs: PilotInputs) -> Move:
         """Return what the robot does at one tick."""
-        sense, pose = inputs.sense, inputs.pose
-        settles = self._settles(inputs)
+        sense, pose, before = inputs.sense, inputs.pose, self._before
+        kept_away = self._kept_away(inputs, before)
+        settles = kept_away > PILOT.settles_after * self._settings.rate
         idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
         path = inputs.navigator.path
         scan = self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
+        late = self._lateness.compare(sense.tick, (body.left, body.right))
+        rolled = self._rolled(inputs, body, before)
         granted = self._traffic.step(
             TrafficInputs(
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else inputs.goal,
-                sweeps=self._sweeps(inputs, body),
-                braking=self._filter.braking(body, self._under_way(sense, body)),
+                sweeps=() if before.drawn_to is None or before.circles else rolled,
+                braking=self._filter.braking(body, self._under_way(late, before)),
                 scan=scan,
                 done=inputs.done,
                 path=() if path is None or inputs.done else path.points,
@@ -97,93 +109,101 @@ class CellPilot:
                     for said in inputs.heard
                     if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
                 ],
-            )
+            ),
+            self._cells,
         )
-        speeds, heading = (STAND, 0.0) if sense.stopped else self._wheels(inputs, granted, body, scan)
-        self._lateness.command((speeds.left, speeds.right))
-        self._rolls = round(COMMAND.timeout * self._settings.rate) if granted.unconstrained else 0
-        self._last = speeds.left, speeds.right
+        driven = (
+            before._replace(speeds=STAND, heading=0.0)
+            if sense.stopped
+            else self._wheels(inputs, granted, body, scan, late, before)
+        )
+        self._lateness.command(driven.speeds)
+        self._before = driven._replace(rolled=rolled, kept_away=kept_away, unconstrained=granted.unconstrained)
         return Move(
-            speeds,
-            heading,
+            driven.speeds,
+            driven.heading,
             self._activity(inputs, granted, idle=idle),
             held=granted.held,
             unconstrained=granted.unconstrained,
-            scale=self._scale,
+            scale=driven.scale,
             waits=granted.waits,
             members=granted.members,
             notes=[(event.kind, event.text) for event in granted.events],
             traffic=granted.broadcast,
         )
 
-    def _under_way(self, sense: Sense, body: DriveState) -> tuple[tuple[float, float], ...]:
+    def _under_way(self, late: tuple[RimSpeeds, ...], before: Driven) -> tuple[RimSpeeds, ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        self._late = self._lateness.under_way(sense.tick, (body.left, body.right))
-        return (*self._late, *(self._last,) * self._rolls)
+        rolls = round(COMMAND.timeout * self._settings.rate) if before.unconstrained else 0
+        return (*late, *(before.speeds,) * rolls)
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
         self._cells = cells_of(floor, self._settings)
-        self._traffic.take_cells(self._cells)
 
     def learn(self, floor: OccupancyMap, blocks: Iterable[Block]) -> bool:
         """Update the cells from changed blocks of a learned map; return True if cells or their joins changed."""
         before = self._cells
         for low, high in blocks:
             self._cells = self._cells.changed(floor, low, high)
-        self._traffic.take_cells(self._cells)
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
         """Return a function that says of a point [m] whether another robot's body may be there at a tick."""
-        return self._traffic.robot_at(tick)
+        return self._traffic.robot_at(tick, self._cells)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Return True if joined cells lead from ``here`` to ``goal`` [m]."""
         return comes_near(self._cells, here, goal, self._settings)
 
     def _wheels(
-        self, inputs: PilotInputs, granted: TrafficOutputs, body: DriveState, scan: Scan
-    ) -> tuple[WheelSpeeds, float]:
-        """Choose the wheel speeds, and the heading error [rad] that the fuzzy tables get."""
+        self,
+        inputs: PilotInputs,
+        granted: TrafficOutputs,
+        body: DriveState,
+        scan: Scan,
+        late: tuple[RimSpeeds, ...],
+        before: Driven,
+    ) -> Driven:
+        """Choose the wheel speeds. ``late`` are the commands [m/s] that the wheels have not carried out yet."""
         sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and not granted.threats:
             self._detour.end()
             error = bearing(pose, granted.face)
-            return self._filter.face(body, error), error
+            return before._replace(speeds=self._filter.face(body, error), heading=error)
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[inputs.target] if inputs.target >= 0 and distance(aim, inputs.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
-        self._drawn_to = (
-            aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
-        )
+        drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
         shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
-        near = scan.bodies(self._traffic.settings, WATCH) if self._late and granted.threats else ()
+        near = scan.bodies(self._traffic.settings, WATCH) if late and granted.threats else ()
         nearest = min((reading.measured for reading in near), default=inf)
-        fastest = self._filter.near_threats(body, self._late, granted.threats, nearest)
+        fastest = self._filter.near_threats(body, late, granted.threats, nearest)
         away = self._away(sense, Constraints(grid, shut, local, bodies, fastest=fastest), granted)
         if away is not None:
-            return away, heading
-        self._scale = self._scaled(inputs, granted, gap(shut, local.x, local.y), heading)
+            return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
+        nowhere = self._count_nowhere(inputs, granted, before.target)
+        scale = self._scaled(granted, gap(shut, local.x, local.y), heading, nowhere)
+        now = before._replace(drawn_to=drawn_to, circles=nowhere > PILOT.nowhere_after, target=inputs.target)
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()
-                return STAND, heading
-            within, heading, self._scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
+                return now._replace(speeds=STAND, heading=heading, scale=scale)
+            within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
         constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive, fastest)
         aside = self._detour.heading(sense, constraints)
         if aside is not None:
-            heading, self._scale = aside, SCALE.detour
-        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, self._scale)
+            heading, scale = aside, SCALE.detour
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
         if granted.threats and self._flight.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
-        return self._filter.check(sense, tables, constraints), heading
+        return now._replace(speeds=self._filter.check(sense, tables, constraints), heading=heading, scale=scale)
 
     def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
         """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""
@@ -198,28 +218,23 @@ class CellPilot:
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-    def _sweeps(self, inputs: PilotInputs, body: DriveState) -> tuple[int, ...]:
+    def _rolled(self, inputs: PilotInputs, body: DriveState, before: Driven) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
-        if self._drawn_to is None or self._circles:
-            return ()
-        if inputs.sense.tick % PILOT.rolled_every == 0:
-            points = self._rollout(inputs.sense, body, self._drawn_to, self._scale)
-            self._swept = self._cells.swept_in_order(
-                points, self._settings.robot.radius + self._traffic.settings.margin
-            )
-        return self._swept
+        if before.drawn_to is None or before.circles or inputs.sense.tick % PILOT.rolled_every:
+            return before.rolled
+        points = self._rollout(inputs.sense, body, before.drawn_to, before.scale)
+        return self._cells.swept_in_order(points, self._room)
 
-    def _scaled(self, inputs: PilotInputs, granted: TrafficOutputs, room: float, heading: float) -> float:
+    def _scaled(self, granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
         """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 
-        A robot that gets nowhere has the least scale. In some corners the tables turn left and right for ever; if all
-        obstacles count as far, the tables turn to the aim. After twice that time nearly everything counts as far.
+        A robot that gets ``nowhere`` for long [s] has the least scale. In some corners the tables turn left and right
+        for ever; if all obstacles count as far, the tables turn to the aim. After twice that time nearly everything
+        counts as far.
         """
-        nowhere = self._nowhere(inputs, granted)
-        self._circles = nowhere > PILOT.nowhere_after
         if nowhere > 2 * PILOT.nowhere_after:
             return SCALE.detour
-        if self._circles or (granted.exactly and len(granted.held) == 1):
+        if nowhere > PILOT.nowhere_after or (granted.exactly and len(granted.held) == 1):
             return SCALE.turning
         if granted.unconstrained:
             return 1.0
@@ -234,24 +249,24 @@ class CellPilot:
             return False
         return self._cells.fits(granted.held, inputs.pose.x, inputs.pose.y, self._room)
 
-    def _nowhere(self, inputs: PilotInputs, granted: TrafficOutputs) -> float:
-        """Return for how long [s] the robot has had cells to drive over but its way did not become shorter.
+    def _count_nowhere(self, inputs: PilotInputs, granted: TrafficOutputs, target: int) -> float:
+        """Count on; return for how long [s] the robot has had cells to drive over but its way did not become shorter.
 
-        Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again.
+        Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again, and
+        so does another stop than ``target``.
         """
-        new = len(granted.held) <= 1 or inputs.target != self._target
-        self._target = inputs.target
-        ticks = self._getting_on.look(len(granted.way), counts=granted.may_drive, new=new)
+        new = len(granted.held) <= 1 or inputs.target != target
+        ticks = self._progress_checker.check(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
 
-    def _settles(self, inputs: PilotInputs) -> bool:
-        """Return True if the robot is done and has long been kept from its place: it stays where it is in no way.
+    def _kept_away(self, inputs: PilotInputs, before: Driven) -> int:
+        """Return for how many ticks the robot has been kept from its place since it is done.
 
-        All times away count together: robots that drive each other away in turn are at their places now and then.
+        If that is long, it stays where it is in no way. All times away count together: robots that drive each other
+        away in turn are at their places now and then.
         """
         away = distance(inputs.pose, inputs.goal) > self._settings.reach
-        self._kept_away = self._kept_away + away if inputs.done else 0
-        return self._kept_away > PILOT.settles_after * self._settings.rate
+        return before.kept_away + away if inputs.done else 0
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
         if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):

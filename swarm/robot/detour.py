@@ -4,11 +4,11 @@ Obstacle avoidance and goal seeking can pull to opposite sides and hold a robot 
 only the inputs of the tables. It commands no wheel, so it does not help tables that do not turn to a heading.
 """
 
-from math import hypot
-
+from swarm.geometry import distance
 from swarm.messages import Sense
 from swarm.robot.safety import Constraints, SafetyFilter
 from swarm.robot.tuning import DETOUR
+from swarm.traffic.progress_checker import PlaceChecker
 
 
 class Detour:
@@ -16,14 +16,15 @@ class Detour:
 
     def __init__(self, safety: SafetyFilter) -> None:
         self._filter = safety
-        self._got_on: tuple[float, float] | None = None  # m, where it last made progress
-        self._since = 0.0  # s, time of that, or of the detour's last phase
+        self._progress = PlaceChecker(DETOUR.progress)
+        self._since = 0.0  # s, time of the detour's last phase
         self._from: tuple[float, float] | None = None  # m, where the detour began
         self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear
 
     def end(self) -> None:
         """Forget progress and detour, because the robot must not drive on now."""
-        self._got_on = self._from = None
+        self._progress.forget()
+        self._from = None
 
     def heading(self, sense: Sense, constraints: Constraints) -> float | None:
         """Return the heading error [rad] for the tables; None: no detour is under way.
@@ -42,19 +43,14 @@ class Detour:
             return None
         if self._heading and self._filter.way_ahead(sense, constraints):
             self._heading, self._since = 0.0, sense.time
-        if sense.time - self._since > DETOUR.patience or _apart(here, self._from) > DETOUR.done:
+        if sense.time - self._since > DETOUR.patience or distance(here, self._from) > DETOUR.done:
             self.end()
             return None
         return self._heading
 
     def _watch(self, sense: Sense, constraints: Constraints) -> None:
         here = (sense.x, sense.y)
-        if self._got_on is None or _apart(here, self._got_on) > DETOUR.progress:
-            self._got_on, self._since = here, sense.time
-        elif sense.time - self._since > DETOUR.patience and not self._filter.way_ahead(sense, constraints):
+        still = self._progress.check(here, sense.time)
+        if still > DETOUR.patience and not self._filter.way_ahead(sense, constraints):
             self._from, self._since = here, sense.time
             self._heading = DETOUR.aside * self._filter.freer_side(sense, constraints)
-
-
-def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
-    return hypot(a[0] - b[0], a[1] - b[1])

@@ -1,6 +1,6 @@
 """Getting out of the threats' way: simulated ways out are compared with standing, on each course threats may take.
 
-Threats may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
+Tracker may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
 every such course, and better on the likely ones. Otherwise the robot stands.
 """
 
@@ -19,7 +19,7 @@ from swarm.motion.sweep import Boxes, advance, clearance_along, gap
 from swarm.robot.safety import STAND, Constraints
 from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
 from swarm.settings import Settings
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 
 NO_WAY: Final = np.nan
 
@@ -116,7 +116,7 @@ class Flight:
         self._heading: float | None = None  # rad, of the way out under way
 
     def threatens(
-        self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[Threat]
+        self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[MovingObstacle]
     ) -> bool:
         """Return True if the tables' rim speeds [m/s] lead too near to a threat."""
         driving = self.gaps(sense, constraints, threats, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
@@ -125,7 +125,9 @@ class Flight:
             return True
         return bool((driving < np.minimum(standing, FLIGHT.enough) - FLIGHT.differs).any())
 
-    def way_out(self, sense: Sense, constraints: Constraints, wished: Boxes, threats: Sequence[Threat]) -> Twist | None:
+    def way_out(
+        self, sense: Sense, constraints: Constraints, wished: Boxes, threats: Sequence[MovingObstacle]
+    ) -> Twist | None:
         """Return the speeds that lead out of the threats' way; None: standing is as good.
 
         ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
@@ -160,7 +162,7 @@ class Flight:
         return Twist(FLIGHT.speed * max(0.0, cos(off)), max(-most, min(most, FLIGHT.gain * off)))
 
     def _longest(
-        self, sense: Sense, constraints: Constraints, threats: Sequence[Threat], heading: float
+        self, sense: Sense, constraints: Constraints, threats: Sequence[MovingObstacle], heading: float
     ) -> NDArray[np.float64] | None:
         """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
         tried = (self.gaps(sense, constraints, threats, heading, time) for time in FLIGHT.times)
@@ -170,7 +172,7 @@ class Flight:
         self,
         sense: Sense,
         constraints: Constraints,
-        threats: Sequence[Threat],
+        threats: Sequence[MovingObstacle],
         heading: float,
         time: float,
         ahead: float = FLIGHT.ahead,

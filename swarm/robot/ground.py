@@ -70,7 +70,7 @@ class Ground:
         """Return True if the robot has missed edits; ``before`` is as in ``take_edits``."""
         return self._known and before > self.edits
 
-    def look(self, sense: Sense, is_robot: Callable[[Point], bool]) -> bool:
+    def learn(self, sense: Sense, is_robot: Callable[[Point], bool]) -> bool:
         """Learn an unknown floor from every ray; return True if a cell became solid or stopped being solid.
 
         ``is_robot`` returns True if another robot's body may be at a point [m]; a hit there makes no wall. A hit counts

@@ -14,11 +14,14 @@ class Place:
 
     def __init__(self, asked: str | None) -> None:
         self.name = asked
-        self.session: str | None = None  # of the world that welcomed it
+        self.session: str | None = None  # of the world that welcomed it; None: it is to ask
+        self._last: str | None = None  # the session that welcomed it last
         self._next = 0.0  # s
         self._pause = FIRST
         self._named: set[str] = set()
+        self._seen = False  # the clock has had it, since that world welcomed it
         self._unseen: float | None = None  # s; since when the clock leaves it out
+        self._patience = UNSEEN  # s; each time twice the one before, until the clock has it
 
     def due(self, now: float) -> bool:
         """Return True if it is time to ask."""
@@ -37,18 +40,25 @@ class Place:
 
     def welcomed(self, session: str) -> None:
         """Take in that the world of a session has given it the place."""
-        self.session, self._unseen = session, None
+        self._seen = self._seen and session == self._last
+        self.session = self._last = session
+        self._unseen = None
 
     def hear(self, clock: Clock, now: float) -> None:
         """Take in at ``now`` [s] whether its world counts it as present."""
         if self.name in clock.present:
-            self._unseen = None
-        elif self._unseen is None:
+            self._seen, self._unseen, self._patience = True, None, UNSEEN
+        elif self._seen and self._unseen is None:  # a world that many join at once sees some of them late
             self._unseen = now
 
     def unseen(self, now: float) -> bool:
         """Return True if its world has left it out for long: the token was lost on its way to the world."""
-        return self._unseen is not None and now - self._unseen > UNSEEN
+        return self._unseen is not None and now - self._unseen > self._patience
+
+    def join_again(self) -> None:
+        """Ask for the place once more, and be more patient with the clock the next time."""
+        self._patience *= 2
+        self.session = None
 
 
 class Ending:

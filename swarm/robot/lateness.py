@@ -23,8 +23,10 @@ class Lateness:
         self._believed = round(BELIEVED / dt)
         self._ticks = 0
 
-    def under_way(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
-        """Return the newest commands that the wheels may not have carried out yet, oldest first.
+    def compare(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
+        """Compare the last command with what the wheels did; call it once a tick.
+
+        Return the newest commands that the wheels may not have carried out yet, oldest first.
 
         ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
         after a pause in which all commands expired.

@@ -188,7 +188,7 @@ class Crew:
             if place.unseen(now):
                 self._log(f"{place.name}: the world does not see this process; it joins once more")
                 self._bus.withdraw("robot", place.name)
-                place.session = None
+                place.join_again()
 
     def _is_ours(self, sender: int | None) -> bool:
         """Return True if a message comes from the world of these robots, as far as one can tell."""

@@ -21,7 +21,7 @@ from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.tracker import MovingObstacle
 
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NO_BODIES: Final = np.empty((0, 2))
@@ -119,7 +119,7 @@ class SafetyFilter:
         return points
 
     def near_threats(
-        self, body: DriveState, late: Sequence[tuple[float, float]], threats: Sequence[Threat], nearest: float
+        self, body: DriveState, late: Sequence[tuple[float, float]], threats: Sequence[MovingObstacle], nearest: float
     ) -> float:
         """Return the forward speed [m/s] from which a robot stops before a body that it sees, ``nearest`` [m] away.
 

@@ -10,7 +10,7 @@ from swarm.maps.occupancy import FREE, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import Mission, check_grid_size, planning_grid, settled
+from swarm.scenario.prepare import Prepared, check_grid_size, planning_grid, settled
 from swarm.scenario.starts import names, starts
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import CellMap
@@ -24,7 +24,7 @@ STOP_COST: Final = 5e-10
 NOWHERE: Final = -1
 
 
-def check(scenario: Scenario, robots: int, seed: int) -> Mission:
+def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
     """Return the prepared mission if it can be driven: no start or target in a wall, no overlap, a path to each target.
 
     Raises:
@@ -69,7 +69,7 @@ def check(scenario: Scenario, robots: int, seed: int) -> Mission:
                 "found none; open the map or move the target"
             )
     _within_cells(scenario, poses, grid)
-    return Mission(scenario, grid, poses)
+    return Prepared(scenario, grid, poses)
 
 
 def _affordable(scenario: Scenario, robots: int) -> None:

@@ -16,7 +16,7 @@ RESOLUTION: Final = 0.1  # m, largest cell of the planning grid
 EASE: Final = 0.8  # m, times distance_scale: clearance that paths prefer; the fuzzy term `near` ends there
 
 
-class Mission(NamedTuple):
+class Prepared(NamedTuple):
     """The inputs of a run."""
 
     scenario: Scenario  # its lattice is settled
@@ -24,14 +24,14 @@ class Mission(NamedTuple):
     starts: list[Pose]  # of each robot, in the order of their numbers
 
 
-def prepare(scenario: Scenario, robots: int, seed: int) -> Mission:
+def prepare(scenario: Scenario, robots: int, seed: int) -> Prepared:
     """Return the mission: the scenario with its lattice placed, the planning grid and the start poses.
 
     Raises:
         ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
     scenario = settled(scenario)
-    return Mission(scenario, planning_grid(scenario), starts(scenario, robots, seed))
+    return Prepared(scenario, planning_grid(scenario), starts(scenario, robots, seed))
 
 
 def settled(scenario: Scenario) -> Scenario:

@@ -30,7 +30,7 @@ from swarm.messages import (
     Topic,
 )
 from swarm.messages.topic import below
-from swarm.secure.identity import OPERATOR, WATCHER, WORLD
+from swarm.secure.names import OPERATOR, WATCHER, WORLD
 
 ROBOT: Final = "robot"  # the row of every robot
 FLEET: Final = below("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name

@@ -19,7 +19,7 @@ from cryptography.hazmat.primitives.serialization import (
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from swarm.errors import ConfigError
-from swarm.secure.identity import AUTHORITY, CERTIFICATE, KEY
+from swarm.secure.names import AUTHORITY, CERTIFICATE, KEY
 
 EARLIER: Final = timedelta(minutes=5)  # a certificate is valid from then on: the clocks of two hosts differ
 HERE: Final = ("127.0.0.1", "::1", "localhost")  # names of the router that every fleet's certificate has

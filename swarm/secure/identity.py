@@ -7,17 +7,8 @@ from stat import S_IMODE
 from typing import Final
 
 from swarm.errors import ConfigError
+from swarm.secure.names import ACCESS, AUTHORITY, CERTIFICATE, KEY
 
-ROUTER: Final = "router"
-WORLD: Final = "world"
-OPERATOR: Final = "operator"  # gives orders: go, pause, edit, ...
-WATCHER: Final = "watcher"  # sees everything and changes nothing: the dashboard, the launcher, `swarm status`
-ROLES: Final = (ROUTER, WORLD, OPERATOR, WATCHER)
-
-AUTHORITY: Final = "ca.pem"
-CERTIFICATE: Final = "certificate.pem"
-KEY: Final = "key.pem"
-ACCESS: Final = "access.json"  # the router's only
 OTHERS: Final = 0o077  # permissions of everybody but the owner
 
 

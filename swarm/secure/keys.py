@@ -12,7 +12,7 @@ from typing import Final
 from swarm.errors import ConfigError
 from swarm.secure.access import access_list
 from swarm.secure.certificates import EARLIER, HERE, Authority, Files
-from swarm.secure.identity import ACCESS, AUTHORITY, CERTIFICATE, KEY, ROLES, ROUTER
+from swarm.secure.names import ACCESS, AUTHORITY, CERTIFICATE, KEY, ROLES, ROUTER
 
 PRIVATE: Final = 0o600
 

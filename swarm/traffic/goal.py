@@ -1,11 +1,22 @@
 """The goal of a robot: a cell that it can stand in and reach, and the point in that cell."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import BESIDE, RouteProgress
+
+
+class Wish(NamedTuple):
+    """Where a robot wants to be in one tick."""
+
+    goal: Point | None  # m; None: it stays, but makes room for others
+    path: Sequence[Point]  # m, to the goal; (): any shortest way
+    done: bool  # no stop is left: the goal is only a place to stand
 
 
 class Goal:
@@ -40,6 +51,18 @@ class Goal:
                 self.cell, self.since, changed = cell, body.tick, True
         self.wish = wish
         return changed
+
+    def choose_again(self) -> None:
+        """Choose the cell again with the next wish, because the floor has changed."""
+        self.wish = None
+
+    def forget(self) -> None:
+        """Forget the cell, because ways on the old floor count no more."""
+        self.cell = OUTSIDE
+
+    def stay_at(self, cell: int) -> None:
+        """Take the cell to which a joint plan leads the robot, which has no goal of its own."""
+        self.cell = cell
 
     def place(self, wish: Point, room: float, cells: CellMap) -> Point:
         """Return the point in the goal cell nearest to ``wish`` where a disc with the radius ``room`` fits [m]."""

@@ -11,7 +11,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.uncooperative import Spoken
 
@@ -59,7 +59,7 @@ class TrafficOutputs(NamedTuple):
     waypoints: tuple[Point, ...]  # m, in the order to drive: from the cell it is in to the head
     beside: tuple[Point, ...]  # m, other robots that hold the cell it is in, and silent robots and obstacles near
     may_drive: bool  # False: no forward speed; turning on the spot is safe
-    threats: tuple[Threat, ...]  # obstacles that move near the robot, which must get out of their way
+    threats: tuple[MovingObstacle, ...]  # obstacles that move near the robot, which must get out of their way
     room: tuple[int, ...]  # cells asked for beside the way
     looks: bool  # it drives slowly to a point from which it looks or claims
     exactly: bool  # the last waypoint must be reached: a stop, or a point to look from

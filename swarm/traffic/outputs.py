@@ -7,43 +7,43 @@ from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.interface import TrafficActivity, TrafficOutputs
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.peers.records import Event, PeerRecords
+from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import keeps
-from swarm.traffic.reservations.presence import VIEW, Footprint
+from swarm.traffic.reservations.presence import VIEW
 from swarm.traffic.reservations.side_cells import way_back
-from swarm.traffic.result import Doing
+from swarm.traffic.result import StepResult
 from swarm.traffic.settings import TrafficSettings
 
 
-def way_ahead(doing: Doing, place: int) -> tuple[int, ...]:
+def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
     """List the held cells to drive through in order, from the one at ``place`` to the head or to the next stop.
 
     If no other robot is near, the cells of the route that are in view follow.
     """
-    ahead = doing.progress.reservations.held[place:]
-    if doing.free_drive:
-        ahead = (*ahead, *doing.progress.route)[: 2 * VIEW + 1]
-    return ahead[: ahead.index(doing.goal.cell) + 1] if stops_in(doing, ahead) else ahead
+    ahead = result.progress.reservations.held[place:]
+    if result.free_drive:
+        ahead = (*ahead, *result.progress.route)[: 2 * VIEW + 1]
+    return ahead[: ahead.index(result.goal.cell) + 1] if stops_in(result, ahead) else ahead
 
 
-def stops_in(doing: Doing, ahead: Sequence[int]) -> bool:
+def stops_in(result: StepResult, ahead: Sequence[int]) -> bool:
     """Return True if one of the cells ahead holds the next stop: the robot drives over it, whatever comes then."""
-    return doing.goal.cell in ahead and not doing.inputs.done and doing.inputs.goal is not None
+    return result.goal.cell in ahead and not result.situation.done and not result.situation.idle
 
 
 def waypoints(
-    doing: Doing, ahead: Sequence[int], alone: Collection[int], cells: CellMap, settings: TrafficSettings
+    result: StepResult, ahead: Sequence[int], alone: Collection[int], settings: TrafficSettings
 ) -> tuple[Point, ...]:
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
-    progress, goal = doing.progress, doing.goal
+    progress, goal, cells = result.progress, result.goal, result.situation.cells
     back = [cell for cell in way_back(progress, ahead[0], cells) if cell in progress.reservations.held]
     points = [cells.centre(cell) for cell in (ahead[0], *back[:1], *ahead[1:])]
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
-        points = points[1:] or [(doing.inputs.pose.x, doing.inputs.pose.y)]
-    if stops_in(doing, ahead) and goal.wish is not None:
+        points = points[1:] or [(result.inputs.pose.x, result.inputs.pose.y)]
+    if stops_in(result, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
     elif progress.route and (
-        progress.route[0] == doing.leans_to or (settings.in_sight and cells.is_blind(progress.head, progress.route[0]))
+        progress.route[0] == result.leans_to or (settings.in_sight and cells.is_blind(progress.head, progress.route[0]))
     ):
         points.append(cells.leaning(progress.head, progress.route[0], settings.leaning_room))
     elif not progress.route and progress.head == goal.cell and goal.wish is not None:
@@ -51,50 +51,50 @@ def waypoints(
     return tuple(points)
 
 
-def looks(doing: Doing, settings: TrafficSettings) -> bool:
+def looks(result: StepResult, settings: TrafficSettings) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
-    if not doing.progress.route:
+    if not result.progress.route:
         return False
-    if settings.in_sight or doing.leans_to is not None:
+    if settings.in_sight or result.leans_to is not None:
         return True
-    return not doing.situation.fresh.keys() | doing.situation.mutes >= set(doing.waits)
+    return not result.situation.fresh.keys() | result.situation.mutes >= set(result.waits)
 
 
-def activity(doing: Doing) -> TrafficActivity:
+def activity(result: StepResult) -> TrafficActivity:
     """Return the activity of the robot: the first in this order that applies."""
-    progress, joint = doing.progress, doing.joint
-    if doing.stopped:
+    progress, joint = result.progress, result.joint
+    if result.halt.stopped:
         return TrafficActivity.HALTED
     if joint.frozen is not None:
         return TrafficActivity.LEADING if joint.collect is not None else TrafficActivity.STANDING
-    if doing.listens:
+    if result.listens:
         return TrafficActivity.LISTENING
-    if doing.face is not None:
+    if result.face is not None:
         return TrafficActivity.LOOKING
-    if not progress.route and progress.head == doing.goal.cell:
+    if not progress.route and progress.head == result.goal.cell:
         return TrafficActivity.ARRIVED
-    if doing.waits and len(progress.reservations.held) == 1:
+    if result.waits and len(progress.reservations.held) == 1:
         return TrafficActivity.WAITING
     if not progress.route:
         return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
-    return TrafficActivity.CUT_OFF if stands_before_body(doing) else TrafficActivity.DRIVING
+    return TrafficActivity.CUT_OFF if stands_before_body(result) else TrafficActivity.DRIVING
 
 
-def stands_before_body(doing: Doing) -> bool:
+def stands_before_body(result: StepResult) -> bool:
     """Return True if the robot is at its head, and a body stands in the next cell of its way: its goal, then."""
-    held, route = doing.progress.reservations.held, doing.progress.route
-    return len(held) == 1 and bool(route) and route[0] in doing.situation.blocked
+    held, route = result.progress.reservations.held, result.progress.route
+    return len(held) == 1 and bool(route) and route[0] in result.situation.blocked
 
 
-def hinderers(doing: Doing, cells: CellMap) -> tuple[str, ...]:
+def hinderers(result: StepResult) -> tuple[str, ...]:
     """Return the robots that a robot waits for, also those that shut its way: silent, or told to stop.
 
     Decisions are made without those that shut its way: no claim and no joint plan moves them.
     """
-    if doing.waits or activity(doing) is not TrafficActivity.CUT_OFF:
-        return doing.waits
-    situation, route = doing.situation, doing.progress.route
-    cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, cells)
+    if result.waits or activity(result) is not TrafficActivity.CUT_OFF:
+        return result.waits
+    situation, route = result.situation, result.progress.route
+    cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, situation.cells)
     return tuple([robot for robot, record in situation.others.items() if keeps(record, cell)])
 
 
@@ -108,36 +108,34 @@ def first_shut(start: int, goal: int, shut: Collection[int], cells: CellMap) -> 
     return OUTSIDE
 
 
-def granted(
-    doing: Doing,
-    body: Footprint,
+def outputs_of(
+    result: StepResult,
     peers: PeerRecords,
     still: Sequence[Point],
     broadcast: TrafficBroadcast | None,
-    events: Sequence[Event],
-    cells: CellMap,
     settings: TrafficSettings,
 ) -> TrafficOutputs:
-    """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` and ``events`` are told."""
-    tick, held, place = body.tick, doing.progress.reservations.held, doing.progress.place(body.cell)
-    alone, ahead = peers.alone_in(held, tick), way_ahead(doing, place)
-    stops, to_look, following = stops_in(doing, ahead), looks(doing, settings), doing.joint.following
+    """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` is told."""
+    tick, held = result.situation.tick, result.progress.reservations.held
+    place = result.progress.place(result.body.cell)
+    alone, ahead = peers.alone_in(held, tick), way_ahead(result, place)
+    stops, to_look, following = stops_in(result, ahead), looks(result, settings), result.joint.following
     return TrafficOutputs(
         broadcast=broadcast,
         held=held,
-        drivable=tuple(dict.fromkeys((*alone, held[place], *doing.free_drive))),
-        unconstrained=bool(doing.free_drive),
-        waypoints=waypoints(doing, ahead, alone, cells, settings),
+        drivable=tuple(dict.fromkeys((*alone, held[place], *result.free_drive))),
+        unconstrained=bool(result.free_drive),
+        waypoints=waypoints(result, ahead, alone, settings),
         beside=(*peers.holders_of(held[place], tick), *still),
-        may_drive=not doing.stopped,
-        threats=doing.threats,
-        room=doing.room,
+        may_drive=not result.halt.stopped,
+        threats=result.threats,
+        room=result.room,
         exactly=stops or to_look,
         looks=not stops and to_look,
-        face=doing.face,
-        waits=hinderers(doing, cells),
-        activity=activity(doing),
-        events=tuple(events),
-        way=(*held[place:], *doing.progress.route),
+        face=result.face,
+        waits=hinderers(result),
+        activity=activity(result),
+        events=result.events,
+        way=(*held[place:], *result.progress.route),
         members=following.members if following is not None else (),
     )

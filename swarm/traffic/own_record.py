@@ -7,13 +7,13 @@ from typing import Final
 from swarm.geometry import Pose
 from swarm.messages.traffic import Moving, Record, Sighting
 from swarm.traffic.reservations.rules import Acks, Reservations, acknowledged
-from swarm.traffic.result import Doing
+from swarm.traffic.result import StepResult
 from swarm.traffic.settings import TrafficSettings
 
 SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
 
 
-class Telling:
+class RecordWriter:
     """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""
 
     def __init__(self, me: str, settings: TrafficSettings, slot: int, side: float) -> None:
@@ -26,33 +26,34 @@ class Telling:
         """Return True if it is this robot's turn to broadcast."""
         return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
 
-    def record(self, doing: Doing, seen: tuple[Sighting, ...], moving: tuple[Moving, ...]) -> Record:
-        """Return the record, but without the robot that is asked to lead: this depends on the record itself."""
-        inputs, progress, joint = doing.inputs, doing.progress, doing.joint
+    def record(self, result: StepResult, seen: tuple[Sighting, ...], moving: tuple[Moving, ...]) -> Record:
+        """Return the record of what was decided."""
+        inputs, situation, progress, joint = result.inputs, result.situation, result.progress, result.joint
         return Record(
             robot=self.me,
             stamp=inputs.tick,
             x=inputs.pose.x,
             y=inputs.pose.y,
-            goal=doing.goal.cell,
-            idle=inputs.goal is None,
-            done=inputs.done,
-            wants=doing.goal.since,
+            goal=result.goal.cell,
+            idle=situation.idle,
+            done=situation.done,
+            wants=result.goal.since,
             held=progress.reservations.held,
             claims=progress.reservations.all_claims,
-            acks=self._acks(progress.reservations, doing.situation.others, inputs.pose),
+            acks=self._acks(progress.reservations, situation.others, inputs.pose),
             ahead=progress.route[: self._settings.ahead],
-            waits=doing.waits,
-            moved=doing.moved,
+            waits=result.waits,
+            moved=result.moved,
             epoch=joint.epoch,
             left=progress.left if joint.epoch is not None else 0,
             entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
             frozen=joint.frozen,
+            need=None if inputs.stands else joint.need,
             collect=joint.collect,
-            plan=joint.carried(doing.situation),
+            plan=joint.carried(situation),
             refusal=joint.refused(inputs.tick),
             stands=inputs.stands,
-            listens=doing.listens,
+            listens=result.listens,
             seen=seen,
             moving=moving,
         )

@@ -16,7 +16,7 @@ STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the 
 RETRY: Final = 20  # ticks before the next attempt after no way was found
 
 
-class OwnWay:
+class OwnRoute:
     """Finds a way for a robot that follows no joint plan, and keeps it while it is valid."""
 
     def __init__(self) -> None:
@@ -28,14 +28,13 @@ class OwnWay:
         progress: RouteProgress,
         situation: Situation,
         path: Sequence[Point],
-        cells: CellMap,
         way_out: tuple[int, ...] = (),
     ) -> RouteProgress:
         """Return the progress with a way to the goal, if there is one. ``path`` is what :func:`own_way` takes.
 
         If ``way_out`` is not empty, it is taken instead: it leads out of a cell from which no way over cells leads.
         """
-        goal, tick, stays = situation.goal, situation.tick, situation.stays
+        cells, goal, tick, stays = situation.cells, situation.goal, situation.tick, situation.stays
         blocked = situation.blocked | stays if stays else situation.blocked
         complete = progress.route[-1] == goal if progress.route else progress.head == goal
         if progress.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):

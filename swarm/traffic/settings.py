@@ -5,6 +5,7 @@ from typing import Final
 
 LEAST_CLAIM: Final = 1.2  # cells, how far a robot must at least be able to claim
 NEAR: Final = 0.04  # m, how near to the last point of its way a robot stands
+LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
 ROLLS_ON: Final = 0.01  # m, for rolling on after a stop
 
 

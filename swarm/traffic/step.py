@@ -1,54 +1,51 @@
 """One robot's part in traffic: from what it senses and hears in a tick, to what it holds and where it may drive.
 
 Three layers, each safe without the one above. Layer 0: the body stays in the held cells, and stops before unexpected
-obstacles (``presence``, ``halting``). Layer 1: a cell is held only once all robots near have acknowledged the claim
-(``claiming``, ``reservations``). Layer 2: which way to go, alone (``route``) or by a joint plan (``joint``). The state
-is pure: no clock, no I/O, no randomness of its own.
+obstacles (``presence``, ``obstacles``). Layer 1: a cell is held only once all robots near have acknowledged the claim
+(``claims``, ``rules``). Layer 2: which way to go, alone (``own_route``) or by a joint plan (``joint``). The state is
+pure: no clock, no I/O, no randomness of its own.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-
-from msgspec.structs import replace
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.goal import Goal
+from swarm.traffic.goal import Goal, Wish
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
-from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.protocol import Decision, JointPlanning
+from swarm.traffic.joint.states import Speaks
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.obstacles.detector import Halt, Halting, robot_at
-from swarm.traffic.obstacles.inspection import Lookout
-from swarm.traffic.obstacles.tracker import Kept, Threat
-from swarm.traffic.outputs import granted
-from swarm.traffic.own_record import Telling
-from swarm.traffic.own_route import OwnWay
+from swarm.traffic.obstacles.detector import ObstacleDetector, ProtectiveStop, robot_at
+from swarm.traffic.obstacles.inspection import Inspector
+from swarm.traffic.obstacles.tracker import BlockedByObstacle
+from swarm.traffic.outputs import outputs_of
+from swarm.traffic.own_record import RecordWriter
+from swarm.traffic.own_route import OwnRoute
 from swarm.traffic.peers.records import Event, PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.peers.step_aside import Aside
-from swarm.traffic.reservations.claims import Claiming
+from swarm.traffic.peers.step_aside import StepAside
+from swarm.traffic.reservations.claims import Claimed, Claiming
+from swarm.traffic.reservations.operator_stop import brought_to_rest, kept_cells
 from swarm.traffic.reservations.presence import (
     Footprint,
     Presence,
-    awoken,
+    after_sleep,
     footprint_of,
     free_drive_cells,
     given_back,
-    owned_up,
+    hold_under_body,
     spread,
 )  # fmt: skip
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.side_cells import room_beside
-from swarm.traffic.reservations.stopped import brought_to_rest, kept_cells
-from swarm.traffic.result import Doing
+from swarm.traffic.result import Before, Halted, Heard, StepResult
 from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
-
-Halted = tuple[RouteProgress, Halt, tuple[Event, ...]]
 
 
 class Traffic:
@@ -62,225 +59,233 @@ class Traffic:
                 "make cells smaller or the range longer"
             )
         self.me = me
-        self.cells = cells
         self.settings = settings
-        self._peers = PeerRecords(me, cells, settings)
+        self._peers = PeerRecords(me, settings)
         self._sightings = Sightings(settings)
         self._presence = Presence()
-        self._halting = Halting(cells, settings)
-        self._joint = JointPlanning(me, cells, settings)
-        self._own_way = OwnWay()
-        self._claiming = Claiming(me, cells, settings)
-        self._lookout = Lookout(cells, settings)
-        self._telling = Telling(me, settings, slot, cells.side)
+        self._detector = ObstacleDetector(settings)
+        self._joint = JointPlanning(me, settings)
+        self._own_route = OwnRoute()
+        self._claiming = Claiming(me, settings)
+        self._inspector = Inspector(settings)
+        self._record_writer = RecordWriter(me, settings, slot, cells.side)
         self._goal = Goal()
-        self._aside = Aside()
-        self._progress: RouteProgress | None = None
-        self._listen_until = 0  # tick
-        self._moved = 0  # tick of its last progress
-        self._threats: tuple[Threat, ...] = ()  # obstacles that move near it
-        self._kept = Kept()
-        self._new_cells: CellMap | None = None
+        self._step_aside = StepAside()
+        self._kept = BlockedByObstacle()
+        self._before: Before | None = None
+        self._joins = cells.neighbours  # of the last tick
 
-    def take_cells(self, cells: CellMap) -> None:
-        """Use the cells of another floor, on the same lattice, from the next step on.
+    def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
+        """Compute the outputs of one tick; call it each tick, before the motors run.
 
-        Held cells and what is known of others stay; claims, the way and a joint plan are void. If robots learn the
-        floor, only what the new cells break is void.
+        The ``cells`` may be those of another floor than in the last tick, but on the same lattice. Held cells and what
+        is known of others stay then; claims, the way and a joint plan are void. If robots learn the floor, only what
+        the new cells break is void.
         """
-        self._new_cells = cells
+        heard = self._listen(inputs, cells)
+        result = self._decide(inputs, heard, cells)
+        self._before = Before(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats)
+        self._joins = cells.neighbours
+        return self._speak(result)
 
-    def step(self, inputs: TrafficInputs) -> TrafficOutputs:
-        """Compute the outputs of one tick; call it each tick, before the motors run."""
-        # where it is, and what the others say
-        tick, cells_changed = inputs.tick, self._swap_cells()
-        body = footprint_of(inputs, self.settings.radius + self.settings.margin, self.cells)
-        progress = self._present(body)
-        if cells_changed:
-            progress = self._over_new_cells(progress, body)
-        listens = tick < self._listen_until
-        events = self._peers.hear(tick, inputs.heard, inputs.mute)
-        fresh = self._peers.fresh(tick)
-        self._sightings.hear(tick, fresh.values())
-        if self._peers.mutes:
-            inputs = self._aside.look(inputs, self._peers.mutes, progress.head, self._held_by_others(), self.cells)
-
-        # layer 0: the cells that the body needs, and unexpected obstacles
-        waits_here = listens or self._joint.frozen is not None or not progress.route or inputs.stands
-        shut_in = waits_here or self.settings.in_sight  # it comes to rest in held cells
-        free_drive = () if shut_in else free_drive_cells(body, self._peers.others, fresh, self.cells, self.settings)
-        if free_drive:
-            progress, body = spread(progress, inputs, self.cells, self.settings)
-        threats = self._threats
-        progress = self._presence.kept_on_way(progress, body, self.cells, threatened=bool(threats))
-        asks = not free_drive and self._joint.frozen is None and not listens
-        room = room_beside(progress, inputs, fresh, threats, self.cells) if asks else ()
-        before, progress = progress.on_way, progress.released(body.touched, body.cell, room)
-        self._moved = tick if progress.on_way < before else self._moved
-        other_goal = self._goal.set(inputs.goal, progress, body, self.cells, self.settings.radius)
-        stays = self._peers.mutes.stays(tick)
-        if stays and not stays.isdisjoint(set(progress.reservations.held) - body.touched):
-            progress = given_back(progress, body, self.cells)
-        progress, halt, halted = self._halt(progress, inputs, body)
-        self._threats = halt.threats
-
-        # layer 2: which way
-        if other_goal or not progress.following:
-            self._joint.leave()
-        situation = self._situation(inputs, progress, fresh)
-        decision = self._joint.stand() if inputs.stands else self._joint.step(situation)
-        events += (*halted, *decision.events)
-        found = self._find_way(progress, situation, decision.way, inputs) if not inputs.stands else progress
-        progress = brought_to_rest(progress, body, self.cells) if inputs.stands else found
-
-        # layer 1: which of its cells
-        waits: tuple[str, ...] = ()
-        face = None
-        if self._joint.frozen is not None or inputs.stands:
-            progress = progress.without_claims()
-        elif not listens:
-            progress, waits, took = self._claiming.step(progress, self._joint.following, situation, body, room)
-            self._moved = tick if took else self._moved
-            face = self._look(progress, situation, waits, inputs)
-        self._progress = progress
-        complaint = self._peers.mutes.complaint(tick, waits)
-        events += [Event("mute_in_the_way", (self.me, *waits), complaint)] if complaint else []
-
-        # what it tells, and where it may drive
-        doing = Doing(
-            inputs, situation, progress, self._goal, self._joint, waits, listens, halt.stopped, face,
-            self._lookout.leans_to, free_drive, self._moved, room, threats,
-        )  # fmt: skip
-        still = self._lookout.still_bodies(self._peers.fallen_silent(tick), self._halting.places(tick), body.pose)
-        return granted(doing, body, self._peers, still, self._broadcast(doing), events, self.cells, self.settings)
-
-    def _held_by_others(self) -> set[int]:
-        return {cell for record in self._peers.others.values() for cell in record.held}
-
-    # ---- the floor, the body and its cells
-
-    def _swap_cells(self) -> bool:
-        """Use the new floor, if there is one, in every part that knows the cells; return True if joins differ."""
-        cells, self._new_cells = self._new_cells, None
-        if cells is None:
-            return False
-        changed = cells.neighbours is not self.cells.neighbours
-        self.cells = cells
-        self._peers.cells = self._halting.cells = self._claiming.cells = self._lookout.cells = cells
-        self._joint.take_cells(cells)
-        return changed
-
-    def _over_new_cells(self, progress: RouteProgress, body: Footprint) -> RouteProgress:
-        """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
-        self._goal.wish = None  # the goal's cell is chosen again
-        if self.settings.learns:
-            if not progress.shut(self.cells, body.cell):
-                return progress._replace(sought=False)
-            if not progress.shut(self.cells, body.cell, route=False):
-                return progress.nowhere()
-        self._joint.void()
-        self._goal.cell = OUTSIDE
-        return progress.over(self.cells, body.touched, body.cell)
-
-    def _present(self, body: Footprint) -> RouteProgress:
-        """Return the progress at this tick: begun, awoken, or with the cells that the body has strayed into."""
-        progress, away = self._progress, self._presence.was_away(body.tick, self.settings.gap)
-        if progress is not None and not away:
-            return owned_up(progress, body, self.cells, self.settings.radius)
-        self._listen_until, self._moved = body.tick + self.settings.listen, body.tick
-        self._joint.reset(body.tick)
-        self._peers.wake(body.tick)
-        return awoken(progress, body, self.cells)
-
-    # ---- unexpected obstacles
-
-    def robot_at(self, tick: int) -> Callable[[Point], bool]:
+    def robot_at(self, tick: int, cells: CellMap) -> Callable[[Point], bool]:
         """Return a test: True if another robot's body may be at a point [m] at ``tick``.
 
         While this robot listens, others may be anywhere.
         """
-        if self._progress is None or tick < self._listen_until:
+        if self._before is None or tick < self._before.listen_until:
             return lambda place: True
-        return robot_at(self._peers.others.values(), tick, self.cells, self.settings)
+        return robot_at(self._peers.others.values(), tick, cells, self.settings)
 
-    def _halt(self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint) -> Halted:
+    # ---- listen: where it is, and what the others say
+
+    def _listen(self, inputs: TrafficInputs, cells: CellMap) -> Heard:
+        tick, settings, before = inputs.tick, self.settings, self._before
+        body = footprint_of(inputs, settings.radius + settings.margin, cells)
+        if before is None or tick - before.tick > settings.gap:  # it has just started, or was away
+            here = after_sleep(before.progress if before is not None else None, body, cells)
+            moved, listen_until = tick, tick + settings.listen
+            self._joint.wake(tick)
+            self._peers.wake(tick)
+        else:
+            here = hold_under_body(before.progress, body, cells, settings.radius)
+            moved, listen_until = before.moved, before.listen_until
+        if cells.neighbours is not self._joins:
+            here = self._over_new_cells(here, body, cells)
+        events = self._peers.hear(tick, cells, inputs.heard, inputs.mute)
+        fresh = self._peers.fresh(tick)
+        self._sightings.hear(tick, fresh.values())
+        threats = before.threats if before is not None else ()
+        return Heard(body, here, moved, listen_until, tick < listen_until, threats, fresh, events)
+
+    def _over_new_cells(self, progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+        """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
+        self._goal.choose_again()
+        if self.settings.learns:
+            if not progress.shut(cells, body.cell):
+                return progress._replace(sought=False)
+            if not progress.shut(cells, body.cell, route=False):
+                return progress.nowhere()
+        self._joint.void()
+        self._goal.forget()
+        return progress.over(cells, body.touched, body.cell)
+
+    # ---- decide: layer 0, then which way (layer 2), then which of its cells (layer 1)
+
+    def _decide(self, inputs: TrafficInputs, heard: Heard, cells: CellMap) -> StepResult:
+        tick, settings, joint = inputs.tick, self.settings, self._joint
+        wish = self._wish(inputs, heard.progress.head, cells)
+
+        # layer 0: the cells that the body needs, and unexpected obstacles
+        free_drive = self._free_drive_cells(inputs, heard, cells)
+        needed, body = spread(heard.progress, inputs, cells, settings) if free_drive else (heard.progress, heard.body)
+        on_way = self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
+        asks = not free_drive and joint.frozen is None and not heard.listens
+        room = room_beside(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
+        released = on_way.released(body.touched, body.cell, room)
+        moved = tick if released.on_way < on_way.on_way else heard.moved
+        other_goal = self._goal.set(wish.goal, released, body, cells, settings.radius)
+        shut = self._peers.mutes.stays(tick)
+        shut_ahead = bool(shut) and not shut.isdisjoint(set(released.reservations.held) - body.touched)
+        yielded = given_back(released, body, cells) if shut_ahead else released
+        halted = self._halt(yielded, inputs, body, cells, listens=heard.listens)
+
+        # layer 2: which way
+        if other_goal or not halted.progress.following:
+            joint.leave()
+        situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
+        decision = self._decide_jointly(situation, stands=inputs.stands)
+        routed = (
+            brought_to_rest(halted.progress, body, cells)
+            if inputs.stands
+            else self._find_way(halted.progress, situation, decision.way, wish.path)
+        )
+
+        # layer 1: which of its cells
+        may_claim = joint.frozen is None and not inputs.stands and not heard.listens
+        claimed = (
+            self._claiming.step(routed, joint.following, situation, body, room)
+            if may_claim
+            else Claimed(routed.without_claims(), (), took=False)
+        )
+        face = self._inspect(claimed, situation, inputs) if may_claim else None
+        moved_now = tick if decision.way is not None or claimed.took else moved
+        complaint = self._peers.mutes.complain(tick, claimed.waits)
+        complaints = [Event("mute_in_the_way", (self.me, *claimed.waits), complaint)] if complaint else []
+
+        # whom it asks to lead, if it speaks now
+        speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
+        if speaks and not inputs.stands:
+            held, ahead = claimed.progress.reservations.held, claimed.progress.route[: settings.ahead]
+            joint.ask(Speaks(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
+        return StepResult(
+            inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
+            face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
+            (*heard.events, *halted.events, *decision.events, *complaints),
+        )  # fmt: skip
+
+    def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:
+        """Return where the robot wants to be: for a while aside, if it has long stood beside a mute robot."""
+        if self._peers.mutes:
+            taken = {cell for record in self._peers.others.values() for cell in record.held}
+            aside = self._step_aside.decide(
+                inputs.tick, inputs.pose, self._peers.mutes, head, taken, cells, stands=inputs.stands
+            )
+            if aside is not None:
+                return Wish(aside, (), done=False)
+        return Wish(inputs.goal, inputs.path, inputs.done)
+
+    def _free_drive_cells(self, inputs: TrafficInputs, heard: Heard, cells: CellMap) -> tuple[int, ...]:
+        """List the free-drive cells; there are none for a robot that comes to rest in held cells."""
+        waits_here = heard.listens or self._joint.frozen is not None or not heard.progress.route or inputs.stands
+        if waits_here or self.settings.in_sight:
+            return ()
+        return free_drive_cells(heard.body, self._peers.others, heard.fresh, cells, self.settings)
+
+    def _halt(
+        self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint, cells: CellMap, *, listens: bool
+    ) -> Halted:
         """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
-        if self.settings.learns and inputs.tick < self._listen_until:
-            return progress, Halt(stopped=False), ()  # it has learned no walls yet, and stands still
+        if self.settings.learns and listens:
+            return Halted(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._halting.look(inputs, self._peers.expected(), mine)
-        kept_from = self._kept.look(progress, body.cell, threatened=bool(halt.threats))
+        halt = self._detector.detect(inputs, self._peers.expected(), mine, cells)
+        kept_from = self._kept.check(progress, body.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
-            return given_back(progress, body, self.cells), halt, (Event("halted", (self.me,), text),)
+            return Halted(given_back(progress, body, cells), halt, (Event("halted", (self.me,), text),))
         if halt.found is None:
-            return progress, halt, ()
-        cell = self.cells.cell_of(*halt.found)
+            return Halted(progress, halt)
+        cell = cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
-        if len(progress.reservations.held) > 1 and not halt.threats:
-            progress = given_back(progress, body, self.cells)
+        gives_back = len(progress.reservations.held) > 1 and not halt.threats
         gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
         text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
-        return progress, halt, (Event("halted", (self.me,), text),)
+        kept = given_back(progress, body, cells) if gives_back else progress
+        return Halted(kept, halt, (Event("halted", (self.me,), text),))
 
-    # ---- which way, and which of its cells
-
-    def _situation(self, inputs: TrafficInputs, progress: RouteProgress, fresh: Mapping[str, Record]) -> Situation:
+    def _situation(
+        self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap
+    ) -> Situation:
         others = self._peers.others
         return Situation(
-            tick=inputs.tick,
+            tick=tick,
+            cells=cells,
             head=progress.head,
             goal=self._goal.cell,
-            idle=inputs.goal is None,
-            moved=self._moved,
+            idle=wish.goal is None,
+            moved=moved,
             blocked=self._sightings.occupied() | kept_cells(fresh),
-            cleared=self._sightings.cleared(others, self._peers.heard_lately(inputs.tick)),
+            cleared=self._sightings.clear(others, self._peers.heard_lately(tick)),
             others=others,
             fresh=fresh,
-            done=inputs.done,
+            done=wish.done,
             wants=self._goal.since,
-            bodies=partial(self._lookout.remembered, self._peers.fallen_silent(inputs.tick)),
+            bodies=partial(self._inspector.remembered, self._peers.fallen_silent(tick), cells),
             mutes=self._peers.mutes.names,
-            stays=self._peers.mutes.stays(inputs.tick),
+            stays=self._peers.mutes.stays(tick),
         )
 
+    def _decide_jointly(self, situation: Situation, *, stands: bool) -> Decision:
+        """Take part in joint plans, unless the robot was told to stop."""
+        if not stands:
+            return self._joint.step(situation)
+        self._joint.void()
+        return Decision()
+
     def _find_way(
-        self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, inputs: TrafficInputs
+        self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, path: Sequence[Point]
     ) -> RouteProgress:
         """Take the way of the joint plan adopted in this step, or keep to the plan, or find a way of its own."""
         if adopted is not None:
             if situation.idle:
-                self._goal.cell = adopted[-1]
-            self._moved = situation.tick
+                self._goal.stay_at(adopted[-1])
             return progress.onto(adopted).without_stale_claims()
         plan = self._joint.following
         if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
         self._joint.leave()
-        return self._own_way.find(progress, situation, inputs.path, self.cells, self._goal.way_out)
+        return self._own_route.find(progress, situation, path, self._goal.way_out)
 
-    def _look(
-        self, progress: RouteProgress, situation: Situation, waits: tuple[str, ...], inputs: TrafficInputs
-    ) -> Point | None:
+    def _inspect(self, claimed: Claimed, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
-        face, seen = self._lookout.look(progress, situation, waits, inputs)
+        face, seen = self._inspector.inspect(claimed.progress, situation, claimed.waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:
                 self._joint.leave()
         return face
 
-    # ---- what it tells, and where it may drive
+    # ---- speak: what it tells, and where it may drive
 
-    def _broadcast(self, doing: Doing) -> TrafficBroadcast | None:
-        """Return the broadcast, or None if it is not this robot's turn."""
-        tick, pose = doing.inputs.tick, doing.inputs.pose
-        if not self._telling.is_due(tick, often=doing.listens or self._peers.somebody_listens(tick)):
-            return None
-        own = self._telling.record(doing, self._sightings.told(), self._halting.moving())
-        need = None if own.stands else self._joint.ask(own, doing.situation)
-        if need is not None:
-            own = replace(own, need=need)
-        return TrafficBroadcast(own=own, others=self._peers.passed_on(tick, pose.x, pose.y))
+    def _speak(self, result: StepResult) -> TrafficOutputs:
+        tick, pose = result.inputs.tick, result.inputs.pose
+        silent, found = self._peers.fallen_silent(tick), self._detector.places(tick)
+        still = self._inspector.still_bodies(silent, found, pose, result.situation.cells)
+        broadcast: TrafficBroadcast | None = None
+        if result.speaks:
+            own = self._record_writer.record(result, self._sightings.told(), self._detector.moving())
+            broadcast = TrafficBroadcast(own=own, others=self._peers.relay(tick, pose.x, pose.y))
+        return outputs_of(result, self._peers, still, broadcast, self.settings)

@@ -7,7 +7,7 @@ import msgpack
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, ledger
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, losses
 from swarm.bus import session as module
 from swarm.bus import tap as tap_module
 from swarm.bus.codec import encode
@@ -411,7 +411,7 @@ def test_rubbish_is_logged_once_a_second_at_the_most_and_counted_in_full(
     there.listen(PLAN)
     settle(here, there)
     now = 1000.0
-    monkeypatch.setattr(ledger, "monotonic", lambda: now)
+    monkeypatch.setattr(losses, "monotonic", lambda: now)
     for _ in range(100):
         here.send(PLAN, plan("r1"), robot="r2")
     here.send(PLAN, plan("r2"), robot="r2")

@@ -6,10 +6,10 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from swarm.cli import logs
-from swarm.cli.silence import why
-from swarm.cli.status import described, one_of, shown
-from swarm.cli.waiting import End, Wait
+from swarm.cli.look import logs
+from swarm.cli.look.silence import why
+from swarm.cli.look.status import described, one_of, shown
+from swarm.cli.steer.waiting import End, Wait
 from swarm.errors import ConfigError
 from swarm.messages import (
     Account,

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm.cli import main, tools
+from swarm.cli import main
+from swarm.cli.offline import tools
 from swarm.cli.parsing import joined
 from swarm.messages.schema import kinds
 from tests.shared import DATA, PAPER, ROOT, needs_data

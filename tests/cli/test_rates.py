@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.bus import Sample
-from swarm.cli.echo import WIDTH, text
-from swarm.cli.rates import Beat, Traffic, sender, topic_of
+from swarm.cli.look.echo import WIDTH, text
+from swarm.cli.look.rates import Beat, KeyTraffic, sender, topic_of
 from swarm.errors import ConfigError
 from swarm.launch.running import NAME, chosen, named
 from swarm.messages import REPLIES, TOPICS
@@ -49,7 +49,7 @@ def test_every_topic_that_is_published_has_a_sender() -> None:
 
 
 def test_a_row_of_each_key_has_rate_size_and_age() -> None:
-    traffic = Traffic(since=100.0)
+    traffic = KeyTraffic(since=100.0)
     for number in range(20):
         traffic.take(sample("robot/r1/cmd", 100.0 + 0.1 * number, size=50 + number % 2 * 100))
     traffic.take(sample("elsewhere", 101.5))
@@ -61,7 +61,7 @@ def test_a_row_of_each_key_has_rate_size_and_age() -> None:
 
 
 def test_losses_add_up_on_each_key() -> None:
-    traffic, beat = Traffic(since=100.0), Beat()
+    traffic, beat = KeyTraffic(since=100.0), Beat()
     for number, lost in enumerate((0, 2, 0, 3)):
         one = replace(sample("robot/r1/cmd", 100.0 + number), lost=lost)
         traffic.take(one)
@@ -74,7 +74,7 @@ def test_losses_add_up_on_each_key() -> None:
 
 
 def test_nothing_heard_has_no_rows() -> None:
-    assert Traffic(since=0.0).rows(now=3.0) == []
+    assert KeyTraffic(since=0.0).rows(now=3.0) == []
 
 
 # fmt: off

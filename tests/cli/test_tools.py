@@ -10,20 +10,20 @@ import pytest
 import swarm.bus
 from swarm.bus import Endpoint, Sample
 from swarm.bus.codec import encode
-from swarm.cli import echo as echo_room
 from swarm.cli import finding, main
-from swarm.cli import hz as hz_room
-from swarm.cli import ls as ls_room
-from swarm.cli import topics as topics_room
 from swarm.cli.columns import aligned
-from swarm.cli.finding import Place
+from swarm.cli.finding import FleetPlace
+from swarm.cli.look import echo as echo_room
+from swarm.cli.look import hz as hz_room
+from swarm.cli.look import ls as ls_room
+from swarm.cli.look import topics as topics_room
 from swarm.errors import ConfigError, PeerError
 from swarm.launch import running
 from swarm.launch.running import Card
 from swarm.messages import Activity, State
 
 Capture = pytest.CaptureFixture[str]
-PLACE = Place(Endpoint("127.0.0.1", 7447), "fleet")
+PLACE = FleetPlace(Endpoint("127.0.0.1", 7447), "fleet")
 
 
 class Heard:
@@ -208,7 +208,7 @@ def test_only_a_robot_names_its_process_by_its_id(arguments: str, monkeypatch: p
 
     monkeypatch.setattr("swarm.process_name.name_process", named.append)
     monkeypatch.setattr("swarm.cli.finding.awaited", nowhere)
-    monkeypatch.setattr("swarm.cli.control.place", nowhere)
+    monkeypatch.setattr("swarm.cli.finding.place", nowhere)
     assert main(arguments.split()) == 2
     assert named == [NAMED[arguments]]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dashboard.rerun import Recorder, compaction
+from dashboard.rerun import Recordings, compaction
 from dashboard.rerun.compaction import compact
 from dashboard.show import Show
 from tests.dashboard.recording import Recording
@@ -22,7 +22,7 @@ ROWS = (
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """Return a recording in as many chunks as a fleet's: one for each kind of thing and drawing."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     show.take(floor(rehearsal))
     for tick in range(400):

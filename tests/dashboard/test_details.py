@@ -13,7 +13,7 @@ from dashboard.fold.contacts import Touch, touches
 from dashboard.fold.overlays import detailed
 from dashboard.fold.progress import Progress, fold
 from dashboard.fold.scene import Scene, scene_of
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.rerun.layout import blueprint
 from dashboard.show import Show
 from swarm.geometry import Pose
@@ -51,7 +51,7 @@ def test_a_contact_of_two_robots_is_one_touch_and_one_without_a_place_none() -> 
 
 @pytest.mark.parametrize("rarely", [False, True])
 def test_contacts_are_marked_where_they_happened_from_then_on(tmp_path: Path, rarely: bool) -> None:
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     for message in (floor(rehearsal), rehearsal.clock(0), *PAIR, WALLED, UNKNOWN):
         show.take(message)
@@ -65,7 +65,7 @@ def test_contacts_are_marked_where_they_happened_from_then_on(tmp_path: Path, ra
 
 
 def test_sensors_and_held_cells_are_those_of_a_few_or_of_one(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(9), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(9), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test", selected="r4")
     show.take(floor(rehearsal))
     for tick in range(0, 41, 2):
@@ -104,7 +104,7 @@ def test_the_border_is_round_the_whole_map(tmp_path: Path, yaw: float) -> None:
     rehearsal = Rehearsal(1)
     scene = scene_of(floor(rehearsal))
     turned = Scene(scene.settings, dataclasses.replace(scene.map, origin=Pose(1.0, 2.0, yaw)), scene.starts)
-    recorder = Recorder(serve=None, record=tmp_path / "run.rrd")
+    recorder = Recordings(serve=None, record=tmp_path / "run.rrd")
     recorder.begin("border", turned, rehearsal.names)
     recorder.close()
     ((_, [strip]),) = Recording(tmp_path / "run.rrd").rows("/world/border", "LineStrips2D:strips")
@@ -121,7 +121,7 @@ def unknown(rehearsal: Rehearsal) -> Map:
 
 
 def test_a_floor_that_is_learned_grows_beside_the_true_one(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     show.take(unknown(rehearsal))
     told = {20: [0, 1], 60: [1, 27], 100: [1, 10**6]}

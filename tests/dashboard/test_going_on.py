@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from dashboard.fold.collect import past
 from dashboard.recording import earlier
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.show import Show
 from swarm.messages import Account, Phase, Status
 from tests.dashboard.recording import Recording
@@ -28,7 +28,7 @@ def status(rehearsal: Rehearsal, tick: int, row: Account) -> Status:
 
 def shown(path: Path, ticks: range, files: Sequence[Path] = (), row: Account = NOTHING) -> Recording:
     """Record some ticks of a run, each second with what the world tells of it; the first is at the begin."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=path)
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=path)
     said: list[str] = []
     show = Show(recorder, "test", said.append, earlier=files)
     show.take(floor(rehearsal))

@@ -10,7 +10,7 @@ import rerun as rr
 from msgspec.structs import replace
 
 from dashboard.frames import is_whole
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.show import Show
 from swarm.cli import main
 from swarm.messages import Account, Phase, Status
@@ -24,7 +24,7 @@ SECONDS = 10
 
 def recorded(path: Path, robots: dict[str, Account], *, keep: bool = True) -> Path:
     """Record the first seconds of a run, whose world tells its status once a second; it is over at the end."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=path)
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=path)
     show = Show(recorder, "test")
     show.take(floor(rehearsal))
     for tick in range(SECONDS * RATE + 1):

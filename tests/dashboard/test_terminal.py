@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.text import Text
 
-from dashboard.fold.progress import Robot
+from dashboard.fold.progress import RobotProgress
 from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
 from swarm.messages import RADIO, Activity, Event, Message, Phase, PoolCounts
@@ -256,13 +256,13 @@ def test_the_end_is_told_once() -> None:
 @pytest.mark.parametrize(
     ("robot", "expected"),
     [
-        (Robot(), ""),
-        (Robot(reached_at=(1, None, None), target=1), "#>."),
-        (Robot(reached_at=(1, None, 9), target=3, unreachable=(1,)), "#x#"),
-        (Robot(reached_at=(1, *[None] * 40), target=1), "1/41"),
+        (RobotProgress(), ""),
+        (RobotProgress(reached_at=(1, None, None), target=1), "#>."),
+        (RobotProgress(reached_at=(1, None, 9), target=3, unreachable=(1,)), "#x#"),
+        (RobotProgress(reached_at=(1, *[None] * 40), target=1), "1/41"),
     ],
 )
-def test_bar(robot: Robot, expected: str) -> None:
+def test_bar(robot: RobotProgress, expected: str) -> None:
     assert bar(robot) == expected
 
 

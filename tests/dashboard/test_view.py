@@ -11,7 +11,7 @@ from dashboard.fold import palette
 from dashboard.fold.collect import Batch
 from dashboard.fold.overlays import Drawing, Overlay
 from dashboard.fold.scene import scene_of
-from dashboard.rerun import Recorder
+from dashboard.rerun import Recordings
 from dashboard.show import Show
 from swarm.errors import ConfigError
 from swarm.messages import Event, Events, Map, Message, Mover, Phase, Truth
@@ -35,7 +35,7 @@ def floor(rehearsal: Rehearsal) -> Map:
 
 def played(path: Path, *rehearsals: Rehearsal, ticks: int | None = None, every: int = 10) -> Recording:
     """Draw rehearsals, one after the other, into a file; read the first one back."""
-    recorder = Recorder(serve=None, record=path)
+    recorder = Recordings(serve=None, record=path)
     show = Show(recorder, "test")
     show.take(floor(rehearsals[0]))
     for rehearsal in rehearsals:
@@ -201,7 +201,7 @@ def test_a_restart_is_a_recording_of_its_own(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_came_later_is_drawn_from_then_on_in_a_recording_of_its_own(tmp_path: Path) -> None:
-    recorder, few, more = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(2), Rehearsal(3)
+    recorder, few, more = Recordings(serve=None, record=tmp_path / "run.rrd"), Rehearsal(2), Rehearsal(3)
     show = Show(recorder, "test")
     messages: list[Message] = [floor(few), few.clock(0), few.truth(2), few.truth(4)]
     messages += [floor(more), more.clock(5), more.truth(6), *(more.state(n, 6) for n in range(3)), more.truth(8)]
@@ -218,7 +218,7 @@ def test_a_robot_that_came_later_is_drawn_from_then_on_in_a_recording_of_its_own
 
 
 def test_a_changed_map_is_drawn_again(tmp_path: Path) -> None:
-    recorder, rehearsal = Recorder(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
+    recorder, rehearsal = Recordings(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
     show = Show(recorder, "test")
     show.take(floor(rehearsal))
     show.take(rehearsal.clock(0))
@@ -233,7 +233,7 @@ def test_a_changed_map_is_drawn_again(tmp_path: Path) -> None:
 
 def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
     said: list[str] = []
-    show = Show(Recorder(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
+    show = Show(Recordings(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
     broken = floor(Rehearsal(2))
     show.take(replace(broken, packed=replace(broken.packed, cells=b"")))
     assert show.scene is None
@@ -242,7 +242,7 @@ def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
 
 def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
     """Clock, states, plans and map are fetched, in any order; then the run goes on."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     late: list[Message] = [rehearsal.clock(600), *(rehearsal.state(n, 600) for n in range(2))]
     late += [*(rehearsal.plan(n, 600) for n in range(2)), floor(rehearsal), rehearsal.truth(602)]
@@ -258,7 +258,7 @@ def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
 
 def test_a_dashboard_that_comes_in_a_pause_shows_poses_and_each_event_once(tmp_path: Path) -> None:
     """All that is fetched comes once more, as after a restart; nothing is drawn twice."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     events = [Event(run=0, tick=n, time=n / 20, robot="r1", kind="note", text=f"number {n}") for n in range(5)]
     kept: list[Message] = [replace(rehearsal.clock(600), phase=Phase.PAUSED), floor(rehearsal), Events(events=events)]
@@ -275,7 +275,7 @@ def test_a_dashboard_that_comes_in_a_pause_shows_poses_and_each_event_once(tmp_p
 
 def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     """A robot that no frame shows, an event of nobody, frames of nobody: none of it stops the drawing."""
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     show.take(floor(rehearsal))
     show.take(rehearsal.clock(0))
@@ -290,7 +290,7 @@ def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
 
 
 def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(1), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(1), Recordings(serve=None, record=tmp_path / "run.rrd")
     show = Show(recorder, "test")
     show.take(floor(rehearsal))
     show.take(rehearsal.clock(0))
@@ -307,7 +307,7 @@ def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
 
 
 def test_what_lies_over_the_floor_is_drawn(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(2), Recorder(serve=None, record=tmp_path / "run.rrd")
+    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
     view = recorder.begin("layers", scene_of(floor(rehearsal)), rehearsal.names)
     view.draw(Batch())
     line = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
@@ -332,7 +332,7 @@ def test_what_lies_over_the_floor_is_drawn(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
-    recorder, rehearsal = Recorder(serve=None, record=tmp_path), Rehearsal(1)
+    recorder, rehearsal = Recordings(serve=None, record=tmp_path), Rehearsal(1)
     with pytest.raises(ConfigError, match="expected to write"):
         recorder.begin("no", scene_of(floor(rehearsal)), rehearsal.names)
 
@@ -340,7 +340,7 @@ def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
 def test_the_server_listens_on_loopback_only() -> None:
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
-    recorder, rehearsal = Recorder(serve=("127.0.0.1", port), record=None), Rehearsal(1)
+    recorder, rehearsal = Recordings(serve=("127.0.0.1", port), record=None), Rehearsal(1)
     recorder.begin("served", scene_of(floor(rehearsal)), rehearsal.names)
     assert recorder.url == f"rerun+http://127.0.0.1:{port}/proxy"
     socket.create_connection(("127.0.0.1", port), timeout=5).close()

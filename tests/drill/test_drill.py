@@ -13,8 +13,8 @@ from swarm.cli import main
 from swarm.launch.drill import run
 from swarm.launch.drill.faults import FAKETIME, lacks_faketime
 from swarm.launch.drill.floor import SCENARIO, undisturbed
-from swarm.launch.drill.judge import Seen
-from swarm.launch.drill.live import MARK, Live
+from swarm.launch.drill.judge import Observed
+from swarm.launch.drill.live import MARK, LiveFleet
 from swarm.launch.drill.table import LOCKSTEP, QUICK, TABLE, Row
 from tests.shared import mostly_long
 
@@ -82,7 +82,7 @@ def test_a_row_is_told_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     left: list[subprocess.Popen[bytes]] = []
 
-    def leave(live: Live) -> None:
+    def leave(live: LiveFleet) -> None:
         sleeps = "import time; time.sleep(1000)"
         left.append(subprocess.Popen([sys.executable, "-c", sleeps], env=os.environ | {MARK: live.mark}))
 
@@ -100,15 +100,15 @@ def test_a_process_that_is_left_is_named_and_ended(monkeypatch: pytest.MonkeyPat
 @pytest.mark.processes
 def test_a_lost_stop_and_a_contact_of_a_real_run_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """The judge gets a real report, spoilt as a fault would spoil it."""
-    finish = Live.finish
+    finish = LiveFleet.finish
 
-    def spoilt(live: Live, digest: str, expected: tuple[str, ...]) -> Seen:
+    def spoilt(live: LiveFleet, digest: str, expected: tuple[str, ...]) -> Observed:
         seen = finish(live, digest, expected)
         seen.report["per_robot"]["r2"]["reached"][-1] = None
         seen.report["contacts"]["wall"] = 1
         return replace(seen, digest="another")
 
-    monkeypatch.setattr(Live, "finish", spoilt)
+    monkeypatch.setattr(LiveFleet, "finish", spoilt)
     outcome = run.one(ROWS["on-all-keys"], LOCKSTEP)
     assert outcome.outcome == "fail"
     assert outcome.seen == (

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from swarm.launch.drill.judge import ALWAYS, LAWS, WHOLE, Seen, broken, only_lost_lack
+from swarm.launch.drill.judge import ALWAYS, LAWS, WHOLE, Observed, broken, only_lost_lack
 from swarm.launch.drill.table import LOCKSTEP, TABLE
 
 
@@ -14,7 +14,7 @@ def robots(**reached: list[float | None]) -> dict[str, Any]:
     return {name: {"reached": times} for name, times in reached.items()}
 
 
-GOOD = Seen(
+GOOD = Observed(
     status=0,
     text="fleet drill: 2 robots, router tcp/127.0.0.1:1\ncomplete\n",
     report={
@@ -29,16 +29,16 @@ IN_ORDER = replace(GOOD, status=1, report=GOOD.report | {"complete": False, "rea
 LOST = replace(IN_ORDER, report=IN_ORDER.report | {"lost": ["r1"], "per_robot": robots(r1=[5.0, None], r2=[4.0, 8.0])})
 
 
-def reporting(**fields: object) -> Callable[[Seen], Seen]:
+def reporting(**fields: object) -> Callable[[Observed], Observed]:
     return lambda seen: replace(seen, report=seen.report | fields)
 
 
-def seeing(**fields: object) -> Callable[[Seen], Seen]:
+def seeing(**fields: object) -> Callable[[Observed], Observed]:
     return lambda seen: replace(seen, **fields)  # type: ignore[arg-type]
 
 
 # fmt: off
-PLANTED: dict[str, tuple[Seen, Callable[[Seen], Seen], list[str]]] = {
+PLANTED: dict[str, tuple[Observed, Callable[[Observed], Observed], list[str]]] = {
     "a run without an end":      (GOOD, seeing(status=None), ["ended: it did not end in time", "complete: exit status None, not complete: fleet drill: 2 robots, router tcp/127.0.0.1:1; complete"]),
     "a mission not complete":    (GOOD, reporting(complete=False, reason="r1 stands"), ["complete: exit status 0, not complete: r1 stands"]),
     "an exit status":            (GOOD, seeing(status=1), ["complete: exit status 1, not complete: fleet drill: 2 robots, router tcp/127.0.0.1:1; complete"]),

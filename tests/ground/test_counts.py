@@ -34,7 +34,7 @@ def sense(read: list[float], pose: Pose = HERE) -> Sense:
 
 def looks(one: Ground, front: float, times: int = 1, pose: Pose = HERE) -> list[bool]:
     """Look with one ray ahead that reads ``front`` [m]; the rays to the sides see nothing."""
-    return [one.look(sense([FREE_WAY, front, FREE_WAY], pose), lambda place: False) for _ in range(times)]
+    return [one.learn(sense([FREE_WAY, front, FREE_WAY], pose), lambda place: False) for _ in range(times)]
 
 
 def walls(one: Ground) -> list[tuple[int, int]]:
@@ -100,7 +100,7 @@ def test_a_hit_is_looked_for_among_robots_half_a_radius_behind_it() -> None:
         asked.append(place)
         return True
 
-    assert not any(ground().look(sense([0.4, 0.5, 0.6], pose), is_robot) for _ in range(3))
+    assert not any(ground().learn(sense([0.4, 0.5, 0.6], pose), is_robot) for _ in range(3))
     expected = [
         (HERE.x + away * cos(0.3 + side), HERE.y + away * sin(0.3 + side))
         for away, side in ((0.7, pi / 3), (0.8, 0.0), (0.9, -pi / 3))
@@ -162,7 +162,7 @@ def surrounded(*places: Point) -> Ground:
     one = ground(rays=45)
     for x, y in places:
         for _ in range(4):
-            one.look(sense([1.0] * 135, Pose(x, y, 0.0)), lambda place: False)
+            one.learn(sense([1.0] * 135, Pose(x, y, 0.0)), lambda place: False)
     return one
 
 

@@ -159,21 +159,21 @@ REFUSED = {  # corners, part of the sentence
 def test_an_edit_is_refused_whole_or_done(name: str) -> None:
     corners, part = REFUSED[name]
     world = Simulation.of(two_doors(), 1, 1).world
-    before = world.floor
+    before = world.bodies.floor
     if part is None:
         world.edit(edit(Kind.WALL, corners))
-        assert world.edits == 1
+        assert world.bodies.edits == 1
         return
     with pytest.raises(ConfigError, match=part):
         world.edit(edit(Kind.WALL, corners))
-    assert world.floor is before
-    assert world.edits == 0
+    assert world.bodies.floor is before
+    assert world.bodies.edits == 0
 
 
 def test_walls_under_a_robot_can_only_be_taken_away() -> None:
     world = Simulation.of(two_doors(), 1, 1).world
     assert not world.edit(edit(Kind.FREE, ((2.0, 6.0), (3.0, 7.0)))), "the floor is free there"
-    assert world.edits == 0
+    assert world.bodies.edits == 0
 
 
 def test_an_edit_that_changes_nothing_is_none() -> None:
@@ -181,7 +181,7 @@ def test_an_edit_that_changes_nothing_is_none() -> None:
     world = Simulation.of(two_doors(), 1, 1).world
     wall = edit(Kind.WALL, ((8.0, 1.0), (9.0, 2.0)))
     assert [world.edit(wall) for _ in range(3)] == [True, False, False]
-    assert world.edits == 1
+    assert world.bodies.edits == 1
     (sense,) = world.senses(lockstep=True).values()
     assert sense.edits == [wall]
 
@@ -250,7 +250,7 @@ def test_a_robot_that_comes_late_has_the_edits_and_takes_none_twice() -> None:
     world.edit(edit(Kind.FREE, UPPER))
     sense = world.senses(lockstep=True)["r1"]
     assert (sense.edits_before, len(sense.edits)) == (0, 2)
-    late = brain_of(replace(two_doors(), map=world.floor), edits=2)
+    late = brain_of(replace(two_doors(), map=world.bodies.floor), edits=2)
     assert not late.missed(sense)
     world.edit(edit(Kind.WALL, UPPER))
     outputs = late.step(Inputs(world.senses(lockstep=True)["r1"], []))
@@ -269,7 +269,7 @@ def test_a_robot_that_missed_an_edit_for_good_knows_it_and_asks_for_the_map() ->
     sense = world.senses(lockstep=True)["r1"]
     assert sense.edits == []
     assert robot.missed(sense)
-    robot.take_map(replace(scenario, map=world.floor), world.edits)
+    robot.take_map(replace(scenario, map=world.bodies.floor), world.bodies.edits)
     assert not robot.missed(sense)
     outputs = robot.step(Inputs(sense, []))
     assert outputs.plan is not None
@@ -279,4 +279,4 @@ def test_a_robot_that_missed_an_edit_for_good_knows_it_and_asks_for_the_map() ->
 def test_freeing_a_cell_leaves_the_floor_free() -> None:
     world = World(two_doors(UPPER_CLOSED), [Pose(2.5, 6.5, 0.0)], 1)
     world.edit(edit(Kind.FREE, UPPER))
-    assert world.floor.at(5.5, 6.5) == FREE
+    assert world.bodies.floor.at(5.5, 6.5) == FREE

@@ -57,7 +57,7 @@ def learned(scenario: Scenario, place: tuple[float, float] = START[:2]) -> Groun
     ground = Ground(scenario)
     for _ in range(4):
         for sense in looks(scenario, place=place):
-            ground.look(sense, nobody)
+            ground.learn(sense, nobody)
     return ground
 
 
@@ -113,7 +113,7 @@ def test_nothing_is_learned_before_one_has_heard_who_is_near() -> None:
     scenario = unknown()
     ground = Ground(scenario)
     (sense,) = World(scenario, [START], 1).senses(lockstep=True).values()
-    assert not ground.look(sense, nobody)
+    assert not ground.learn(sense, nobody)
     assert (ground.map.cells == UNKNOWN).all()
 
 
@@ -125,8 +125,8 @@ def test_another_robot_in_sight_is_no_wall() -> None:
         for turn in range(60):
             world = World(scenario, [Pose(*here[:2], 2 * pi * turn / 60 - pi), there], 1)
             sense = world.senses(lockstep=True)["r1"]
-            grounds["told of"].look(sense, near(there[:2]))
-            grounds["not told of"].look(sense, nobody)
+            grounds["told of"].learn(sense, near(there[:2]))
+            grounds["not told of"].learn(sense, nobody)
     box = shapely.box(1.8, 2.8, 2.2, 3.2)
     assert not walls_of(grounds["told of"].map).intersects(box)
     assert walls_of(grounds["not told of"].map).intersects(box)
@@ -138,8 +138,8 @@ def test_another_robot_hides_no_wall_that_is_farther_off_than_its_body_may_be() 
     alone, told = Ground(scenario), Ground(scenario)
     for _ in range(4):
         for sense in looks(scenario):
-            alone.look(sense, nobody)
-            told.look(sense, near(body))
+            alone.learn(sense, nobody)
+            told.learn(sense, near(body))
     rows, columns = np.nonzero((alone.map.cells == WALL) & (told.map.cells != WALL))
     away = [
         np.hypot((column + 0.5) * 0.1 - body[0], (row + 0.5) * 0.1 - body[1])
@@ -156,7 +156,7 @@ def test_a_wall_that_goes_is_unlearned() -> None:
     opened = Scenario(scenario.settings, with_block(scenario.map, (2, 4), (4, 6), FREE), scenario.profile)
     for _ in range(12):
         for sense in looks(opened):
-            ground.look(sense, nobody)
+            ground.learn(sense, nobody)
     assert ground.map.at(4.05, 2.5) != WALL
 
 
@@ -203,7 +203,7 @@ def test_a_robot_with_a_given_map_tells_learns_and_forgets_nothing_of_it() -> No
     ground = Ground(scenario)
     before = ground.map
     for sense in looks(scenario, turns=4):
-        assert not ground.look(sense, nobody)
+        assert not ground.learn(sense, nobody)
     assert ground.tell() == []
     assert ground.map is before
 
@@ -240,7 +240,7 @@ def test_forgetting_leaves_an_empty_floor_that_can_be_learned_anew() -> None:
     assert bool(ground.grid.free[5:-5, 5:-5].all())
     for _ in range(12):
         for sense in looks(scenario):
-            ground.look(sense, nobody)
+            ground.learn(sense, nobody)
     assert ground.map.at(4.05, 2.5) == WALL
 
 
@@ -250,7 +250,7 @@ def test_the_grid_is_always_the_one_grown_from_the_map() -> None:
     scenario = unknown(noise=0.03)
     ground = Ground(scenario)
     for number, sense in enumerate(looks(scenario)):
-        ground.look(sense, nobody)
+        ground.learn(sense, nobody)
         ground.hear([number * 37], 0.0)
     grown = planning_grid(scenario, ground.map)
     assert (ground.grid.solid == grown.solid).all()

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from swarm.launch import child
+from swarm.launch.supervise import child
 
 
 def test_without_a_launcher_a_process_is_told_to_end_and_then_killed(monkeypatch: pytest.MonkeyPatch) -> None:

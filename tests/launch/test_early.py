@@ -6,7 +6,7 @@ from typing import Any, Never
 import pytest
 
 from swarm.cli import main
-from swarm.launch import fleet
+from swarm.launch.supervise import fleet
 
 WRONG = {
     "port": ("99999", "0 (a free one) to 65535"),

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from swarm.errors import SwarmError
-from swarm.launch.fleet import SOURCE
-from swarm.launch.rehearsal import rehearse
+from swarm.launch.supervise.fleet import SOURCE
+from swarm.launch.supervise.rehearsal import rehearse
 from swarm.planning.grid import Grid
 from swarm.scenario import prepare
 from swarm.scenario.load import Scenario, load
@@ -24,7 +24,7 @@ from tests.shared import PAPER, ROOT
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 STATE = """
 import gc, json, os, sys
-import swarm.launch.preload
+import swarm.launch.supervise.preload
 from swarm.scenario import prepare
 print(json.dumps([prepare.given_grid.cache_info().currsize, gc.get_freeze_count() > 0, "SWARM_SOURCE" in os.environ]))
 """

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from swarm.launch import fleet as module
-from swarm.launch.fleet import Fleet
-from swarm.launch.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
+from swarm.launch.supervise import fleet as module
+from swarm.launch.supervise.fleet import Fleet
+from swarm.launch.supervise.table import DASHBOARD, RESTARTS, ROBOT, ROUTER, WITHIN, WORLD, EarlyEnd
 
 TIMES: dict[str, tuple[list[float], int | None]] = {  # s, ends of a process; the first one that is too often
     "three at once": ([0.0, 0.0, 0.0], None),

@@ -12,9 +12,9 @@ from swarm.bus import Endpoint
 from swarm.bus.settings import LEASE, LEASE_OF_EACH
 from swarm.errors import ConfigError
 from swarm.launch import processes as module
-from swarm.launch.fleet import Fleet
 from swarm.launch.processes import Processes
-from swarm.launch.table import Role
+from swarm.launch.supervise.fleet import Fleet
+from swarm.launch.supervise.table import Role
 from swarm.scenario.load import load
 from swarm.settings import MOST_ROBOTS
 from tests.launch.actors import SMALL

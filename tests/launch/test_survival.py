@@ -14,9 +14,9 @@ from swarm.bus.codec import encode
 from swarm.bus.settings import client
 from swarm.cli import main
 from swarm.errors import SwarmError
-from swarm.launch.fleet import Ended
-from swarm.launch.fleet import Fleet as Launched
-from swarm.launch.table import CRASHED, WORLD, EarlyEnd
+from swarm.launch.supervise.fleet import Ended
+from swarm.launch.supervise.fleet import Fleet as Launched
+from swarm.launch.supervise.table import CRASHED, WORLD, EarlyEnd
 from swarm.messages import EDIT, EVENT, SENSE, Edit, Kind, Phase, Sense
 from swarm.scenario.load import load
 from tests.conftest import MakeBus

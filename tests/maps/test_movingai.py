@@ -7,7 +7,7 @@ import pytest
 
 from swarm.errors import ConfigError
 from swarm.maps.load import load_map
-from swarm.maps.movingai import Row, from_movingai, from_scen, load_movingai, load_scen
+from swarm.maps.movingai import PlanningTask, from_movingai, from_scen, load_movingai, load_scen
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap
 from tests.maps.drawings import MOVINGAI
 from tests.shared import DATA, needs_data
@@ -58,14 +58,14 @@ ROW = "0\tx.map\t4\t2\t0\t0\t3\t1\t3.5"
 
 
 def test_rows_count_y_from_the_top() -> None:
-    expected = [Row((1, 0), (0, 3), 3.5)]
+    expected = [PlanningTask((1, 0), (0, 3), 3.5)]
     for text in (ROW, f"version 1\n{ROW}\n", f"version 1.0\r\n{ROW}\r\n\r\n", ROW.replace("\t", " ")):
         assert from_scen(text, FLAT) == expected
 
 
 def test_names_of_maps_may_be_paths_and_sizes_zero() -> None:
-    assert from_scen("0\tmaps/far away/x.map\t0\t0\t0\t0\t0\t0\t0.0", FLAT) == [Row((1, 0), (1, 0), 0.0)]
-    assert from_scen("0 x 0 0 0 0 1 0 0.0", FLAT) == [Row((1, 0), (1, 1), None)]
+    assert from_scen("0\tmaps/far away/x.map\t0\t0\t0\t0\t0\t0\t0.0", FLAT) == [PlanningTask((1, 0), (1, 0), 0.0)]
+    assert from_scen("0 x 0 0 0 0 1 0 0.0", FLAT) == [PlanningTask((1, 0), (1, 1), None)]
 
 
 BAD_ROWS = {

@@ -54,7 +54,7 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
             left, right = (ramp(speed, 0.0, robot.wheel_acceleration * dt) for speed in wheels)
             pose, wheels = integrate(pose, drive.twist(left, right), dt), (left, right)
             assert set(cells.touched(pose.x, pose.y, robot.radius)) <= set(command.held)
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
 
 
 # --- when it only turns ---

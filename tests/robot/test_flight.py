@@ -12,7 +12,7 @@ from swarm.planning.grid import Grid
 from swarm.robot.aim import Aiming
 from swarm.robot.flight import Flight
 from swarm.robot.safety import STAND, Constraints, DriveState, SafetyFilter
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot.driving import (
     DRIVE,
     DT,
@@ -41,20 +41,20 @@ rims = st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7))
 
 
 def step(
-    flight: Flight, safety: SafetyFilter, body: DriveState, tick: int, limits: Constraints, *threats: Threat
+    flight: Flight, safety: SafetyFilter, body: DriveState, tick: int, limits: Constraints, *threats: MovingObstacle
 ) -> DriveState:
     out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threats)
     return rolled(body, STAND if out is None else safety.out(sense_of(body, tick), out, limits))
 
 
-def courses(threat: Threat, turns: list[tuple[int, float]], ticks: int) -> list[Threat]:
+def courses(threat: MovingObstacle, turns: list[tuple[int, float]], ticks: int) -> list[MovingObstacle]:
     """Let it go on, and turn by an angle at some ticks."""
     found = []
     for tick in range(ticks):
         x, y, vx, vy = threat
         for _, angle in [turn for turn in turns if turn[0] == tick]:
             vx, vy = cos(angle) * vx - sin(angle) * vy, sin(angle) * vx + cos(angle) * vy
-        threat = Threat(x + vx * DT, y + vy * DT, vx, vy)
+        threat = MovingObstacle(x + vx * DT, y + vy * DT, vx, vy)
         found.append(threat)
     return found
 
@@ -66,7 +66,7 @@ def test_it_gets_out_of_the_way_of_what_comes_from_anywhere(speed: float, yaw: f
     body = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
     x, y = MIDDLE.x + 1.4 * cos(coming), MIDDLE.y + 1.4 * sin(coming)
     flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
-    for tick, threat in enumerate(courses(Threat(x, y, -speed * cos(coming), -speed * sin(coming)), [], 160)):
+    for tick, threat in enumerate(courses(MovingObstacle(x, y, -speed * cos(coming), -speed * sin(coming)), [], 160)):
         body = step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
         assert distance(body.pose, threat) > TOUCHES
 
@@ -84,7 +84,9 @@ def test_it_never_drives_into_what_comes(
     x, y = MIDDLE.x + 1.2 * cos(coming), MIDDLE.y + 1.2 * sin(coming)
     heading = coming + pi + off
     flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
-    for tick, threat in enumerate(courses(Threat(x, y, speed * cos(heading), speed * sin(heading)), turns, 120)):
+    for tick, threat in enumerate(
+        courses(MovingObstacle(x, y, speed * cos(heading), speed * sin(heading)), turns, 120)
+    ):
         before, body = body, step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
         away = distance(body.pose, threat)
         if away <= TOUCHES:
@@ -106,7 +108,7 @@ def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threat
     for tick in range(120):
         off = threats[tick // 30]
         far = max(0.1, hypot(*off))
-        threat = Threat(x + off[0], y + off[1], -0.3 * off[0] / far, -0.3 * off[1] / far)
+        threat = MovingObstacle(x + off[0], y + off[1], -0.3 * off[0] / far, -0.3 * off[1] / far)
         body = step(flight, safety, body, tick, constraints(WALLED_GRID, body.pose, aiming.shut(HELD)), threat)
         assert shapely.contains(within, footprint(body.pose)), f"tick {tick}: out of its cells at {body.pose}"
 
@@ -114,7 +116,7 @@ def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threat
 def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
     body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
     for gap, threatened in ((0.6, True), (1.4, False)):
-        threat = Threat(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
+        threat = MovingObstacle(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
         said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
         assert said is threatened
 
@@ -137,15 +139,15 @@ def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
     yaw: float, coming: float, linear: float, angular: float
 ) -> None:
     body, side = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
-    threat = Threat(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
+    threat = MovingObstacle(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
     twist = Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
     assert twist == pytest.approx((linear, angular))
 
 
-def coming_from(degrees: float, away: float = 0.8, speed: float = 0.3) -> Threat:
+def coming_from(degrees: float, away: float = 0.8, speed: float = 0.3) -> MovingObstacle:
     """Return what comes straight towards a robot in the middle; it is ``away`` [m] now."""
     x, y = cos(degrees * pi / 180), sin(degrees * pi / 180)
-    return Threat(MIDDLE.x + away * x, MIDDLE.y + away * y, -speed * x, -speed * y)
+    return MovingObstacle(MIDDLE.x + away * x, MIDDLE.y + away * y, -speed * x, -speed * y)
 
 
 def test_a_way_out_is_over_as_soon_as_standing_is_enough() -> None:
@@ -186,7 +188,7 @@ def test_a_way_out_under_way_is_kept_unless_another_is_better_by_a_decimetre(nam
 def test_the_tables_keep_a_gap_of_30_cm_to_what_may_turn_round(gap: float, threatened: bool, yaw: float) -> None:
     """In 0.4 s and while it brakes the robot drives 0.24 m; what turns back comes 0.585 m nearer in 39 ticks."""
     body, away = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0), TOUCHES + gap
-    threat = Threat(MIDDLE.x + away * cos(yaw), MIDDLE.y + away * sin(yaw), 0.3 * cos(yaw), 0.3 * sin(yaw))
+    threat = MovingObstacle(MIDDLE.x + away * cos(yaw), MIDDLE.y + away * sin(yaw), 0.3 * cos(yaw), 0.3 * sin(yaw))
     for speed, said in ((0.6, threatened), (0.0, False), (-0.3, False)):
         limits = constraints(WIDE, body.pose)
         assert Flight(SETTINGS).threatens(sense_of(body), (speed, speed), limits, [threat]) is said
@@ -196,7 +198,7 @@ def test_the_tables_keep_a_gap_of_30_cm_to_what_may_turn_round(gap: float, threa
 def test_who_cannot_stop_clear_of_a_wall_has_no_way_out(speed: float) -> None:
     """The safety filter alone brakes it."""
     body = DriveState(Pose(1.0 + RADIUS + 0.05, 10.0, pi), speed, speed)
-    threat = Threat(body.pose.x + 0.8, 10.0, -0.3, 0.0)
+    threat = MovingObstacle(body.pose.x + 0.8, 10.0, -0.3, 0.0)
     assert Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,)) is None
     assert Flight(SETTINGS).threatens(sense_of(body), (0.0, 0.0), constraints(WIDE, body.pose), [threat])
 
@@ -206,7 +208,7 @@ COURSES = ((0.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (1.6, 1.0), (-1.6, 1.0), (pi, 1.
 
 
 def gaps_by_hand(
-    body: DriveState, threat: Threat, heading: float, speeds: tuple[float, float], drive: int
+    body: DriveState, threat: MovingObstacle, heading: float, speeds: tuple[float, float], drive: int
 ) -> list[float]:
     """Drive for so many ticks, then brake, for 2.5 s in all: the least gap [m] on each course."""
     start, least = Pose(*body.pose), [inf] * len(COURSES)
@@ -235,7 +237,7 @@ def test_the_gaps_to_a_threat_are_those_of_stepping_by_hand(
     heading: float, speeds: tuple[float, float], drive: int,
 ) -> None:  # fmt: skip
     body = DriveState(MIDDLE._replace(yaw=yaw), *now)
-    threat = Threat(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
+    threat = MovingObstacle(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
     assume(abs(abs(wrap(yaw - heading)) - pi) > 1.0 or heading != heading)  # turned away, a bit decides the side
     gaps = Flight(SETTINGS).gaps(
         sense_of(body), constraints(WIDE, body.pose), (threat,), heading, drive * DT, speeds=speeds

@@ -129,24 +129,30 @@ LEFT_OUT = Clock(run=0, tick=100, time=5.0, phase=Phase.RUNNING, robots=["r1"], 
 
 def test_a_robot_that_its_world_does_not_see_announces_itself_anew() -> None:
     ship = Ship()
+
+    def left_out(seconds: float) -> int:
+        """Let the clock leave it out for some time; return how often it has announced itself so far."""
+        until = ship.now + seconds
+        while ship.now < until:
+            ship.hear(CLOCK, LEFT_OUT)
+            ship.serve(seconds=0.5)
+        return len(ship.bus.announce.call_args_list)
+
     ship.world("s")
     ship.join(welcome())
-    for _ in range(round(UNSEEN)):
-        ship.hear(CLOCK, LEFT_OUT)
-        ship.serve(seconds=0.9)
+    ship.bus.ask.side_effect = lambda *_, **__: welcome()
+    assert left_out(3 * UNSEEN) == 1, "the world has not come to it yet"
     ship.hear(CLOCK, replace(LEFT_OUT, present=["r1"]))
-    for _ in range(round(UNSEEN)):
-        ship.hear(CLOCK, LEFT_OUT)
-        ship.serve(seconds=0.9)
+    assert left_out(0.8 * UNSEEN) == 1
+    ship.hear(CLOCK, replace(LEFT_OUT, present=["r1"]))
+    assert left_out(0.8 * UNSEEN) == 1
     assert ship.said == []
     ship.bus.withdraw.assert_not_called()
-    ship.serve(seconds=1.0)
-    ship.bus.ask.side_effect = [welcome()]
-    ship.hear(CLOCK, LEFT_OUT)
-    ship.serve(seconds=1.0)
-    assert ship.said == ["r1: the world does not see this process; it joins once more"]
+    assert left_out(0.6 * UNSEEN) == 2
     ship.bus.withdraw.assert_called_once_with("robot", "r1")
-    assert [call.args for call in ship.bus.announce.call_args_list] == 2 * [("robot", "r1")]
+    assert ship.said == ["r1: the world does not see this process; it joins once more"]
+    assert left_out(1.5 * UNSEEN) == 2, "it is more patient each time"
+    assert left_out(1.5 * UNSEEN) == 3
 
 
 def test_in_another_world_all_robots_of_a_process_start_over() -> None:

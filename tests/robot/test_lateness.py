@@ -9,7 +9,7 @@ from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
 from swarm.robot.lateness import DIFFERS, LATEST, Lateness
 from swarm.robot.safety import DriveState, SafetyFilter
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, Threat
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot import driving
 from tests.robot.driving import SETTINGS, constraints, sense_of
 from tests.shared import scenario_of
@@ -26,7 +26,7 @@ def drive(late: int, ticks: int, wanted: tuple[float, float] = (0.6, 0.5)) -> li
     lateness, wheels, queue = Lateness(ACCELERATION, DT), (0.0, 0.0), [(0.0, 0.0)] * late
     counted = []
     for tick in range(ticks):
-        counted.append(len(lateness.under_way(tick, wheels)))
+        counted.append(len(lateness.compare(tick, wheels)))
         lateness.command(wanted)
         queue.append(wanted)
         left, right = queue.pop(0)
@@ -46,13 +46,13 @@ def test_wheels_that_obey_late_are_found_out_at_the_first_command_and_remembered
 
 def test_they_are_trusted_again_20_s_after_the_last_late_command() -> None:
     lateness = Lateness(ACCELERATION, DT)
-    lateness.under_way(0, (0.0, 0.0))
+    lateness.compare(0, (0.0, 0.0))
     lateness.command((0.6, 0.6))
-    assert lateness.under_way(1, (0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
+    assert lateness.compare(1, (0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
     counted = []
     for tick in range(2, 406):
         lateness.command((0.0, 0.0))
-        counted.append(bool(lateness.under_way(tick, (0.0, 0.0))))
+        counted.append(bool(lateness.compare(tick, (0.0, 0.0))))
     assert counted == [True] * 399 + [False] * 5, "20 s are 400 ticks, the first of them is that of the late command"
 
 
@@ -60,26 +60,26 @@ def test_they_are_trusted_again_20_s_after_the_last_late_command() -> None:
 @pytest.mark.parametrize("side", [(1, 0), (0, 1), (-1, 0), (0, -1)])
 def test_a_small_difference_of_either_wheel_is_none(off: float, late: bool, side: tuple[int, int]) -> None:
     lateness = Lateness(ACCELERATION, DT)
-    lateness.under_way(0, (0.3, 0.3))
+    lateness.compare(0, (0.3, 0.3))
     lateness.command((0.3, 0.3))
-    assert bool(lateness.under_way(1, (0.3 + off * side[0], 0.3 + off * side[1]))) is late
+    assert bool(lateness.compare(1, (0.3 + off * side[0], 0.3 + off * side[1]))) is late
 
 
 def test_the_newest_commands_are_given_oldest_first() -> None:
     lateness = Lateness(ACCELERATION, DT)
     for tick in range(9):
-        lateness.under_way(tick, (0.0, 0.0))
+        lateness.compare(tick, (0.0, 0.0))
         lateness.command((0.1 * tick, 0.0))
-    assert [round(left, 3) for left, _ in lateness.under_way(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+    assert [round(left, 3) for left, _ in lateness.compare(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
 
 
 @pytest.mark.parametrize(("pause", "kept"), [(1, KEPT), (KEPT + 1, KEPT), (KEPT + 2, 0)])
 def test_after_a_pause_in_which_all_commands_ran_out_none_is_under_way(pause: int, kept: int) -> None:
     lateness = Lateness(ACCELERATION, DT)
     for tick in range(KEPT):
-        lateness.under_way(tick, (0.0, 0.0))
+        lateness.compare(tick, (0.0, 0.0))
         lateness.command((0.6, 0.6))
-    assert len(lateness.under_way(KEPT - 1 + pause, (0.0, 0.0))) == kept
+    assert len(lateness.compare(KEPT - 1 + pause, (0.0, 0.0))) == kept
 
 
 def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
@@ -92,8 +92,8 @@ def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
     for tick in range(200):
         gap = shown - body.pose.x - driving.RADIUS - HALF_WIDTH
         seen.append((gap, (body.left + body.right) / 2))
-        late = lateness.under_way(tick, (body.left, body.right))
-        fastest = safety.near_threats(body, late, [Threat(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
+        late = lateness.compare(tick, (body.left, body.right))
+        fastest = safety.near_threats(body, late, [MovingObstacle(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
         limits = constraints(WIDE, body.pose)._replace(fastest=fastest)
         front = max(0.0, min(gap, driving.NOTHING))
         wanted = safety.out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)

@@ -16,8 +16,9 @@ from swarm.robot.pilot import Move, PilotInputs
 from swarm.robot.safety import STAND, DriveState
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, traffic_settings
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
 from tests.robot.driving import rolled, sense_of, to_a_stand, told
 from tests.shared import ROOM, scenario_of
@@ -33,7 +34,7 @@ class Granting(Traffic):
 
     grants: TrafficOutputs
 
-    def step(self, inputs: TrafficInputs) -> TrafficOutputs:
+    def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
         self.asked = inputs
         return self.grants
 
@@ -46,7 +47,7 @@ class Driven:
         settings = scenario.settings
         self.cells = cells_of(scenario.map, settings)
         self.traffic = Granting("r1", self.cells, traffic_settings(settings))
-        self.pilot = CellPilot(self.traffic, 0, settings, Controller(scenario.profile))
+        self.pilot = CellPilot(self.traffic, self.cells, 0, settings, Controller(scenario.profile))
         self.navigator = Navigator(planning_grid(scenario), settings.robot.radius, settings.reach)
 
     def row(self, *, up: int = 0, count: int = 1, at: Pose = AT) -> tuple[int, ...]:
@@ -139,7 +140,7 @@ def test_a_robot_gets_out_of_the_way_of_what_comes_at_it(told_of: bool) -> None:
     one, body, nearest = Driven(), DriveState(AT, 0.0, 0.0), 9.0
     floor = tuple(cell for cell, beside in enumerate(one.cells.neighbours) if beside)
     for tick in range(50):
-        threat = Threat(AT.x + 0.8, AT.y - 1.2 + 0.5 * 0.05 * tick, 0.0, 0.5)
+        threat = MovingObstacle(AT.x + 0.8, AT.y - 1.2 + 0.5 * 0.05 * tick, 0.0, 0.5)
         threats = (threat,) if told_of else ()
         speeds = one.drive(body, tick=tick, drivable=floor, way=one.row(count=9), threats=threats).speeds
         body = rolled(body, speeds)

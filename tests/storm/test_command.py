@@ -10,16 +10,16 @@ import pytest
 from swarm.cli import main
 from tests.storm import works
 from tests.storm.shared import plan_of
-from world.storm.command import INTERRUPTED, Options, run
+from world.storm.command import INTERRUPTED, StormOptions, run
 from world.storm.output import Lines
 from world.storm.plans.plan import read
-from world.storm.results import Job, Result, perform
+from world.storm.results import Job, RunResult, perform
 
 Capture = pytest.CaptureFixture[str]
 
 
-def options(**fields: object) -> Options:
-    return Options(**{"seeds": range(10), "jobs": 2, "as_json": True} | fields)  # type: ignore[arg-type]
+def options(**fields: object) -> StormOptions:
+    return StormOptions(**{"seeds": range(10), "jobs": 2, "as_json": True} | fields)  # type: ignore[arg-type]
 
 
 def test_seeds_that_keep_the_laws_end_with_0(capsys: Capture) -> None:
@@ -78,11 +78,11 @@ def test_a_folder_for_plans_that_is_none_is_said_and_the_summary_printed(tmp_pat
 
 @pytest.mark.parametrize(("work", "status"), [(works.passes, INTERRUPTED), (works.fails_on_odd, 1)])
 def test_ctrl_c_prints_what_has_been_found(
-    work: Callable[[Job], Result], status: int, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    work: Callable[[Job], RunResult], status: int, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    added: list[Result] = []
+    added: list[RunResult] = []
 
-    def add(self: Lines, result: Result) -> None:
+    def add(self: Lines, result: RunResult) -> None:
         added.append(result)
         if len(added) == 3:
             signal.raise_signal(signal.SIGINT)

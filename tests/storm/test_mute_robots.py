@@ -71,9 +71,9 @@ def test_a_mute_robot_that_stands_in_the_way_for_ever_is_driven_round() -> None:
 def test_who_has_no_other_way_waits_and_names_it() -> None:
     simulation = corridor(10.2)  # on the target
     notes: list[str] = []
-    simulation.run(100.0, watch=lambda world: notes.extend(text for _, text in world.commands[0].notes))
+    simulation.run(100.0, watch=lambda world: notes.extend(text for _, text in world.tasks.commands[0].notes))
     assert "waits for r2, which says nothing of traffic" in notes
-    assert simulation.world.commands[0].waits == ["r2"]
+    assert simulation.world.tasks.commands[0].waits == ["r2"]
 
 
 def test_a_mute_robot_that_drives_into_one_that_stands_is_blamed_itself() -> None:

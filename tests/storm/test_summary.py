@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from world.storm.laws.judge import Violation
-from world.storm.results import CLASSES, Result
+from world.storm.results import CLASSES, RunResult
 from world.storm.summary import as_json, as_text, tables, wilson
 
 CONTACT = Violation("no contact", 7, ("r1",), "r1 touched wall")
@@ -16,8 +16,8 @@ OVERLAP = Violation("no overlap", 9, ("r1", "r2"), "r1 and r2 hold cell 4")
 KNOWN, DEAD, UNKNOWN = CLASSES
 
 
-def result(seed: int, *violations: Violation, profile: str = "all", **fields: object) -> Result:
-    return Result(profile=profile, seed=seed, violations=violations, **{"category": KNOWN} | fields)  # type: ignore[arg-type]
+def result(seed: int, *violations: Violation, profile: str = "all", **fields: object) -> RunResult:
+    return RunResult(profile=profile, seed=seed, violations=violations, **{"category": KNOWN} | fields)  # type: ignore[arg-type]
 
 
 RESULTS = [

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from world.storm.laws.judge import Violation
-from world.storm.results import Job, Result
+from world.storm.results import Job, RunResult
 
 
 def doubled(number: int) -> int:
@@ -37,16 +37,16 @@ def hangs_on_odd(number: int) -> int:
     return 2 * number
 
 
-def passes(job: Job) -> Result:
-    return Result(profile=job.profile, seed=job.seed, complete=True)
+def passes(job: Job) -> RunResult:
+    return RunResult(profile=job.profile, seed=job.seed, complete=True)
 
 
-def fails_on_odd(job: Job) -> Result:
+def fails_on_odd(job: Job) -> RunResult:
     breach = Violation("no contact", 7, ("r1",), "r1 touched wall")
-    return Result(profile=job.profile, seed=job.seed, violations=(breach,) * (job.seed % 2))
+    return RunResult(profile=job.profile, seed=job.seed, violations=(breach,) * (job.seed % 2))
 
 
-def dies_on_three(job: Job) -> Result:
+def dies_on_three(job: Job) -> RunResult:
     if job.seed == 3:
         os.kill(os.getpid(), signal.SIGKILL)
     return passes(job)

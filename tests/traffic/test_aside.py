@@ -8,9 +8,10 @@ import pytest
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.peers.step_aside import CLEAR, LASTS, Aside
+from swarm.traffic.peers.step_aside import CLEAR, LASTS, StepAside
 from swarm.traffic.peers.uncooperative import SAYS, Mutes, Spoken
 from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.step import Traffic
 from tests.traffic.maps import Drawn
 
 ROOM = Drawn("######", "#abcd#", "#efgh#", "#ijkl#", "######")
@@ -22,13 +23,12 @@ HEAD = ROOM.at("a")[0]
 def goals(
     mute: tuple[float, float], ticks: int, *, rests: bool = False, stands: bool = False, moves: float = 0.0
 ) -> list[Point | None]:
-    """Return the goal in each tick of a robot at ``HERE`` that has none of its own; it ``moves`` [m] now and then."""
-    mutes, aside, found = Mutes(TrafficSettings()), Aside(), list[Point | None]()
+    """Return the place aside in each tick of a robot at ``HERE``; it ``moves`` [m] now and then."""
+    mutes, aside, found = Mutes(TrafficSettings()), StepAside(), list[Point | None]()
     for tick in range(ticks):
         mutes.hear(tick, [Spoken("f1", tick, Pose(*mute, 0.0), rests)], {})
         there = HERE[0] + moves * (tick // (SAYS // 2) % 2)
-        inputs = TrafficInputs(tick, Pose(there, HERE[1], 0.0), None, stands=stands)
-        found.append(aside.look(inputs, mutes, HEAD, (), CELLS).goal)
+        found.append(aside.decide(tick, Pose(there, HERE[1], 0.0), mutes, HEAD, (), CELLS, stands=stands))
     return found
 
 
@@ -50,21 +50,28 @@ def test_otherwise_it_stays(mute: tuple[float, float], fields: dict[str, Any]) -
     assert goals(mute, 2 * SAYS, **fields) == [None] * (2 * SAYS)
 
 
-def test_aside_it_drives_there_by_any_way_and_is_not_done_until_it_is_told_to_stop() -> None:
-    mutes, aside = Mutes(TrafficSettings()), Aside()
-    inputs = TrafficInputs(0, Pose(*HERE, 0.0), HERE, done=True, path=(HERE, BESIDE))
+def test_it_moves_aside_until_it_is_told_to_stop() -> None:
+    mutes, aside, pose = Mutes(TrafficSettings()), StepAside(), Pose(*HERE, 0.0)
     for tick in range(2 * SAYS):
         mutes.hear(tick, [Spoken("f1", tick, Pose(*BESIDE, 0.0))], {})
-        given = inputs._replace(tick=tick)
-        got = aside.look(given, mutes, HEAD, (), CELLS)
-        if got.goal != HERE:
-            assert (got.path, got.done) == ((), False)
+        if aside.decide(tick, pose, mutes, HEAD, (), CELLS, stands=False) is not None:
             break
     else:
         raise AssertionError("it does not move aside")
-    told = given._replace(tick=tick + 1, stands=True)
-    assert aside.look(told, mutes, HEAD, (), CELLS) == told
-    assert aside.look(given._replace(tick=tick + 2), mutes, HEAD, (), CELLS).goal == HERE, "it has to wait again"
+    assert aside.decide(tick + 1, pose, mutes, HEAD, (), CELLS, stands=True) is None
+    assert aside.decide(tick + 2, pose, mutes, HEAD, (), CELLS, stands=False) is None, "it has to wait again"
+
+
+def test_aside_it_drives_by_any_way_and_is_not_done() -> None:
+    """Its planner's path leads elsewhere; its record says where it goes now."""
+    traffic, pose, said = Traffic("r1", CELLS, TrafficSettings()), Pose(*HERE, 0.0), set[tuple[bool, bool]]()
+    for tick in range(2 * SAYS):
+        mute = [Spoken("f1", tick, Pose(*BESIDE, 0.0))]
+        inputs = TrafficInputs(tick, pose, HERE, done=True, mute=mute, path=(HERE, BESIDE))
+        broadcast = traffic.step(inputs, CELLS).broadcast
+        if broadcast is not None:
+            said.add((broadcast.own.done, broadcast.own.goal == HEAD))
+    assert said == {(True, True), (False, False)}
 
 
 # fmt: off
@@ -83,14 +90,14 @@ PLACES: dict[str, tuple[str, str, str, str, str]] = {  # the cells of a hall, wh
 @pytest.mark.parametrize("name", PLACES)
 def test_the_place_aside_is_near_free_and_clear_of_all(name: str) -> None:
     cells, mute, head, taken, expected = PLACES[name]
-    hall, mutes, aside = Drawn(cells), Mutes(TrafficSettings()), Aside()
+    hall, mutes, aside = Drawn(cells), Mutes(TrafficSettings()), StepAside()
     x, y = hall.points(head)[0]
     pose, found = Pose(x + 0.6 * hall.cells.side * (head == "a"), y, 0.0), ""
     centres = {point: one for one in cells for point in hall.points(one)}
     near = [Pose(x - 0.1, y, 0.0) for x, y in hall.points(mute)]  # so that no distance is just the least
     for tick in range(len(expected) * (SAYS + LASTS + 2)):
         mutes.hear(tick, [Spoken(f"f{number}", tick, at) for number, at in enumerate(near)], {})
-        got = aside.look(TrafficInputs(tick, pose, None), mutes, hall.at(head)[0], hall.at(taken), hall.cells).goal
+        got = aside.decide(tick, pose, mutes, hall.at(head)[0], hall.at(taken), hall.cells, stands=False)
         found += "-" if got is None else centres[got]
     turns = [one for one, _ in groupby(found) if one != "-"]
     assert "".join(turns) == expected.replace("-", "")

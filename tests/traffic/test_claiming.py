@@ -51,7 +51,7 @@ def step(
     cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
     pose = floor.pose(cell)
     situation = Situation(
-        tick=NOW, head=progress.head, goal=FLOOR.at("h")[0], idle=False, moved=0,
+        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], idle=False, moved=0,
         blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)),
         others=fresh | {one.robot: one for one in silent}, fresh=fresh,
     )  # fmt: skip
@@ -59,7 +59,7 @@ def step(
     if entries is not None:
         plan = Following("r1", JointPlan(epoch=PLAN, ways={}, after={}), ("r1", "r2"), NOW, 140, entries)
     footprint = Footprint(NOW, pose._replace(x=pose.x + off), cell, frozenset({cell}))
-    return Claiming("r1", floor.cells, settings).step(progress, plan, situation, footprint, floor.at(room))
+    return Claiming("r1", settings).step(progress, plan, situation, footprint, floor.at(room))
 
 
 def names(cells: tuple[int, ...]) -> str:

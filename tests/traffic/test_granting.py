@@ -9,12 +9,14 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Frozen
+from swarm.traffic.obstacles.detector import ProtectiveStop
 from swarm.traffic.outputs import activity, hinderers, looks, stops_in, way_ahead, waypoints
-from swarm.traffic.own_record import SLACK, Telling
+from swarm.traffic.own_record import SLACK, RecordWriter
 from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.result import Doing
+from swarm.traffic.result import StepResult
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
 
@@ -26,41 +28,42 @@ HEARD = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=A)
 
 def doing(
     held: str = "a", route: str = "bc", goal: str = "d", *, joint: JointPlanning | None = None,
-    shut: str = "", holds: str = "", **changes: object,
-) -> Doing:  # fmt: skip
+    shut: str = "", holds: str = "", done: bool = False, idle: bool = False, stopped: bool = False,
+    **changes: object,
+) -> StepResult:  # fmt: skip
     """Return the decisions of a robot in a that drives to the middle of d, with r2 in hearing, which ``holds`` cells.
 
     Bodies were seen in the cells that are ``shut``.
     """
     aim, heard = Goal(), {"r2": replace(HEARD, held=ROW.at(holds))}
     aim.cell, aim.wish = ROW.at(goal)[0], ROW.points(goal)[0]
-    plain = Doing(
-        inputs=TrafficInputs(5, ROW.pose(A), aim.wish),
+    plain = StepResult(
+        inputs=TrafficInputs(5, ROW.pose(A), aim.wish), body=Footprint(5, ROW.pose(A), A, frozenset({A})),
         situation=Situation(
-            tick=5, head=A, goal=ROW.at(goal)[0], idle=False, moved=0, blocked=frozenset(ROW.at(shut)), cleared=frozenset(), others=heard,
-            fresh=heard,
+            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=idle, moved=0, blocked=frozenset(ROW.at(shut)),
+            cleared=frozenset(), others=heard, fresh=heard, done=done,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
-        goal=aim, joint=joint or JointPlanning("r1", ROW.cells, SETTINGS), waits=(), listens=False, stopped=False,
-        face=None, leans_to=None, free_drive=(), moved=0, room=(), threats=(),
+        goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, halt=ProtectiveStop(stopped),
+        face=None, leans_to=None, free_drive=(), moved=0, room=(), threats=(), speaks=True, events=(),
     )  # fmt: skip
     return plain._replace(**changes)  # type: ignore[arg-type]
 
 
 def standing() -> JointPlanning:
-    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.call = Frozen(Epoch(3, "r2"), 3)
     return joint
 
 
 def following() -> JointPlanning:
-    joint = JointPlanning("r1", ROW.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.following = Following("r1", JointPlan(epoch=Epoch(3, "r2"), ways={}, after={}), (), 3, 140, {})
     return joint
 
 
 # fmt: off
-ACTIVITIES: dict[str, tuple[Doing, str]] = {
+ACTIVITIES: dict[str, tuple[StepResult, str]] = {
     "nothing is in its way":                (doing(),                                              "driving"),
     "halted, whatever else":                (doing(stopped=True, listens=True, joint=standing()),  "halted"),
     "stands for a plan, whatever else":     (doing(listens=True, joint=standing()),                "standing"),
@@ -80,7 +83,7 @@ ACTIVITIES: dict[str, tuple[Doing, str]] = {
 # fmt: on
 
 # fmt: off
-HINDERED: dict[str, tuple[Doing, tuple[str, ...]]] = {  # whom a robot is said to wait for; r2 holds d
+HINDERED: dict[str, tuple[StepResult, tuple[str, ...]]] = {  # whom a robot is said to wait for; r2 holds d
     "whom it asks":                       (doing(waits=("r3",)),                                   ("r3",)),
     "nobody, it drives":                  (doing("a", "bcd", "d", shut="d", holds="d"),            ()),
     "who stands on its goal":             (doing("a", "b", "b", shut="b", holds="b"),              ("r2",)),
@@ -95,7 +98,7 @@ HINDERED: dict[str, tuple[Doing, tuple[str, ...]]] = {  # whom a robot is said t
 @pytest.mark.parametrize("name", HINDERED)
 def test_a_robot_that_is_shut_off_names_who_stands_there(name: str) -> None:
     decisions, robots = HINDERED[name]
-    assert hinderers(decisions, ROW.cells) == robots
+    assert hinderers(decisions) == robots
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)
@@ -118,12 +121,12 @@ def test_a_robot_needs_an_exact_place_to_look_or_to_be_heard_from() -> None:
 
 
 # fmt: off
-AHEAD: dict[str, tuple[Doing, int, str]] = {  # from which of the held cells on: the cells to drive through
+AHEAD: dict[str, tuple[StepResult, int, str]] = {  # from which of the held cells on: the cells to drive through
     "those held":                       (doing("abc", "ef", "h"),                       0, "abc"),
     "from where it is":                 (doing("abc", "ef", "h"),                       1, "bc"),
     "to the next stop":                 (doing("abcd", "ef", "c"),                      1, "bc"),
-    "past a place to stand":            (doing("abcd", "ef", "c", inputs=TrafficInputs(5, ROW.pose(A), (0.0, 0.0), done=True)), 1, "bcd"),
-    "past it without a goal":           (doing("abcd", "ef", "c", inputs=TrafficInputs(5, ROW.pose(A), None)), 1, "bcd"),
+    "past a place to stand":            (doing("abcd", "ef", "c", done=True), 1, "bcd"),
+    "past it without a goal":           (doing("abcd", "ef", "c", idle=True), 1, "bcd"),
     "as far as it sees, drives freely": (doing("ab", "cdefg", "h", free_drive=(A,)),    0, "abcde"),
     "freely to the next stop":          (doing("ab", "cdefg", "d", free_drive=(A,)),    0, "abcd"),
 }
@@ -138,8 +141,10 @@ def test_the_way_ahead_ends_at_the_head_or_at_the_next_stop(name: str) -> None:
     assert stops_in(decisions, got) is ("stop" in name)
 
 
-def points(decisions: Doing, cells: str, alone: str, settings: TrafficSettings = SETTINGS) -> list[tuple[float, float]]:
-    return list(waypoints(decisions, ROW.at(cells), ROW.at(alone), ROW.cells, settings))
+def points(
+    decisions: StepResult, cells: str, alone: str, settings: TrafficSettings = SETTINGS
+) -> list[tuple[float, float]]:
+    return list(waypoints(decisions, ROW.at(cells), ROW.at(alone), settings))
 
 
 def test_a_robot_drives_over_the_middles_of_its_cells() -> None:
@@ -155,7 +160,7 @@ def test_the_last_point_is_the_stop_itself() -> None:
     stop = doing("abc", "d", "c")
     stop.goal.wish = (x + 0.1, y - 0.1)
     assert points(stop, "abc", "abc") == [*ROW.points("ab"), pytest.approx((x + 0.1, y - 0.1))]
-    last = doing("abc", "", "c", inputs=TrafficInputs(5, ROW.pose(A), stop.goal.wish, done=True))
+    last = doing("abc", "", "c", done=True)
     last.goal.wish = (x + 0.5, y)
     assert points(last, "abc", "abc") == [*ROW.points("ab"), pytest.approx((x + 0.32, y))], "where it fits in the cell"
     last = doing("abc", "", "h")
@@ -175,8 +180,9 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     way = RouteProgress(Reservations((a,)), (ALONE,), (b,))
     x, y = corner.cells.centre(a)
     at_corner = doing("a", "b", "h", progress=way)
-    assert list(waypoints(at_corner, (a,), (a,), corner.cells, radio)) == [(x, y), pytest.approx((x + 0.29, y))]
-    assert list(waypoints(at_corner, (a,), (a,), corner.cells, SETTINGS)) == [(x, y)]
+    at_corner = at_corner._replace(situation=at_corner.situation._replace(cells=corner.cells))
+    assert list(waypoints(at_corner, (a,), (a,), radio)) == [(x, y), pytest.approx((x + 0.29, y))]
+    assert list(waypoints(at_corner, (a,), (a,), SETTINGS)) == [(x, y)]
     assert points(doing("a", "bc", "h"), "a", "a", radio) == ROW.points("a"), "no corner"
 
 
@@ -185,7 +191,7 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     [(0, False, [0, 4, 8]), (1, False, [3, 7, 11]), (1, True, [1, 3, 5, 7, 9, 11]), (5, False, [3, 7, 11])],
 )
 def test_a_robot_tells_in_its_turn(slot: int, often: bool, turns: list[int]) -> None:
-    telling = Telling("r1", SETTINGS, slot, ROW.cells.side)
+    telling = RecordWriter("r1", SETTINGS, slot, ROW.cells.side)
     assert [tick for tick in range(12) if telling.is_due(tick, often=often)] == turns
 
 
@@ -198,14 +204,14 @@ def test_a_record_says_how_far_the_plan_is_that_the_robot_follows(
 ) -> None:
     way = RouteProgress(Reservations((A, B)), steps, ROW.at("cdefgha"))
     decisions = doing("ab", progress=way, joint=following() if follows else None, moved=2, waits=("r2",))
-    told = Telling("r1", SETTINGS, 0, ROW.cells.side).record(decisions, (), ())
+    told = RecordWriter("r1", SETTINGS, 0, ROW.cells.side).record(decisions, (), ())
     assert (told.left, told.entered, told.epoch is not None) == (left, entered, follows)
     assert (told.held, told.ahead) == ((A, B), ROW.at("cdefgh")), "six cells ahead at most"
     assert (told.stamp, told.goal, told.moved, told.waits, told.idle) == (5, D, 2, ("r2",), False)
 
 
 def test_claims_of_others_are_acknowledged_if_they_may_ask_this_robot() -> None:
-    telling, others = Telling("r1", SETTINGS, 0, ROW.cells.side), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
+    telling, others = RecordWriter("r1", SETTINGS, 0, ROW.cells.side), {"r2": replace(HEARD, claims=(Claim(C, 7, 0),))}
 
     def acks(held: Reservations, heard: dict[str, Record]) -> tuple[tuple[str, int], ...]:
         plain = doing(progress=RouteProgress(held, (ALONE,) * len(held.held)))

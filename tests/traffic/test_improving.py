@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.lacam import Search, State, Steps
+from swarm.traffic.mapf.lacam import Search, SearchState, Steps
 from swarm.traffic.mapf.lns import CHANCE, LONGER, MOST_OUT, POPS, Improving
 from swarm.traffic.mapf.makespan import CORNER, duration, pace
 from swarm.traffic.mapf.pibt import Configuration, Ties
@@ -55,9 +55,9 @@ def plan_of(cells: CellMap, starts: Configuration, goals: Configuration, seed: i
     """Search for any plan, with random ties: a poor one."""
     tables = tables_of(cells, goals)
     search = Search(cells.neighbours, tables, starts, goals, ties=Ties.RANDOM, random=Random(f"plan {seed}"))
-    while search.advance(1_000) is State.RUNNING:
+    while search.advance(1_000) is SearchState.RUNNING:
         pass
-    assert search.state is State.SOLVED
+    assert search.state is SearchState.SOLVED
     return search.steps
 
 

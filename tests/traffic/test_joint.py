@@ -6,11 +6,11 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.assignment import Aside, assign
-from swarm.traffic.joint.problem import ATTEMPTS, Attempt, Round
+from swarm.traffic.joint.assignment import Displaced, assign
+from swarm.traffic.joint.problem import RELAXATIONS, Relaxation, Round
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
-from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
@@ -20,10 +20,12 @@ ROUND = Drawn("a.n......f.b", ".##########.", "............")
 ROW = Drawn("abcde")
 
 
-def situation(tick: int, head: int, goal: int, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Situation:
+def situation(
+    cells: CellMap, tick: int, head: int, goal: int, others: Mapping[str, Record], fresh: Mapping[str, Record]
+) -> Situation:
     """Where nobody has seen anything that was not told of."""
     return Situation(
-        tick=tick, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
+        tick=tick, cells=cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
         others=others, fresh=fresh,
     )  # fmt: skip
 
@@ -32,10 +34,10 @@ def situation(tick: int, head: int, goal: int, others: Mapping[str, Record], fre
 def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_it: bool) -> None:
     (start, goal, cell), (x, y) = ROUND.at("ab" + where), ROUND.points(where)[0]
     silent = Record(robot="r9", stamp=0, x=x, y=y, goal=cell, held=(cell,))
-    joint = JointPlanning("r1", ROUND.cells, TrafficSettings(radio_range=8.0))
+    joint = JointPlanning("r1", TrafficSettings(radio_range=8.0))
     joint.call = Free(need="r1")
     for tick in range(100, 200):
-        joint.step(situation(tick, start, goal, {"r9": silent}, {}))
+        joint.step(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
         if joint.following is not None:
             break
     assert joint.following is not None
@@ -74,7 +76,7 @@ def test_who_is_idle_leaves_the_way_of_the_one_that_comes_and_nobody_else_does()
     """r1 comes to the end of a dead end in which r2 and r3 rest; deeper in it nobody is out of the way."""
     dead_end = Drawn("fdceg", "##b##", "##a##")
     heads = dict(zip(("r1", "r2", "r3", "r4"), dead_end.at("cabf"), strict=True))
-    for aside in Aside:
+    for aside in Displaced:
         goals = assign(
             dead_end.cells, heads, heads | {"r1": heads["r2"]}, (), dict.fromkeys(heads, 0), idle=("r2", "r3", "r4"),
             aside=aside,
@@ -107,7 +109,7 @@ NO_PLAN = {  # where robots stand, where they want to be: what is said, and of w
 def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_target(name: str) -> None:
     """Where a target was given to somebody else, that there is no plan proves nothing about the mission."""
     heads, wishes, kind, who = NO_PLAN[name]
-    others, joint = {}, JointPlanning("r1", ROW_OF_FOUR.cells, TrafficSettings())
+    others, joint = {}, JointPlanning("r1", TrafficSettings())
     joint.call = Free(need="r1")
     events: list[Event] = []
     for tick in range(TICKS):
@@ -117,7 +119,9 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
                 robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
             )
         mine = others.pop("r1")
-        events += joint.step(situation(tick, mine.held[-1], mine.goal, dict(others), dict(others))).events
+        events += joint.step(
+            situation(ROW_OF_FOUR.cells, tick, mine.held[-1], mine.goal, dict(others), dict(others))
+        ).events
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
     assert joint.following is None
 
@@ -129,7 +133,7 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
     a, b, c, d = square.at("abcd")
     said: dict[bool, list[tuple[str, bool]]] = {}
     for shut in (True, False):
-        joint = JointPlanning("r1", square.cells, TrafficSettings())
+        joint = JointPlanning("r1", TrafficSettings())
         joint.call = Free(need="r1")
         events: list[Event] = []
         for tick in range(TICKS):
@@ -138,7 +142,7 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
             cells = frozenset({c, d} if shut else ())
             centres = [(robot, *square.cells.centre(cell)) for robot, cell in (("r3", c), ("r4", d))]
             dead = {robot: Record(robot=robot, stamp=0, x=x, y=y, goal=-1) for robot, x, y in centres}
-            found = situation(tick, a, b, other | dead, other)
+            found = situation(square.cells, tick, a, b, other | dead, other)
             found = (
                 found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=partial(frozenset, cells))
             )
@@ -155,12 +159,14 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
     a, e, d, f = square.at("aedf")
     x, y = square.cells.centre(f)
     dead = Record(robot="r3", stamp=0, x=x - square.cells.side / 2 + 0.1, y=y, goal=-1)
-    joint = JointPlanning("r1", square.cells, TrafficSettings())
+    joint = JointPlanning("r1", TrafficSettings())
     joint.call = Free(need="r1")
     for tick in range(TICKS):
         x, y = square.cells.centre(e)
         other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.frozen)}
-        found = situation(tick, a, e, other | {"r3": dead}, other)._replace(bodies=lambda: frozenset({d, f}))
+        found = situation(square.cells, tick, a, e, other | {"r3": dead}, other)._replace(
+            bodies=lambda: frozenset({d, f})
+        )
         events = joint.step(found).events
         if joint.following is not None:
             break
@@ -168,5 +174,5 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
 
 
 def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
-    assert ATTEMPTS[0] == Attempt(Round.HELD, True, Aside.NEAR)
-    assert len(set(ATTEMPTS)) == len(ATTEMPTS)
+    assert RELAXATIONS[0] == Relaxation(Round.HELD, True, Displaced.NEAR)
+    assert len(set(RELAXATIONS)) == len(RELAXATIONS)

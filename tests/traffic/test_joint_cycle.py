@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.joint import protocol as joint_planning
 from swarm.traffic.joint.following import SETTLE
-from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Transition
-from swarm.traffic.joint.states import Call, Free, Move, Part, Published
+from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Occasion, Transition
+from swarm.traffic.joint.states import Call, Free, Memory, Move, Published, Speaks
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
@@ -27,15 +27,17 @@ def record(robot: str, cell: int, tick: int = NOW, **fields: object) -> Record:
     return replace(Record(robot=robot, stamp=tick, x=x, y=y, goal=cell, held=(cell,)), **fields)
 
 
-def situation(tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B) -> Situation:
+def situation(
+    tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B, *, floor: Drawn = FLOOR
+) -> Situation:
     return Situation(
-        tick=tick, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
+        tick=tick, cells=floor.cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
         fresh=fresh,
     )  # fmt: skip
 
 
 def robot(me: str) -> JointPlanning:
-    return JointPlanning(me, FLOOR.cells, SETTINGS)
+    return JointPlanning(me, SETTINGS)
 
 
 # --- the table ---
@@ -61,8 +63,8 @@ def test_the_drawing_shows_the_table() -> None:
 @pytest.fixture(autouse=True)
 def each_transition_leads_where_the_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
     def checked(row: Transition) -> Transition:
-        def happens(part: Part, call: Call, situation: Situation) -> Move | None:
-            move = row.happens(part, call, situation)
+        def happens(memory: Memory, call: Call, occasion: Occasion) -> Move | None:
+            move = row.happens(memory, call, occasion)
             assert move is None or type(move.to) is row.to
             return move
 
@@ -79,29 +81,37 @@ def stuck(me: str, tick: int = NOW) -> Record:
     return record(me, A, tick, ahead=(B,), waits=("r1", "r2", "r3"), moved=tick - SETTINGS.stuck - 1)
 
 
+def asked_by(joint: JointPlanning, own: Record, known: Situation) -> str | None:
+    """Return the robot that is asked to lead in the record that is about to be sent."""
+    joint.ask(Speaks(own.robot, own.held, own.ahead, own.waits, joint.epoch, own.moved, known))
+    return joint.need
+
+
 def test_the_lowest_id_in_hearing_is_asked_me_included() -> None:
     for me, heard, asked in (("r2", "r3", "r2"), ("r2", "r1", "r1"), ("r2", "r3 r1", "r1")):
         near = situation(NOW, {name: record(name, C) for name in heard.split()})
-        assert robot(me).ask(stuck(me), near) == asked, heard
+        assert asked_by(robot(me), stuck(me), near) == asked, heard
 
 
 def test_who_needs_no_plan_asks_nobody() -> None:
     joint, near = robot("r2"), situation(NOW, {"r1": record("r1", C)})
-    assert joint.ask(stuck("r2"), near) == "r1"
-    assert joint.ask(replace(stuck("r2"), ahead=()), near) is None
+    assert asked_by(joint, stuck("r2"), near) == "r1"
+    assert asked_by(joint, replace(stuck("r2"), ahead=()), near) is None
     joint.step(situation(NOW, {"r1": called()}))
-    assert joint.ask(stuck("r2"), near) is None, "it stands for one"
+    assert asked_by(joint, stuck("r2"), near) is None, "it stands for one"
 
 
 def test_who_does_not_answer_is_passed_over_for_a_while() -> None:
     joint = robot("r3")
     near = {name: record(name, C) for name in ("r1", "r2")}
-    asked = [joint.ask(stuck("r3", NOW + tick), situation(NOW + tick, near)) for tick in range(SETTINGS.unanswered + 2)]
+    asked = [
+        asked_by(joint, stuck("r3", NOW + tick), situation(NOW + tick, near)) for tick in range(SETTINGS.unanswered + 2)
+    ]
     assert asked == ["r1"] * (SETTINGS.unanswered + 1) + ["r2"]
     near = {name: record(name, C, NOW + SETTINGS.pass_over) for name in ("r1", "r2")}
     until = NOW + SETTINGS.unanswered + SETTINGS.pass_over
     for tick, again in ((until, "r2"), (until + 1, "r1")):
-        assert joint.ask(stuck("r3", tick), situation(tick, near)) == again, tick
+        assert asked_by(joint, stuck("r3", tick), situation(tick, near)) == again, tick
 
 
 # --- standing for a call ---
@@ -220,7 +230,7 @@ def test_a_member_that_does_not_take_the_plan_up_is_named_once() -> None:
 
 def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
     joint = robot("r1")
-    joint.reset(NOW)
+    joint.wake(NOW)
     led = []
     for tick in range(NOW, NOW + SETTINGS.listen + 2):
         joint.call = Free(need="r1")
@@ -232,7 +242,7 @@ def test_who_was_away_leads_nobody_until_it_has_listened() -> None:
 def test_who_was_away_stands_for_nobody_any_more() -> None:
     joint = robot("r2")
     joint.step(situation(NOW, {"r1": called()}))
-    joint.reset(NOW + 50)
+    joint.wake(NOW + 50)
     assert joint.call == Free()
 
 
@@ -247,7 +257,7 @@ def test_no_call_is_taken_part_in_again_once_it_is_left() -> None:
             joint.step(situation(NOW + 1, both))
             assert joint.frozen == CALL
         elif left == "reset":
-            joint.reset(NOW + 1)
+            joint.wake(NOW + 1)
         else:
             joint.void()
         joint.step(situation(NOW + 2, {"r2": both["r2"]}))
@@ -264,7 +274,7 @@ def test_on_another_floor_no_plan_is_followed() -> None:
 def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
     own, plan = JointPlan(epoch=Epoch(1, "r2"), ways={"r1": (C,)}, after={}), plan_of(r1=(C, D), r2=(A, B))
     joint = robot("r2")
-    joint.part.published = Published(own, NOW)
+    joint.memory.published = Published(own, NOW)
     assert joint.carried(situation(NOW, {})) == own
     joint.step(situation(NOW, {"r1": replace(called(), plan=plan)}))
     assert (joint.epoch, joint.carried(situation(NOW, {}))) == (CALL, None)
@@ -272,8 +282,8 @@ def test_who_adopts_anothers_plan_carries_its_own_no_longer() -> None:
 
 def test_who_was_away_asks_nobody_any_more() -> None:
     joint = robot("r2")
-    assert joint.ask(stuck("r2"), situation(NOW, {"r3": record("r3", C)})) == "r2"
-    joint.reset(NOW + 50)
+    assert asked_by(joint, stuck("r2"), situation(NOW, {"r3": record("r3", C)})) == "r2"
+    joint.wake(NOW + 50)
     joint.step(situation(NOW + 51 + SETTINGS.listen, {}))
     assert joint.frozen is None
 
@@ -310,7 +320,7 @@ def test_who_has_just_got_a_plan_asks_for_no_other() -> None:
     assert joint.epoch == CALL
     joint.leave()
     for age, asked in ((0, None), (SETTINGS.calm - 1, None), (SETTINGS.calm, "r1")):
-        assert joint.ask(stuck("r3", NOW + age), situation(NOW + age, heard)) == asked, age
+        assert asked_by(joint, stuck("r3", NOW + age), situation(NOW + age, heard)) == asked, age
 
 
 def test_somebody_elses_plan_is_not_taken_up() -> None:
@@ -333,11 +343,11 @@ def planned(tick: int, way: str) -> JointPlan:
 
 
 def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
-    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal))
+    joint.step(situation(NOW, {"r1": call}, head, goal, floor=WALL))
+    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "abcd"))}, head, goal, floor=WALL))
     assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
     text = f"refuses the joint plan of r1: no way from cell {a} to {b}"
@@ -347,17 +357,19 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
 
 
 def test_a_member_takes_a_way_that_its_own_map_has() -> None:
-    joint = JointPlanning("r2", WALL.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     head, goal = ROOM.at("ad")
     call = called(at=NOW)
-    joint.step(situation(NOW, {"r1": call}, head, goal))
-    decision = joint.step(situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal))
+    joint.step(situation(NOW, {"r1": call}, head, goal, floor=WALL))
+    decision = joint.step(
+        situation(NOW + 1, {"r1": replace(call, plan=planned(NOW, "aefghd"))}, head, goal, floor=WALL)
+    )
     assert decision.way == ROOM.at("aefghd")
     assert joint.refused(NOW + 1) is None
 
 
 def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
-    joint = JointPlanning("r1", ROOM.cells, SETTINGS)
+    joint = JointPlanning("r1", SETTINGS)
     joint.call = Free(need="r1")
     a, b, c, d = ROOM.at("abcd")
     plans: list[JointPlan] = []
@@ -366,20 +378,20 @@ def test_a_leader_calls_again_and_plans_round_what_was_refused() -> None:
             plans.append(joint.following.plan)
         refusal = Refusal(plans[0].epoch, ((a, b), (b, c))) if plans else None
         other = record("r2", a, tick, frozen=joint.frozen, goal=d, refusal=refusal)
-        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh")))
+        joint.step(situation(tick, {"r2": other}, *ROOM.at("hh"), floor=ROOM))
     assert [plan.ways["r2"] for plan in plans] == [ROOM.at("abcd"), ROOM.at("aefgcd")][: len(plans)]
     assert len(plans) == 2, "once for each refusal"
 
 
 def test_a_robot_is_waited_for_by_members_that_have_claimed_what_it_leaves() -> None:
-    joint = JointPlanning("r2", ROOM.cells, SETTINGS)
+    joint = JointPlanning("r2", SETTINGS)
     a, b = ROOM.at("ab")
     claims = (Claim(a, 1, NOW),)
     call = called(at=NOW)
     heard = {name: record(name, C, claims=claims) for name in ("r1", "r3")}
-    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad")))
+    joint.step(situation(NOW, {"r1": call}, *ROOM.at("ad"), floor=ROOM))
     plan = JointPlan(epoch=Epoch(NOW, "r1"), ways={"r1": (b, a), "r2": ROOM.at("abcd")}, after={})
-    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad")))
+    joint.step(situation(NOW + 1, {"r1": replace(call, plan=plan)}, *ROOM.at("ad"), floor=ROOM))
     assert joint.following is not None
     assert joint.following.is_waited_for([a], situation(NOW, {"r1": heard["r1"]}))
     assert not joint.following.is_waited_for([b], situation(NOW, {"r1": heard["r1"]}))

@@ -12,7 +12,7 @@ from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.lacam import Search, State, Steps, without_detours
+from swarm.traffic.mapf.lacam import Search, SearchState, Steps, without_detours
 from swarm.traffic.mapf.makespan import duration
 from swarm.traffic.mapf.pibt import Ties
 from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome, Result
@@ -116,7 +116,11 @@ def test_a_goal_that_no_way_leads_to() -> None:
 def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
     """However many others there are, whose configurations a search would go through."""
     cells, (a, b, c, d) = (drawn := Drawn("a#b", "###", "c.d")).cells, drawn.at("abcd")
-    for goals, state in (((a, d), State.RUNNING), ((b, d), State.UNSOLVABLE), ((a, b), State.UNSOLVABLE)):
+    for goals, state in (
+        ((a, d), SearchState.RUNNING),
+        ((b, d), SearchState.UNSOLVABLE),
+        ((a, b), SearchState.UNSOLVABLE),
+    ):
         tables = [cells.distances(goal) for goal in goals]
         once = Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1))
         assert (once.state, once.expansions) == (state, 0)
@@ -166,9 +170,9 @@ class Scripted:
     def __init__(self, needs: int) -> None:
         self.expansions, self.needs, self.steps = 0, needs, [BAY.at("a"), BAY.at("b")]
 
-    def advance(self, expansions: int) -> State:
+    def advance(self, expansions: int) -> SearchState:
         self.expansions += min(expansions, self.needs - self.expansions)
-        return State.SOLVED if self.expansions == self.needs else State.RUNNING
+        return SearchState.SOLVED if self.expansions == self.needs else SearchState.RUNNING
 
 
 @pytest.mark.parametrize("name", STARTS)
@@ -210,13 +214,13 @@ def test_a_long_search_for_any_plan_spends_its_share_in_each_step(monkeypatch: p
         def __init__(self, *_: object) -> None:
             pass
 
-        def advance(self, expansions: int) -> State:
+        def advance(self, expansions: int) -> SearchState:
             self.expansions += min(expansions, 30)
             spent.append(min(expansions, 30))
-            return State.RUNNING
+            return SearchState.RUNNING
 
     never = Scripted(0)
-    monkeypatch.setattr(never, "advance", lambda _: State.UNSOLVABLE)
+    monkeypatch.setattr(never, "advance", lambda _: SearchState.UNSOLVABLE)
     monkeypatch.setattr(joint_search, "Search", lambda *_, **__: never)
     monkeypatch.setattr(joint_search, "BestFirst", Long)
     tables = [BAY.cells.distances(BAY.at("b")[0])]
@@ -237,7 +241,7 @@ def test_the_share_of_a_step_does_not_change_the_plan(share: int, ties: Ties) ->
 
     def plan(portion: int) -> list[tuple[int, ...]]:
         once = Search(TREE.cells.neighbours, tables, starts, goals, ties=ties, random=Random(3))
-        while once.advance(portion) is State.RUNNING:
+        while once.advance(portion) is SearchState.RUNNING:
             pass
         return once.steps
 
@@ -285,10 +289,10 @@ class Costly:
         type(self).begun += 1
         self.expansions = 0
 
-    def advance(self, expansions: int) -> State:
+    def advance(self, expansions: int) -> SearchState:
         self.asked.append(expansions)
         self.expansions += min(expansions, self.most)
-        return State.RUNNING
+        return SearchState.RUNNING
 
 
 def late(monkeypatch: pytest.MonkeyPatch, names: str, most: int, eager: Sequence[int] | None = None) -> JointSearch:
@@ -364,7 +368,7 @@ def test_the_search_of_one_at_a_time_keeps_so_many_configurations_at_most(monkey
     for most, expansions in ((2, 1), (1, 0)):
         monkeypatch.setattr("swarm.traffic.mapf.best_first.MOST_KEPT", most)
         once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
-        assert once.advance(1) is State.RUNNING
+        assert once.advance(1) is SearchState.RUNNING
         assert once.expansions == expansions
 
 

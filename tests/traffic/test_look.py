@@ -8,7 +8,17 @@ import pytest
 
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.obstacles.detector import ABOUT, AT_LAST, CLOSE, HALTED, LINGERS, STILL, Halt, Halting, robot_at
+from swarm.traffic.obstacles.detector import (
+    ABOUT,
+    AT_LAST,
+    CLOSE,
+    HALTED,
+    LINGERS,
+    STILL,
+    ObstacleDetector,
+    ProtectiveStop,
+    robot_at,
+)
 from swarm.traffic.obstacles.scan import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
 from swarm.traffic.obstacles.tracker import COMING, NEARER, NOTED
 from swarm.traffic.settings import TrafficSettings
@@ -166,14 +176,17 @@ def halts(
     mine: frozenset[int] = frozenset(),
     bearing: float = 0.0,
     expected: float = 1.6,
-    halting: Halting | None = None,
+    halting: ObstacleDetector | None = None,
     start: int = 100,
-) -> list[Halt]:
+) -> list[ProtectiveStop]:
     """Look in one direction, straight ahead by default, tick by tick."""
-    halting = halting or Halting(FLOOR.cells, SETTINGS)
+    halting = halting or ObstacleDetector(SETTINGS)
     return [
-        halting.look(
-            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))), others, mine
+        halting.detect(
+            TrafficInputs(start + tick, HERE, None, scan=Scan((bearing,), (one,), lambda _: (expected,))),
+            others,
+            mine,
+            FLOOR.cells,
         )
         for tick, one in enumerate(measured)
     ]
@@ -209,19 +222,19 @@ def test_it_stops_for_what_it_sees_to_either_side_too(bearing: float) -> None:
 
 def test_a_wall_of_the_map_never_stops_it_and_is_no_thing_found() -> None:
     said = halts(*[0.4] * (2 * HALTED), expected=0.4)
-    assert said == [Halt(stopped=False)] * (2 * HALTED)
+    assert said == [ProtectiveStop(stopped=False)] * (2 * HALTED)
 
 
 def test_a_robot_that_is_heard_never_stops_it_and_is_no_thing_found() -> None:
     x, y = ahead(0.4)
     others = (Record(robot="r2", stamp=100, x=x, y=y, goal=B, held=(cell(x, y),)),)
-    assert halts(*[0.4] * (2 * HALTED), others=others) == [Halt(stopped=False)] * (2 * HALTED)
+    assert halts(*[0.4] * (2 * HALTED), others=others) == [ProtectiveStop(stopped=False)] * (2 * HALTED)
     behind = (Record(robot="r2", stamp=100, x=HERE.x - 1.0, y=y, goal=B, held=(cell(HERE.x - 1.0, y),)),)
     assert halts(0.4, others=behind)[0].stopped
 
 
 def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
-    halting = Halting(FLOOR.cells, SETTINGS)
+    halting = ObstacleDetector(SETTINGS)
     (*_, last) = halts(*[0.4] * (HALTED + 1), halting=halting)
     assert last.found is not None
     assert halting.places(100 + HALTED) == (last.found,)
@@ -259,14 +272,14 @@ APPROACHES: dict[str, tuple[float, float, bool]] = {  # m/s, of the thing and of
 
 def threats(thing: float, robot: float, noise: float = 0.0) -> list[bool]:
     """Return for each tick whether a thing 1.2 m ahead is a threat; noise alternates."""
-    halting, away = Halting(FLOOR.cells, SETTINGS), 1.2
+    halting, away = ObstacleDetector(SETTINGS), 1.2
     said = []
     for tick in range(2 * NOTED):
         driven, came = robot * SETTINGS.tick * tick, thing * SETTINGS.tick * tick
         read = away - driven - came + (noise if tick % 2 else -noise)
         scan = Scan((0.0,), (read,), lambda _: (1.6,))
         pose = HERE._replace(x=HERE.x + driven)
-        said.append(halting.look(TrafficInputs(100 + tick, pose, None, scan=scan), (), ()).threats != ())
+        said.append(halting.detect(TrafficInputs(100 + tick, pose, None, scan=scan), (), (), FLOOR.cells).threats != ())
     return said
 
 
@@ -477,7 +490,7 @@ def test_a_robot_that_has_fallen_silent_does_not_explain_what_is_very_near(age: 
 def test_a_robot_that_drives_up_from_afar_is_no_threat() -> None:
     """It is heard where it is, 1.6 m from the robot's middle and nearer; a thing that nobody tells of is one."""
     for told in (True, False):
-        halting = Halting(FLOOR.cells, SETTINGS)
+        halting = ObstacleDetector(SETTINGS)
         for tick in range(24):
             x = HERE.x + 1.6 - 0.3 * SETTINGS.tick * tick
             record = Record(robot="r2", stamp=100 + tick, x=x, y=HERE.y, goal=B, held=tuple(range(len(FLOOR.cells))))

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.obstacles.inspection import Look, Lookout
+from swarm.traffic.obstacles.inspection import Inspection, Inspector
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
@@ -33,7 +33,7 @@ def silent(away: float = MIDDLE, **fields: object) -> Record:
 
 
 def looked(
-    lookout: Lookout,
+    lookout: Inspector,
     *others: Record,
     measured: float = FAR,
     at: float = 0.0,
@@ -42,40 +42,40 @@ def looked(
     held: tuple[int, ...] = (B,),
     fresh: tuple[str, ...] = (),
     cleared: frozenset[tuple[str, int]] = frozenset(),
-) -> Look:
+) -> Inspection:
     """Look from ``at`` [m] right of the middle of b; every ray measures the same."""
     heard = {record.robot: record for record in others}
     situation = Situation(
-        tick=NOW, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
+        tick=NOW, cells=ROW.cells, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
         fresh={robot: heard[robot] for robot in fresh},
     )  # fmt: skip
     pose = ROW.pose(B, yaw)
     scan = Scan(RAYS, [measured] * len(RAYS), lambda bearings: [FAR] * len(bearings))
     inputs = TrafficInputs(NOW, pose._replace(x=pose.x + at), None, scan=scan)
     progress = RouteProgress(Reservations(held), (ALONE,) * len(held), (C, D))
-    return lookout.look(progress, situation, waits, inputs)
+    return lookout.inspect(progress, situation, waits, inputs)
 
 
-def lookout() -> Lookout:
-    return Lookout(ROW.cells, SETTINGS)
+def lookout() -> Inspector:
+    return Inspector(SETTINGS)
 
 
-NOTHING = Look()
+NOTHING = Inspection()
 BEYOND = ROW.cells.centre(B)[0] + 1.3, ROW.cells.centre(B)[1]
 CENTRE = ROW.cells.centre(C)
-TAKEN, FREE = (Look(CENTRE, Sighting(C, empty, NOW)) for empty in (False, True))
+TAKEN, FREE = (Inspection(CENTRE, Sighting(C, empty, NOW)) for empty in (False, True))
 WAITED = Record(robot="r3", stamp=0, x=-9.0, y=0.0, goal=A, held=(A,))
 
 # fmt: off
-LOOKS: dict[str, tuple[tuple[Record, ...], dict[str, Any], Look]] = {
+LOOKS: dict[str, tuple[tuple[Record, ...], dict[str, Any], Inspection]] = {
     "its body stands there":                 ((silent(),),                         {"measured": BODY},             TAKEN),
     "it has gone":                           ((silent(),),                         {},                             FREE),
     "a claim is enough":                     ((silent(held=(), claims=(Claim(C, 1, 0),)),), {},                    FREE),
     "it was last heard elsewhere":           ((silent(-9.0),),                     {},                             FREE),
     "elsewhere, but a body is there":        ((silent(-9.0),),                     {"measured": BODY},             TAKEN),
     "faces it closely enough":               ((silent(),),                         {"measured": BODY, "yaw": 0.09}, TAKEN),
-    "turns to it first":                     ((silent(1.3),),                      {"measured": BODY, "yaw": 0.11}, Look(BEYOND)),
-    "turns to the cell first":               ((silent(-9.0),),                     {"yaw": pi / 2},                Look(CENTRE)),
+    "turns to it first":                     ((silent(1.3),),                      {"measured": BODY, "yaw": 0.11}, Inspection(BEYOND)),
+    "turns to the cell first":               ((silent(-9.0),),                     {"yaw": pi / 2},                Inspection(CENTRE)),
     "not long silent":                       ((silent(stamp=1),),                  {},                             NOTHING),
     "one waited for is not long silent":     ((silent(), replace(WAITED, stamp=1)), {"waits": ("r2", "r3")},       NOTHING),
     "both are long silent":                  ((silent(), WAITED),                  {"waits": ("r2", "r3")},        FREE),
@@ -100,24 +100,24 @@ def test_one_look(name: str) -> None:
 def test_who_was_seen_to_have_gone_is_remembered_nowhere_until_it_speaks_again() -> None:
     one, pose = lookout(), ROW.pose(B)
     place = (silent().x, silent().y)
-    assert one.remembered({"r2": silent()}) == {C}
-    assert one.still_bodies({"r2": silent()}, (), pose) == (place,)
+    assert one.remembered({"r2": silent()}, ROW.cells) == {C}
+    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == (place,)
     looked(one, silent(), measured=BODY)
-    assert one.remembered({"r2": silent()}) == {C}, "it is there"
+    assert one.remembered({"r2": silent()}, ROW.cells) == {C}, "it is there"
     looked(one, silent())
-    assert one.remembered({"r2": silent()}) == frozenset()
-    assert one.still_bodies({"r2": silent()}, (), pose) == ()
-    assert one.remembered({"r2": silent(stamp=1)}) == {C}
-    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose) == (place,)
+    assert one.remembered({"r2": silent()}, ROW.cells) == frozenset()
+    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == ()
+    assert one.remembered({"r2": silent(stamp=1)}, ROW.cells) == {C}
+    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose, ROW.cells) == (place,)
 
 
 def test_bodies_stand_near_within_two_cells() -> None:
     one, (x, y) = lookout(), ROW.cells.centre(B)
     for away, near in ((2.39, True), (2.41, False)):
         place = (x + away, y)
-        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B)) == ((place,) if near else ())
-        assert one.still_bodies({}, [place], ROW.pose(B)) == ((place,) if near else ())
-    assert one.still_bodies({}, (), ROW.pose(B)) == ()
+        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B), ROW.cells) == ((place,) if near else ())
+        assert one.still_bodies({}, [place], ROW.pose(B), ROW.cells) == ((place,) if near else ())
+    assert one.still_bodies({}, (), ROW.pose(B), ROW.cells) == ()
 
 
 def test_a_body_beyond_the_rays_is_judged_from_where_the_robot_leans() -> None:

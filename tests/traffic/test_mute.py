@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, integrate
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.own_route import OwnWay
+from swarm.traffic.own_route import OwnRoute
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import SAYS, STAYS, Mutes, Spoken, covered
@@ -60,24 +60,24 @@ def test_who_is_done_covers_what_is_under_its_body_and_who_stands_a_margin_besid
 
 
 def heard(peers: PeerRecords, *mute: Spoken, tick: int, said: Sequence[TrafficBroadcast] = ()) -> None:
-    peers.hear(tick, said, mute)
+    peers.hear(tick, CELLS, said, mute)
 
 
 def test_it_holds_what_it_covers_and_is_asked_for_nothing() -> None:
-    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers = PeerRecords("r0", SETTINGS)
     heard(peers, spoken(5), tick=6)
     assert peers.others["f1"].held == (A,)
     assert not peers.others["f1"].acks
     assert peers.fresh(6) == {}, "so no claim waits for its acknowledgement, and no plan counts it in"
     assert peers.alone_in((A, B), 6) == (B,)
-    assert peers.passed_on(6, 0.0, 0.0) == ()
+    assert peers.relay(6, 0.0, 0.0) == ()
     heard(peers, tick=6 + SETTINGS.fresh)
     assert peers.others["f1"].held == (A,), "it keeps them when it is not heard any more, until a look"
     assert peers.mutes.names == frozenset()
 
 
 def test_who_speaks_again_is_mute_no_more_and_who_falls_mute_keeps_its_cells_for_a_while() -> None:
-    peers = PeerRecords("r0", CELLS, SETTINGS)
+    peers = PeerRecords("r0", SETTINGS)
     heard(peers, tick=5, said=[record(4, B)])
     heard(peers, spoken(8), tick=9)
     assert set(peers.others["f1"].held) == {A, B}
@@ -97,8 +97,8 @@ def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does(
     steps = RouteProgress(Reservations((start,)), (ALONE,))
 
     def way(stays: frozenset[int]) -> tuple[int, ...]:
-        situation = Situation(0, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
-        return OwnWay().find(steps, situation, (), CELLS).route
+        situation = Situation(0, CELLS, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
+        return OwnRoute().find(steps, situation, ()).route
 
     straight = way(frozenset())
     assert straight
@@ -123,5 +123,5 @@ def test_who_waits_for_it_long_says_so_once() -> None:
     said = []
     for tick in range(3 * SAYS):
         mutes.hear(tick, [spoken(tick)], {})
-        said.append(mutes.complaint(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
+        said.append(mutes.complain(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
     assert [text for text in said if text] == ["waits for f1, which says nothing of traffic"]

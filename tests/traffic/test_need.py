@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.joint.conflict import named_leader, reason
 from swarm.traffic.joint.following import Following
-from swarm.traffic.joint.states import Free, Part
+from swarm.traffic.joint.states import Free, Memory, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
@@ -29,10 +29,11 @@ def record(robot: str, *held: int, ahead: tuple[int, ...] = (), **fields: object
 def why(own: Record, *fresh: Record) -> str | None:
     others: Mapping[str, Record] = {one.robot: one for one in fresh}
     situation = Situation(
-        tick=NOW, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
+        tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
         others=others, fresh=others,
     )  # fmt: skip
-    return reason(own, situation, SETTINGS)
+    speaks = Speaks(own.robot, own.held, own.ahead, own.waits, own.epoch, own.moved, situation)
+    return reason(speaks, SETTINGS)
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))
@@ -134,7 +135,7 @@ FOLLOWER = Following(
 
 def at(others: dict[str, Record], fresh: dict[str, Record] | None = None, tick: int = NOW) -> Situation:
     return Situation(
-        tick=tick, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
+        tick=tick, cells=LINE.cells, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
         fresh=others if fresh is None else fresh,
     )  # fmt: skip
 
@@ -181,18 +182,18 @@ def test_nobody_comes_in_between_while_the_robot_waited_for_is_in_that_very_visi
 
 def test_a_leader_has_four_requests_without_an_answer_each_time() -> None:
     """It is named a fifth time, and is passed over for 100 ticks then."""
-    part, free = Part("r3", LINE.cells, SETTINGS), Free()
+    memory, free = Memory("r3", SETTINGS), Free()
     near = at({name: record(name, A) for name in ("r1", "r2")})
     named = []
     for tick in (*range(NOW, NOW + 6), *range(NOW + 104, NOW + 111)):
-        free = named_leader(part, free, near._replace(tick=tick))
+        free = named_leader(memory, free, near._replace(tick=tick))
         named.append(free.need)
     assert named == ["r1"] * 5 + ["r2"] * 2 + ["r1"] * 5 + ["r2"]
 
 
 def test_nobody_passes_itself_over() -> None:
-    part, free = Part("r1", LINE.cells, SETTINGS), Free()
+    memory, free = Memory("r1", SETTINGS), Free()
     for tick in range(NOW, NOW + 9):
-        free = named_leader(part, free, at({"r2": record("r2", A)}, tick=tick))
+        free = named_leader(memory, free, at({"r2": record("r2", A)}, tick=tick))
         assert free == Free("r1")
-    assert not part.passed_over
+    assert not memory.passed_over

@@ -11,11 +11,11 @@ from swarm.traffic.reservations.presence import (
     OFF_WAY,
     Footprint,
     Presence,
-    awoken,
+    after_sleep,
     footprint_of,
     free_drive_cells,
     given_back,
-    owned_up,
+    hold_under_body,
     spread,
 )
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
@@ -41,12 +41,6 @@ def progress(held: tuple[int, ...], beside: int = 0, *, following: bool = False)
     return RouteProgress(Reservations(held, (), 9), steps, (), following)
 
 
-def test_a_robot_was_away_if_more_ticks_than_the_gap_have_passed() -> None:
-    presence = Presence()
-    calls = ((19, False), (20, False), (40, False), (61, True), (62, False), (200, True))
-    assert [(tick, presence.was_away(tick, 20)) for tick, _ in calls] == list(calls)
-
-
 # fmt: off
 OFF: dict[str, tuple[RouteProgress, Footprint, bool]] = {  # body beside the way for long: does the way begin again?
     "off its way":                       (progress((E, A, B), 1),                  body(E),             True),
@@ -65,11 +59,11 @@ def test_a_robot_long_off_its_way_begins_again_where_it_is(name: str) -> None:
     presence = Presence()
     for tick in range(100, 100 + OFF_WAY + 1):
         now = body(A, tick=tick) if tick == 100 else where._replace(tick=tick)
-        assert presence.kept_on_way(way, now, FLOOR.cells, threatened=False) is way, tick
-    got = presence.kept_on_way(way, where._replace(tick=101 + OFF_WAY), FLOOR.cells, threatened=False)
+        assert presence.keep_on_way(way, now, FLOOR.cells, threatened=False) is way, tick
+    got = presence.keep_on_way(way, where._replace(tick=101 + OFF_WAY), FLOOR.cells, threatened=False)
     if again:
         assert got == RouteProgress(Reservations((where.cell,), (), 9), (ALONE,))
-        got = presence.kept_on_way(way, where._replace(tick=102 + OFF_WAY), FLOOR.cells, threatened=False)
+        got = presence.keep_on_way(way, where._replace(tick=102 + OFF_WAY), FLOOR.cells, threatened=False)
     assert got is way, "or not again so soon"
 
 
@@ -80,7 +74,7 @@ def test_who_fled_from_a_threat_into_room_beside_a_plans_way_does_not_come_back(
     """At tick 100 it is on its way, and beside it from then on."""
     way, presence = progress((E, A, B), 1, following=True), Presence()
     kept = [
-        presence.kept_on_way(way, body(A if tick == 100 else E, tick=tick), FLOOR.cells, threatened=tick in threatened)
+        presence.keep_on_way(way, body(A if tick == 100 else E, tick=tick), FLOOR.cells, threatened=tick in threatened)
         is way
         for tick in range(100, 200)
     ]
@@ -96,18 +90,18 @@ def test_a_footprint_is_what_the_body_and_its_brake_reach_into() -> None:
 
 
 def test_who_starts_holds_what_it_touches_and_stands_in_the_nearest() -> None:
-    got = awoken(None, body(B, A, B, tick=6, dx=-0.5), FLOOR.cells)
+    got = after_sleep(None, body(B, A, B, tick=6, dx=-0.5), FLOOR.cells)
     assert (got.reservations.held, got.steps) == ((A, B), (BESIDE, ALONE))
-    later = awoken(None, body(B, tick=7), FLOOR.cells)
+    later = after_sleep(None, body(B, tick=7), FLOOR.cells)
     assert later.reservations.number > got.reservations.number + 7, "more numbers than claims in a tick"
 
 
 def test_who_wakes_goes_on_if_it_is_still_on_its_way() -> None:
     way = progress((E, A, B), 1)
-    assert awoken(way, body(A), FLOOR.cells).reservations.held == (E, A)
-    assert awoken(way, body(E), FLOOR.cells) == RouteProgress(Reservations((E,), (), 9), (ALONE,)), "off its way"
-    assert awoken(way, body(A, A, F), FLOOR.cells).reservations.held == (A,), "it touches what it does not hold"
-    assert awoken(way, body(F), FLOOR.cells).reservations.held == (F,), "it holds nothing of what it is in"
+    assert after_sleep(way, body(A), FLOOR.cells).reservations.held == (E, A)
+    assert after_sleep(way, body(E), FLOOR.cells) == RouteProgress(Reservations((E,), (), 9), (ALONE,)), "off its way"
+    assert after_sleep(way, body(A, A, F), FLOOR.cells).reservations.held == (A,), "it touches what it does not hold"
+    assert after_sleep(way, body(F), FLOOR.cells).reservations.held == (F,), "it holds nothing of what it is in"
 
 
 def test_who_gives_back_turns_round_only_on_its_way() -> None:
@@ -117,8 +111,8 @@ def test_who_gives_back_turns_round_only_on_its_way() -> None:
 
 def test_a_body_in_a_cell_that_it_does_not_hold_holds_it_too() -> None:
     way, edge = progress((A,)), 0.6 - BODY + 0.01  # m, to where the body reaches into the next cell
-    assert owned_up(way, body(A), FLOOR.cells, BODY) is way
-    pushed = owned_up(way, body(A, A, B, C, dx=edge), FLOOR.cells, BODY)
+    assert hold_under_body(way, body(A), FLOOR.cells, BODY) is way
+    pushed = hold_under_body(way, body(A, A, B, C, dx=edge), FLOOR.cells, BODY)
     assert (pushed.reservations.held, pushed.steps) == ((B, A), (BESIDE, ALONE)), "what the brake reaches into is not"
 
 
@@ -177,14 +171,13 @@ def test_along_the_other_axis_nearness_is_the_same() -> None:
 
 
 def test_the_first_ticks_of_a_robot() -> None:
-    assert [Presence().was_away(tick, 20) for tick in (19, 20)] == [False, True], "it was not there before tick 0"
     way = progress((E, A, B), 1)
     for tick, kept in ((30, True), (31, False)):
-        assert (Presence().kept_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
+        assert (Presence().keep_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
     beside, presence = progress((E, A, B), 1, following=True), Presence()
     for tick in (0, 31):
-        assert presence.kept_on_way(beside, body(E, tick=tick), FLOOR.cells, threatened=False) is beside
-    assert awoken(None, body(B, tick=6), FLOOR.cells).reservations.number == 385
+        assert presence.keep_on_way(beside, body(E, tick=tick), FLOOR.cells, threatened=False) is beside
+    assert after_sleep(None, body(B, tick=6), FLOOR.cells).reservations.number == 385
 
 
 def test_free_drive_counts_two_cells_to_either_side() -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, Record
 from swarm.traffic.joint import problem as questions
-from swarm.traffic.joint.problem import Member, Question, members_of, question_of
+from swarm.traffic.joint.problem import Member, Problem, members_of, problem_of
 from swarm.traffic.mapf.planner import Budget
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
@@ -24,7 +24,7 @@ NOBODY: Mapping[str, Record] = {}
 
 def situation(others: Mapping[str, Record] = NOBODY, **changes: object) -> Situation:
     plain = Situation(
-        tick=100, head=A, goal=H, idle=False, moved=3, blocked=frozenset(), cleared=frozenset(), others=others,
+        tick=100, cells=FLOOR.cells, head=A, goal=H, idle=False, moved=3, blocked=frozenset(), cleared=frozenset(), others=others,
         fresh=others, done=True, wants=4,
     )  # fmt: skip
     return plain._replace(**changes)  # type: ignore[arg-type]
@@ -41,8 +41,8 @@ def member(
     return Member(head, goal, idle, done, moved, wants)
 
 
-def asked(number: int, everybody: Mapping[str, Member], now: Situation | None = None, **settings: Any) -> Question:  # noqa: ANN401
-    return question_of(number, everybody, now or situation(), FLOOR.cells, TrafficSettings(**settings))
+def asked(number: int, everybody: Mapping[str, Member], now: Situation | None = None, **settings: Any) -> Problem:  # noqa: ANN401
+    return problem_of(number, everybody, now or situation(), FLOOR.cells, TrafficSettings(**settings))
 
 
 def test_those_stand_that_say_so_each_in_a_cell_of_its_own() -> None:
@@ -64,7 +64,7 @@ def test_those_stand_that_say_so_each_in_a_cell_of_its_own() -> None:
 @pytest.mark.parametrize(("number", "moves"), list(enumerate([True, False, True, True, False, True, True])))
 def test_who_is_at_its_goal_moves_in_some_questions_and_stands_in_the_others(number: int, moves: bool) -> None:
     question = asked(number, {"r1": member(A), "r2": member(E, E)})
-    assert question.attempt == number
+    assert question.relaxation == number
     assert question.members == (("r1", "r2") if moves else ("r1",))
     assert question.starts == ((A, E) if moves else (A,))
     assert question.goals == ((H, E) if moves else (H,))

@@ -192,7 +192,8 @@ def alone_with(away: float, settings: TrafficSettings, *, acks_from: int) -> Ite
         acks = tuple(("r1", claim.number) for claim in claims) if tick >= acks_from else ()
         record = Record(robot="r2", stamp=tick, x=x - away, y=y, goal=body, held=(body,), acks=acks)
         granted = traffic.step(
-            TrafficInputs(tick, HALL.pose(START + 16), HALL.cells.centre(GOAL), heard=[TrafficBroadcast(own=record)])
+            TrafficInputs(tick, HALL.pose(START + 16), HALL.cells.centre(GOAL), heard=[TrafficBroadcast(own=record)]),
+            HALL.cells,
         )
         if granted.broadcast is not None:
             claims = granted.broadcast.own.claims
@@ -234,7 +235,9 @@ def test_an_acknowledgement_is_said_of_what_is_not_held_and_not_of_what_is() -> 
     for tick in range(12):
         claims = (Claim(START + 2, 7, 0), Claim(START + 1, 8, 0))
         told = TrafficBroadcast(own=replace(record, stamp=tick, claims=claims))
-        granted = traffic.step(TrafficInputs(tick, HALL.pose(START + 1), HALL.cells.centre(GOAL), heard=[told]))
+        granted = traffic.step(
+            TrafficInputs(tick, HALL.pose(START + 1), HALL.cells.centre(GOAL), heard=[told]), HALL.cells
+        )
         if granted.broadcast is not None:
             assert granted.broadcast.own.held == (START + 1,)
             said[tick] = granted.broadcast.own.acks

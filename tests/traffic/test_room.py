@@ -11,8 +11,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.reservations.claims import LEANS
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficSettings
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
@@ -58,7 +57,9 @@ class Driven:
             heard = [] if alone else [other(self.tick, self.said, refused, says)]
             pose = FLOOR.pose(cell)
             pose = pose._replace(x=pose.x - back)
-            granted = self.traffic.step(TrafficInputs(self.tick, pose, GOAL, heard=heard, sweeps=self.sweeps))
+            granted = self.traffic.step(
+                TrafficInputs(self.tick, pose, GOAL, heard=heard, sweeps=self.sweeps), FLOOR.cells
+            )
             self.said = granted.broadcast.own if granted.broadcast is not None else self.said
             self.tick += 1
             yield granted
@@ -187,7 +188,7 @@ def driven_alone(goal: Point, done: bool = False) -> TrafficOutputs:
     """Return what a robot at a is granted that has listened and is alone."""
     traffic = Traffic("r1", FLOOR.cells, SETTINGS)
     for tick in range(LONG):
-        granted = traffic.step(TrafficInputs(tick, FLOOR.pose(A), goal, done=done))
+        granted = traffic.step(TrafficInputs(tick, FLOOR.pose(A), goal, done=done), FLOOR.cells)
     return granted
 
 
@@ -272,16 +273,15 @@ def test_where_an_edit_leaves_it_in_a_cell_that_is_none_to_stand_in_it_drives_to
     traffic = Traffic("r1", before, SETTINGS)
     pose = Pose(SIDE + 0.3, 1.5 * SIDE, 0.0)  # in that cell alone
     assert before.touched(pose.x, pose.y, SETTINGS.radius + SETTINGS.margin) == (row,)
-    traffic.step(TrafficInputs(0, pose, goal))
-    traffic.take_cells(after)
+    traffic.step(TrafficInputs(0, pose, goal), before)
     for tick in range(1, LONG):
-        granted = traffic.step(TrafficInputs(tick, pose, goal))
+        granted = traffic.step(TrafficInputs(tick, pose, goal), after)
     assert granted.activity is not TrafficActivity.CUT_OFF
     assert left in granted.held, "asked for as any other cell"
     assert granted.way[:2] == (row, left)
     there = Pose(*after.centre(left), 0.0)
     for tick in range(LONG, 2 * LONG):
-        granted = traffic.step(TrafficInputs(tick, there, goal))
+        granted = traffic.step(TrafficInputs(tick, there, goal), after)
     assert granted.way[0] == left
     assert granted.way[-1] == after.cell_of(*goal), "and goes on to where it wanted to be"
     assert row not in granted.way

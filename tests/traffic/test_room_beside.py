@@ -4,8 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.obstacles.tracker import Threat
+from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.reservations.side_cells import room_beside
@@ -26,8 +25,7 @@ def asked(way: RouteProgress, at: str, others: dict[str, str] | None = None, swe
     if others and "claims" in others:
         told["claims"] = tuple(Claim(cell, 1, 0) for cell in FLOOR.at(others["claims"]))
     record = replace(Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0), **told)
-    inputs = TrafficInputs(0, FLOOR.pose(*FLOOR.at(at)), None, sweeps=sweeps)
-    return named(room_beside(way, inputs, {"r2": record}, (), FLOOR.cells))
+    return named(room_beside(way, FLOOR.pose(*FLOOR.at(at)), sweeps, {"r2": record}, (), FLOOR.cells))
 
 
 def named(cells: tuple[int, ...]) -> str:
@@ -76,10 +74,9 @@ def test_back_to_its_way_round_a_corner(name: str) -> None:
 def threatened(*places: tuple[str, float, float], floor: Drawn = FLOOR, held: str = "") -> str:
     """Return the cells asked for in the middle, with threats some way off the middles of cells [m]."""
     threats = [(floor.pose(*floor.at(name)), dx, dy) for name, dx, dy in places]
-    moving = tuple(Threat(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
+    moving = tuple(MovingObstacle(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
     others = {"r2": Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0, held=floor.at(held), ahead=floor.at("k"))}
-    inputs = TrafficInputs(0, floor.pose(*floor.at("r")), None)
-    return named(room_beside(progress("r"), inputs, others, moving, floor.cells))
+    return named(room_beside(progress("r"), floor.pose(*floor.at("r")), (), others, moving, floor.cells))
 
 
 WALLED = Drawn("abcdefg", "hij#lmn", "opqrstu", "vwx.zAB", "CDEFGHI")
@@ -96,7 +93,8 @@ def test_before_a_threat_it_asks_for_all_cells_round_it_that_are_farther_off() -
 
 
 def test_before_a_threat_it_asks_for_no_cell_that_it_cannot_stand_in() -> None:
-    inputs = TrafficInputs(0, WALLED.pose(*WALLED.at("r")), None)
     x, y = WALLED.cells.centre(WALLED.at("q")[0])
-    got = room_beside(progress("r"), inputs, {}, (Threat(x + 0.1, y, 0.0, 0.0),), WALLED.cells)
+    got = room_beside(
+        progress("r"), WALLED.pose(*WALLED.at("r")), (), {}, (MovingObstacle(x + 0.1, y, 0.0, 0.0),), WALLED.cells
+    )
     assert named(got) == "jlsxyz"

@@ -14,7 +14,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.own_route import STRAY, OwnWay, off_line, own_way
+from swarm.traffic.own_route import STRAY, OwnRoute, off_line, own_way
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -47,15 +47,15 @@ def test_the_way_keeps_to_the_path_though_another_is_shorter(name: str) -> None:
 
 
 def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
-    row, own = Drawn("abcde"), OwnWay()
+    row, own = Drawn("abcde"), OwnRoute()
     a, b, c, e = row.at("abce")
 
     def find(progress: RouteProgress, tick: int, goal: int = e, *blocked: int) -> RouteProgress:
         situation = Situation(
-            tick=tick, head=progress.head, goal=goal, idle=False, moved=0, blocked=frozenset(blocked), cleared=frozenset(),
+            tick=tick, cells=row.cells, head=progress.head, goal=goal, idle=False, moved=0, blocked=frozenset(blocked), cleared=frozenset(),
             others={}, fresh={},
         )  # fmt: skip
-        return own.find(progress, situation, (), row.cells)
+        return own.find(progress, situation, ())
 
     progress = find(RouteProgress(Reservations((a,)), (ALONE,)), 0)
     assert progress.route == row.at("bcde")
@@ -145,7 +145,7 @@ def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_p
     for tick in range(120):
         path = RING.points("a17g" if tick < 20 else "ajpg")
         inputs = TrafficInputs(tick, RING.pose(start), RING.cells.centre(goal), path=path)
-        ways.append(traffic.step(inputs).way)
+        ways.append(traffic.step(inputs, RING.cells).way)
     assert ways[0][1:] == RING.at("812345679g")
     assert set(ways) == {ways[0]}
 

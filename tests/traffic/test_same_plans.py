@@ -9,7 +9,7 @@ from zlib import crc32
 import pytest
 
 from swarm.traffic.mapf.best_first import BestFirst
-from swarm.traffic.mapf.lacam import Search, State, without_detours
+from swarm.traffic.mapf.lacam import Search, SearchState, without_detours
 from swarm.traffic.mapf.lns import Improving
 from swarm.traffic.mapf.pibt import Ties
 from swarm.traffic.mapf.planner import Budget, JointSearch
@@ -116,7 +116,7 @@ def test_moving_one_at_a_time_finds_the_same_plan(name: str) -> None:
     drawn, starts, goals = CASES[name]
     tables = [drawn.cells.distances(goal) for goal in drawn.at(goals)]
     search = BestFirst(drawn.cells.neighbours, tables, drawn.at(starts), (0, 1))
-    assert search.advance(2000) is not State.RUNNING
+    assert search.advance(2000) is not SearchState.RUNNING
     assert (search.expansions, checksum(search.steps)) == ANY[name]
 
 

@@ -97,18 +97,18 @@ def test_a_silent_robots_cell_is_cleared_by_who_saw_it_empty_since(name: str) ->
     sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
     others = {"r9": SILENT, "r8": record("r8", held=(B, D))}
     fresh = {"r8": others["r8"]} | ({"r9": SILENT} if heard else {})
-    assert sightings.cleared(others, fresh) == {("r9", cell) for cell in cells}
+    assert sightings.clear(others, fresh) == {("r9", cell) for cell in cells}
 
 
 def test_a_cell_stays_cleared_until_its_robot_is_heard_again() -> None:
     sightings, others = Sightings(SETTINGS), {"r9": SILENT}
     sightings.note(B, empty=True, tick=NOW)
-    assert sightings.cleared(others, {}) == {("r9", B)}
+    assert sightings.clear(others, {}) == {("r9", B)}
     sightings.hear(NOW + SETTINGS.emptied, [])
     assert sightings.told() == ()
-    assert sightings.cleared(others, {}) == {("r9", B)}, "though the sighting is forgotten"
-    assert sightings.cleared(others, others) == frozenset()
-    assert sightings.cleared(others, {}) == frozenset()
+    assert sightings.clear(others, {}) == {("r9", B)}, "though the sighting is forgotten"
+    assert sightings.clear(others, others) == frozenset()
+    assert sightings.clear(others, {}) == frozenset()
 
 
 def test_a_robot_keeps_what_it_holds_and_what_it_claims() -> None:

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record
 from swarm.traffic.joint.member import called, plan_came, stood_in_vain
-from swarm.traffic.joint.states import Call, Free, Frozen, Move, Part
+from swarm.traffic.joint.states import Call, Free, Frozen, Memory, Move
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 from tests.traffic.maps import Drawn
@@ -15,8 +15,8 @@ NOW = 1000
 MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
 
 
-def part(*spent: Epoch) -> Part:
-    return Part("r3", Drawn("ab").cells, SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
+def part(*spent: Epoch) -> Memory:
+    return Memory("r3", SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
 
 
 def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
@@ -28,7 +28,7 @@ def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
 def situation(*fresh: Record, tick: int = NOW, others: tuple[Record, ...] = ()) -> Situation:
     heard = {record.robot: record for record in fresh}
     return Situation(
-        tick=tick, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
+        tick=tick, cells=Drawn("ab").cells, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
         others=heard | {record.robot: record for record in others}, fresh=heard,
     )  # fmt: skip
 

@@ -8,7 +8,16 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, Kept, Threat, Threats
+from swarm.traffic.obstacles.tracker import (
+    COMING,
+    HALF_WIDTH,
+    KEPT,
+    LATELY,
+    NOTED,
+    BlockedByObstacle,
+    MovingObstacle,
+    Tracker,
+)
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 
@@ -25,9 +34,9 @@ def rim(middle: Point, *angles: float) -> list[Point]:
 BLIND = Scan()
 
 
-def follow(threats: Threats, began: int, looks: list[tuple[Point, list[float]]]) -> list[tuple[Threat, ...]]:
+def follow(threats: Tracker, began: int, looks: list[tuple[Point, list[float]]]) -> list[tuple[MovingObstacle, ...]]:
     """Look at a disc, tick by tick: its middle, and where on its rim rays end."""
-    return [threats.look(began + tick, HERE, rim(at, *angles), BLIND) for tick, (at, angles) in enumerate(looks)]
+    return [threats.track(began + tick, HERE, rim(at, *angles), BLIND) for tick, (at, angles) in enumerate(looks)]
 
 
 def straight(began: int, ticks: int) -> list[Point]:
@@ -37,8 +46,8 @@ def straight(began: int, ticks: int) -> list[Point]:
 FACING = [2.6, 2.9, 3.3, 3.6]
 
 
-def known(ticks: int = 2 * NOTED) -> Threats:
-    threats = Threats(DT, RADIUS)
+def known(ticks: int = 2 * NOTED) -> Tracker:
+    threats = Tracker(DT, RADIUS)
     assert len(follow(threats, 0, [(at, FACING) for at in straight(0, ticks)])[-1]) == 1
     return threats
 
@@ -64,7 +73,7 @@ def test_what_is_seen_does_not_replace_what_is_remembered_elsewhere(y: float) ->
 
 def test_what_came_into_view_a_moment_ago_is_not_known_to_move() -> None:
     """While the robot turns, more and more of an edge comes into view: it seems to slide."""
-    found = follow(Threats(DT, RADIUS), 0, [(at, FACING) for at in straight(0, NOTED)])
+    found = follow(Tracker(DT, RADIUS), 0, [(at, FACING) for at in straight(0, NOTED)])
     assert [bool(now) for now in found] == [False] * LATELY + [True] * (NOTED - LATELY)
 
 
@@ -73,10 +82,10 @@ def test_hits_are_on_one_obstacle_counted_from_the_nearest_one_on() -> None:
 
     The middle of the first obstacle is between its two hits, that of the last one half a width behind its hit.
     """
-    threats = Threats(DT, RADIUS)
+    threats = Tracker(DT, RADIUS)
     for tick in range(2 * LATELY):
         moved = 0.3 * DT * tick
-        found = threats.look(tick, HERE, [(x - moved, 0.0) for x in (1.8, 1.0, 1.4)], BLIND)
+        found = threats.track(tick, HERE, [(x - moved, 0.0) for x in (1.8, 1.0, 1.4)], BLIND)
     assert sorted(now.x + moved for now in found) == pytest.approx([1.2, 1.8 + HALF_WIDTH], abs=0.01)
 
 
@@ -94,15 +103,15 @@ TOLD: dict[str, tuple[Moving, int, bool]] = {  # what another robot says, how ma
 @pytest.mark.parametrize("name", TOLD)
 def test_what_others_saw_is_where_it_has_moved_since(name: str) -> None:
     told, later, counts = TOLD[name]
-    found = Threats(DT, RADIUS).look(later, HERE, (), BLIND, [told])
-    place = Threat(told.x + told.vx * DT * later, told.y + told.vy * DT * later, told.vx, told.vy)
+    found = Tracker(DT, RADIUS).track(later, HERE, (), BLIND, [told])
+    place = MovingObstacle(told.x + told.vx * DT * later, told.y + told.vy * DT * later, told.vx, told.vy)
     assert [tuple(one) for one in found] == ([pytest.approx(place)] if counts else [])
 
 
 def test_what_the_robot_sees_itself_others_need_not_tell_it() -> None:
     threats, tick = known(), 2 * NOTED
     (x, y), told = straight(tick, 1)[0], [Moving(1.3, 0.3, 0.0, 0.3, tick - 4), Moving(-1.0, 0.0, 0.3, 0.0, tick - 4)]
-    mine, theirs = threats.look(tick, HERE, rim((x, y), *FACING), BLIND, told)
+    mine, theirs = threats.track(tick, HERE, rim((x, y), *FACING), BLIND, told)
     assert hypot(mine.x - x, mine.y - y) < 0.05
     assert theirs.x < 0.0
     (seen,) = threats.seen()
@@ -124,9 +133,9 @@ RAYS: dict[str, tuple[dict[float, float], bool]] = {  # bearing and length of th
 @pytest.mark.parametrize("name", RAYS)
 def test_where_rays_show_that_it_is_gone_it_is_forgotten(name: str, own: bool) -> None:
     rays, believed = RAYS[name]
-    threats, tick = known() if own else Threats(DT, RADIUS), 2 * NOTED + 1
+    threats, tick = known() if own else Tracker(DT, RADIUS), 2 * NOTED + 1
     told = [] if own else [Moving(*straight(tick - 1, 1)[0], -0.3, 0.0, tick - 1)]
-    found = threats.look(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
+    found = threats.track(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
     assert len(found) == believed
     assert len(threats.seen()) == (own and believed)
 
@@ -146,42 +155,42 @@ def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgre
     ],
 )
 def test_the_next_cell_is_given_up_after_a_while(way: RouteProgress, body: int, cell: int | None) -> None:
-    kept = Kept()
-    said = [kept.look(way, body, threatened=True) for _ in range(2 * KEPT + 2)]
+    kept = BlockedByObstacle()
+    said = [kept.check(way, body, threatened=True) for _ in range(2 * KEPT + 2)]
     assert [one for one in said if one is not None] == ([] if cell is None else [cell, cell])
     assert said[KEPT] == cell
 
 
 def test_only_ticks_under_a_threat_count() -> None:
-    kept, way = Kept(), progress((1, 2), 3)
-    said = [kept.look(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
+    kept, way = BlockedByObstacle(), progress((1, 2), 3)
+    said = [kept.check(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
     assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT]
 
 
 def test_who_gets_on_is_not_kept() -> None:
-    kept = Kept()
+    kept = BlockedByObstacle()
     ways = [progress((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
     for way in ways:
         for _ in range(KEPT):
-            assert kept.look(way, way.reservations.held[0], threatened=True) is None
+            assert kept.check(way, way.reservations.held[0], threatened=True) is None
 
 
 def test_to_flee_and_come_back_is_not_to_get_on() -> None:
-    kept, way = Kept(), progress((9, 1, 2), 3, beside=1)
-    said = [kept.look(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 21)]
+    kept, way = BlockedByObstacle(), progress((9, 1, 2), 3, beside=1)
+    said = [kept.check(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 21)]
     assert any(one is not None for one in said)
 
 
 def test_after_400_ticks_under_a_threat_the_next_cell_is_given_up() -> None:
-    kept, way = Kept(), progress((1, 2), 3)
-    said = [kept.look(way, 1, threatened=True) for _ in range(402)]
+    kept, way = BlockedByObstacle(), progress((1, 2), 3)
+    said = [kept.check(way, 1, threatened=True) for _ in range(402)]
     assert [tick for tick, one in enumerate(said) if one is not None] == [400]
 
 
 @pytest.mark.parametrize(("longer", "given_up"), [(2, [400]), (3, [])])
 def test_a_way_that_is_much_longer_is_another_way(longer: int, given_up: list[int]) -> None:
-    kept, ways = Kept(), (progress((1, 2), 3), progress((1, 2), *range(3, 4 + longer)))
-    said = [kept.look(ways[tick >= 200], 1, threatened=True) for tick in range(500)]
+    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1, 2), *range(3, 4 + longer)))
+    said = [kept.check(ways[tick >= 200], 1, threatened=True) for tick in range(500)]
     assert [tick for tick, one in enumerate(said) if one is not None] == given_up
 
 
@@ -201,13 +210,13 @@ def test_what_was_seen_to_move_counts_as_moving_while_it_comes_at_all(then: floa
 
 def test_what_is_always_slow_is_no_threat() -> None:
     path = [(1.5 - 0.15 * DT * tick, 0.2) for tick in range(40)]
-    assert not any(follow(Threats(DT, RADIUS), 0, [(at, FACING) for at in path]))
+    assert not any(follow(Tracker(DT, RADIUS), 0, [(at, FACING) for at in path]))
 
 
 def test_what_is_not_seen_for_100_ticks_is_told_no_more() -> None:
     threats, last = known(), 2 * NOTED - 1
     for unseen in range(1, 102):
-        threats.look(last + unseen, HERE, (), BLIND)
+        threats.track(last + unseen, HERE, (), BLIND)
         assert len(threats.seen()) == (unseen < 100), unseen
 
 
@@ -218,9 +227,9 @@ def test_of_two_obstacles_the_nearer_one_is_seen_on() -> None:
         share = 1.0 - HALF_WIDTH / hypot(x, y)
         return x * share, y * share
 
-    threats = Threats(DT, RADIUS)
+    threats = Tracker(DT, RADIUS)
     for tick in range(24):
-        threats.look(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
+        threats.track(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
     assert [one.tick for one in threats.seen()] == [23]
-    threats.look(24, HERE, [front(1.14, 0.2)], BLIND)
+    threats.track(24, HERE, [front(1.14, 0.2)], BLIND)
     assert [one.tick for one in threats.seen()] == [24]

@@ -105,12 +105,24 @@ def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap
     for tick in range(2 * settings.listen):
         other = Record(robot="r2", stamp=tick, x=x, y=y, goal=0, held=drawn.at("b"), listens=listens)
         heard = [TrafficBroadcast(own=other, others=())]
-        if traffic.step(TrafficInputs(tick, drawn.pose(drawn.at("a")[0]), None, heard=heard)).broadcast is not None:
+        if (
+            traffic.step(TrafficInputs(tick, drawn.pose(drawn.at("a")[0]), None, heard=heard), drawn.cells).broadcast
+            is not None
+        ):
             spoken.append(tick)
     first = [tick for tick in spoken if tick < settings.listen]
     later = [tick for tick in spoken if tick >= settings.listen]
     assert first == list(range(0, settings.listen, 2)), "in the first slot, if it is told none"
     assert later == list(range(later[0], 2 * settings.listen, gap))
+
+
+@pytest.mark.parametrize(("pause", "listens"), [(20, False), (21, True)])
+def test_a_robot_that_was_away_for_more_ticks_than_the_gap_listens_again(pause: int, listens: bool) -> None:
+    drawn, settings = Drawn("a.b"), TrafficSettings()
+    traffic, pose, (goal,) = Traffic("r1", drawn.cells, settings), drawn.pose(drawn.at("a")[0]), drawn.points("b")
+    for tick in (*range(50), 49 + pause):
+        granted = traffic.step(TrafficInputs(tick, pose, goal), drawn.cells)
+        assert (granted.activity is TrafficActivity.LISTENING) is (tick < settings.listen or (tick > 49 and listens))
 
 
 def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
@@ -120,7 +132,9 @@ def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
     pose = Pose(x + 0.5, y + 0.6, 0.0)  # over the wall above, and over two cells of the floor
     for tick in range(200):
         measured = 0.4 if 100 <= tick < 150 else 1.6
-        granted = traffic.step(TrafficInputs(tick, pose, goal, scan=Scan((0.0,), (measured,), lambda _: (1.6,))))
+        granted = traffic.step(
+            TrafficInputs(tick, pose, goal, scan=Scan((0.0,), (measured,), lambda _: (1.6,))), drawn.cells
+        )
         assert drawn.cells.stands[granted.held[-1]]
         assert granted.activity is not TrafficActivity.CUT_OFF
 
@@ -134,7 +148,7 @@ def test_a_robot_at_rest_makes_room() -> None:
 
 def test_a_dead_robot_is_driven_round() -> None:
     simulation = Drawn("....", "a.cb", "....").fleet("ac", "bc", faults=Faults(killed={"r2": 0.0}))
-    report = simulation.run(100, over=lambda world: world.recorder.is_reached(0, 0))
+    report = simulation.run(100, over=lambda world: world.tasks.missions.reached_at[0] != [None])
     assert report["per_robot"]["r1"]["reached"] != [None]
     assert report["contacts"]["robot"] == 0
 
@@ -194,7 +208,7 @@ def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> 
         if tick >= 50:
             own = replace(own, collect=Collect(epoch, ("r1", "r2")), plan=plan if tick >= 55 else None)
         goal = d if tick < 60 else floor.points("b")[0]
-        out = r2.step(TrafficInputs(tick, Pose(x, y, 0.0), goal, heard=[TrafficBroadcast(own=own)]))
+        out = r2.step(TrafficInputs(tick, Pose(x, y, 0.0), goal, heard=[TrafficBroadcast(own=own)]), floor.cells)
         told.append((out.way, out.members))
     assert told[59] == (floor.at("aefghd"), ("r1", "r2"))
     assert told[60] == (floor.at("ab"), ())
@@ -209,12 +223,12 @@ def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_wa
     ticks = count()
 
     class KeptOnce:
-        def look(self, progress: object, body: int, **_: object) -> int | None:
+        def check(self, progress: object, body: int, **_: object) -> int | None:
             return b if next(ticks) == 60 else None
 
-    monkeypatch.setattr(traffic, "Kept", KeptOnce)
+    monkeypatch.setattr(traffic, "BlockedByObstacle", KeptOnce)
     r1 = Traffic("r1", floor.cells, TrafficSettings())
-    outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal)) for tick in range(62)]
+    outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal), floor.cells) for tick in range(62)]
     assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())
     assert [(event.kind, event.text) for event in outs[60].events] == [
         ("halted", f"gave up cell {b}: a moving obstacle blocks the way into it")

@@ -15,10 +15,11 @@ from swarm.settings import Pace
 from tests.shared import scenario_of
 from world.host.answering import answer
 from world.host.run import Course
-from world.saving import snapshot, snapshot_file
+from world.saving import snapshot_file
 from world.saving.snapshot import HostState, Snapshot
 from world.simulate import Simulation
-from world.world import REST, World
+from world.tasks.tasks import REST
+from world.world import World
 
 NOISE: Final[dict[str, Any]] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}
 
@@ -85,20 +86,20 @@ def host_state(phase: Phase = Phase.RUNNING) -> HostState:
 def snapshot_of(world: World, scenario: Scenario, seed: int) -> Snapshot:
     """Return a snapshot of a world."""
     return Snapshot(
-        scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots) - len(world.places.starts),
-        places=world.places, seed=seed, identity="abc",
-        run=world.run, floor=None, state=snapshot.saved(world), host=host_state(),
+        scenario=snapshot_file.fingerprint(scenario), robots=len(world.robots) - len(world.tasks.places.starts),
+        places=world.tasks.places, seed=seed, identity="abc",
+        run=world.run, floor=None, state=world.save(), host=host_state(),
     )  # fmt: skip
 
 
 def through_file(world: World, scenario: Scenario, seed: int, file: Path) -> World:
     """Return a new world from a snapshot of this one, through a file."""
     snapshot_file.write(snapshot_of(world, scenario, seed), file)
-    first = len(world.robots) - len(world.places.starts)
+    first = len(world.robots) - len(world.tasks.places.starts)
     found = snapshot_file.read(file, scenario, first, seed)
-    floor, starts = replace(scenario, map=world.floor), world.starts[:first]
-    new = World(floor, starts, seed, run=found.run, edits=world.edits, places=found.places)
-    snapshot.restore(new, found.state)
+    floor, starts = replace(scenario, map=world.bodies.floor), world.starts[:first]
+    new = World(floor, starts, seed, run=found.run, edits=world.bodies.edits, places=found.places)
+    new.restore(found.state)
     return new
 
 

@@ -27,11 +27,11 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from tests.world.shared import absent, ask, come, course_of, step
-from world.ending import AWAY
-from world.fleet.liveness import LOST
+from world.fleet.liveness import AWAY
 from world.fleet.single_world import check_alone
 from world.host.reproducible import MOST, REAL_TIME, Repeatable
 from world.simulate import Simulation
+from world.tasks.standing import LOST
 from world.views.status import STOPS
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}
@@ -190,7 +190,11 @@ def test_the_last_event_of_a_robot_is_one_of_the_run_that_goes_on() -> None:
 def test_the_status_has_what_a_robot_has_been_given_and_where_that_is() -> None:
     one = course_of()
     row = one.status().robots[0]
-    assert (row.mission, row.stops, row.home) == ("the scenario's targets", list(one.world.missions.stops(0)), True)
+    assert (row.mission, row.stops, row.home) == (
+        "the scenario's targets",
+        list(one.world.tasks.missions.stops(0)),
+        True,
+    )
     name = "4151c0bbfe5c4e2b8c3e4a2d9b0f1a77"
     ask(one, ORDER, Order(id=name, targets=[(4.5, 2.5)] * 30), robot="r1")
     row = one.status().robots[0]
@@ -206,7 +210,7 @@ def test_an_edit_that_changes_nothing_is_answered_so_and_not_counted() -> None:
     step(one)
     answers = [ask(one, EDIT, BLOCK).text for _ in range(2)]
     assert [text.endswith("it changes nothing") for text in answers] == [False, True]
-    assert one.world.edits == 1
+    assert one.world.bodies.edits == 1
     assert one.repeatable.reasons == ["the map was edited by a request at 0.05 s"]
     assert "expected a rectangle" in ask(one, EDIT, Edit(kind=Kind.WALL, low=(-9.0, -9.0), high=(-8.0, -8.0)))
 
@@ -259,12 +263,12 @@ def test_a_robot_that_comes_from_another_world_is_told_of() -> None:
 def test_a_robot_is_at_its_next_stop_until_that_counts() -> None:
     simulation = Simulation.of(scenario_of(), 2, 1)
     world, there = simulation.world, 0
-    while world.missions.left[0] is not None:
-        before, was_there = world.missions.left[0], world.is_at_next_stop("r1")
+    while world.tasks.missions.left[0] is not None:
+        before, was_there = world.tasks.missions.left[0], world.is_at_next_stop("r1")
         simulation.step()
-        assert was_there == (world.missions.left[0] != before), "exactly then it counts at the end of the tick"
+        assert was_there == (world.tasks.missions.left[0] != before), "exactly then it counts at the end of the tick"
         there += was_there
-    assert there == len(world.missions.stops(0))
+    assert there == len(world.tasks.missions.stops(0))
     assert not world.is_at_next_stop("r1"), "it has none"
     assert not world.is_at_next_stop("r9"), "the fleet has no such robot"
 

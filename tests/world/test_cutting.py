@@ -53,33 +53,37 @@ CASES = {  # an edit: whether it changes the floor, and whom it leaves without a
 def test_an_edit_names_the_targets_whose_last_way_it_takes(name: str) -> None:
     asked, changes, lost = CASES[name]
     world = world_of()
-    before = world.floor
-    assert looked_ahead(world, asked, sensed=False) == (changes, lost)
-    assert world.floor is before
-    assert world.edits == 0
+    before = world.bodies.floor
+    assert looked_ahead(world.tasks, world.bodies, asked, sensed=False) == (changes, lost)
+    assert world.bodies.floor is before
+    assert world.bodies.edits == 0
 
 
 def test_homes_and_the_pool_count_and_what_was_without_a_way_before_does_not() -> None:
     world = world_of(serve=True)
     world.request("r2", Order(id="a", targets=[EAST], home=True))
     world.put_in(PoolTargets(id="p", targets=[EAST]))
-    assert looked_ahead(world, edit(*DOOR), sensed=False)[1] == [
+    assert looked_ahead(world.tasks, world.bodies, edit(*DOOR), sensed=False)[1] == [
         ("r1", "target 1"), ("r2", "target 1"), ("pool", "pool target p/1"),
     ]  # fmt: skip
     world.edit(edit(*DOOR))
-    assert looked_ahead(world, edit((8.2, 3.2), (8.8, 3.8)), sensed=False) == (True, [])
-    assert looked_ahead(world, edit((1.2, 1.2), (1.8, 5.8)), sensed=False) == (True, [])
+    assert looked_ahead(world.tasks, world.bodies, edit((8.2, 3.2), (8.8, 3.8)), sensed=False) == (True, [])
+    assert looked_ahead(world.tasks, world.bodies, edit((1.2, 1.2), (1.8, 5.8)), sensed=False) == (True, [])
 
 
 def test_a_robot_away_from_home_has_no_way_back() -> None:
     world = world_of(own_targets=[[EAST], [EAST]], start={"poses": [[2.5, 2.5, 0.0], [8.5, 4.5, 0.0]]})
     world.request("r2", Order(id="a", targets=[WEST], home=True))
-    assert looked_ahead(world, edit(*DOOR), sensed=False)[1] == [("r1", "target 1"), ("r2", "target 1")]
+    assert looked_ahead(world.tasks, world.bodies, edit(*DOOR), sensed=False)[1] == [
+        ("r1", "target 1"),
+        ("r2", "target 1"),
+    ]
 
 
 def test_an_edit_that_is_refused_is_refused_in_a_dry_run_as_well() -> None:
+    world = world_of()
     with pytest.raises(ConfigError, match="r1 stands there"):
-        looked_ahead(world_of(), edit((2.2, 2.2), (2.8, 2.8)), sensed=False)
+        looked_ahead(world.tasks, world.bodies, edit((2.2, 2.2), (2.8, 2.8)), sensed=False)
 
 
 def test_a_long_list_is_cut() -> None:

@@ -158,7 +158,7 @@ def test_slow_robots_are_late_by_their_own_changing_number_of_ticks_and_all_they
     heard: dict[tuple[str, str], list[int]] = {}
     for _ in range(600):
         tick = slow.step()
-        for number, command in enumerate(slow.world.commands):
+        for number, command in enumerate(slow.world.tasks.commands):
             late[slow.world.robots[number]].add(slow.world.tick - 1 - command.tick)
         for name, sense in tick.senses.items():
             for sender, sent in sense.hears:
@@ -203,7 +203,7 @@ def towards_movers() -> float:
     simulation, found = Simulation.of(scenario, 2, 14, Faults(late=0.2)), [0.0]
 
     def look(world: World) -> None:
-        for pose, wheels in zip(world.poses(), world.wheels, strict=True):
+        for pose, wheels in zip(world.poses(), world.bodies.wheels, strict=True):
             for there in world.mover_poses():
                 away = distance(pose, there)
                 if away - 0.2 - 0.25 < 0.1:

@@ -35,7 +35,7 @@ from swarm.secure import Identity
 from swarm.settings import Pace
 from tests.world.shared import course_of, request_of, step
 from world.host.process import LOOK, Host
-from world.world import REST
+from world.tasks.tasks import REST
 
 
 class DrainedError(Exception):
@@ -146,14 +146,14 @@ def test_in_real_time_an_order_waits_while_its_robot_is_at_a_stop_that_does_not_
     rig.course.step()
     rig.take(None)
     waits.accept.assert_called_once()
-    assert [one.fate for one in world.missions.history(0)] == ["superseded", "done", "open"]
+    assert [one.fate for one in world.tasks.missions.history(0)] == ["superseded", "done", "open"]
 
 
 @pytest.mark.parametrize(("in_tick", "refused"), [(False, False), (True, True)])
 def test_an_edit_after_the_robots_have_sensed_reaches_them_a_tick_later(in_tick: bool, refused: bool) -> None:
     """A robot that drives towards it needs more room to stop."""
     rig = Rig(pace=1.0)
-    rig.course.world.wheels[0] = (SPEED, SPEED)
+    rig.course.world.bodies.wheels[0] = (SPEED, SPEED)
     rig.course.in_tick = in_tick
     edit = rig.ask(EDIT, Edit(kind=Kind.WALL, low=(3.1, 2.1), high=(3.9, 2.9)))
     assert edit.refuse.called is refused

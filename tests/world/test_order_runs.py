@@ -11,7 +11,7 @@ from swarm.messages import Activity, Order, RobotAction, RobotDo
 from tests.shared import scenario_of
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.world import REST
+from world.tasks.tasks import REST
 
 ROOMS = """\
 ############
@@ -73,7 +73,7 @@ def test_the_digest_covers_orders_even_if_nobody_moves() -> None:
         world = simulation_of(robots=1).world
         if request is not None:
             world.request("r1", request)
-        digests.append(world.recorder.digest)
+        digests.append(world.measures.recorder.digest)
     assert len(set(digests)) == 3
 
 
@@ -92,7 +92,7 @@ def test_the_stops_are_told_until_the_robot_has_taken_them_over() -> None:
         assert sense.assigned is not None
         assert (sense.assigned.number, len(sense.bearings)) == (1, 3)
         world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, activity=Activity.DONE, reached=[True] * 2)})
-        assert world.unfinished == ["r1"]
+        assert world.tasks.unfinished == ["r1"]
     world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, assignment=1)})
     assert world.senses(lockstep=True)["r1"].assigned is None
 
@@ -102,7 +102,7 @@ def test_what_a_robot_says_about_stops_that_it_no_longer_has_does_not_count() ->
     world.request("r1", order((7.5, 2.5)))
     said = msgspec.structs.replace(REST, tick=0, reached=[True, True], unreachable=[0], activity=Activity.DRIVE)
     assert world.step({"r1": said}) == []
-    assert world.missions.left == [0]
+    assert world.tasks.missions.left == [0]
 
 
 def test_an_order_outlives_the_robot() -> None:
@@ -137,7 +137,7 @@ def test_an_order_to_where_a_robot_cannot_go_is_refused(name: str) -> None:
     world = simulation_of(text=text, robots=1, start=start, targets=[[7.5, 5.0]], return_home=False).world
     with pytest.raises(PeerError, match=part):
         world.request("r1", order((7.5, 5.0), target))
-    assert world.missions.orders.last == 0
+    assert world.tasks.missions.orders.last == 0
 
 
 def test_an_order_for_an_unknown_robot_is_refused() -> None:
@@ -148,7 +148,7 @@ def test_an_order_for_an_unknown_robot_is_refused() -> None:
 def test_a_planned_request_that_is_refused_becomes_an_event() -> None:
     simulation = simulation_of({"at": 1.0, "robot": "r1", "targets": [[0.5, 0.5]]}, robots=1)
     assert (1.0, "request_refused") in [(time, kind) for time, _, kind in events_of(simulation)]
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
 
 
 # --- actions ---
@@ -160,7 +160,7 @@ def test_the_world_stops_a_robot_whatever_it_commands() -> None:
 
     def step() -> float:
         world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, **drive)})
-        return world.wheels[0][0]
+        return world.bodies.wheels[0][0]
 
     most = world.settings.robot.wheel_acceleration * world.dt
     before = max(step() for _ in range(10))
@@ -185,7 +185,7 @@ def test_others_drive_round_a_stopped_robot_which_then_goes_on() -> None:
             places.add(world.poses()[1])
             assert tick.commands["r2"].activity is Activity.STOPPED
     assert len(places) == 1
-    assert world.complete
+    assert world.tasks.complete
     assert ("r2", "stalled") not in said
     report = simulation.report(1.0, 200.0)
     assert all(max(report["per_robot"][name]["reached"]) < 100.0 for name in ("r1", "r3", "r4"))
@@ -203,7 +203,7 @@ def test_a_robot_that_is_stopped_in_the_only_door_jams_nobody_for_ever() -> None
     simulation = simulation_of(stop, go_on, robots=2, **fields)
     events_of(simulation, 89.0)
     assert simulation.world.time >= 89.0
-    assert not any(simulation.world.recorder.reached_at[1])
+    assert not any(simulation.world.tasks.missions.reached_at[1])
     assert simulation.run(200.0)["complete"]
 
 
@@ -227,8 +227,8 @@ def test_home_and_cancel_drop_what_is_left() -> None:
 def test_a_run_of_a_stopped_robot_with_stops_left_does_not_end() -> None:
     simulation = simulation_of({"at": 2.0, "robot": "r1", "do": "stop"}, robots=1)
     events_of(simulation, 90.0)
-    assert simulation.world.unfinished == ["r1"]
-    assert simulation.world.progress.times == [0]
+    assert simulation.world.tasks.unfinished == ["r1"]
+    assert simulation.world.measures.progress.times == [0]
 
 
 # --- stops that were given up ---

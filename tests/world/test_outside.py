@@ -9,8 +9,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import BodyReport, Event
 from tests.shared import scenario_of
-from world.bodies.external import check_outside
-from world.saving.snapshot import restore, saved
+from world.bodies.external import check_external
 from world.world import World
 
 STARTS = [Pose(2.5, 2.5, 0.0), Pose(2.5, 4.5, 0.0)]
@@ -22,14 +21,14 @@ def report(tick: int, x: float, y: float = 4.5, yaw: float = 0.0, **fields: Any)
 
 
 def world_of(**fields: object) -> World:
-    return World(scenario_of(**fields), STARTS, 1, outside=["r2"])  # type: ignore[arg-type]
+    return World(scenario_of(**fields), STARTS, 1, external=["r2"])  # type: ignore[arg-type]
 
 
 def step(world: World, *told: BodyReport) -> list[tuple[str, str | None]]:
     """Run a tick with a report; return kind and robot of the events about bodies."""
     world.senses(lockstep=True)
     if told:
-        world.outside.told = {"r2": told[0]}
+        world.bodies.external.told = {"r2": told[0]}
     return [(one.kind, one.robot) for one in world.step({}) if about_a_body(one)]
 
 
@@ -69,11 +68,11 @@ def test_a_body_moves_no_faster_than_its_top_speed_without_being_told(x: float, 
 def test_a_body_without_reports_stands_where_it_was_and_that_is_told_once() -> None:
     world = world_of()
     step(world, report(0, 2.55))
-    assert world.wheels[1] == (0.5, 0.5)
+    assert world.bodies.wheels[1] == (0.5, 0.5)
     told = [one for _ in range(10) for one in step(world)]
     assert told == [("body_silent", "r2")]
     assert world.poses()[1].x == pytest.approx(2.55)
-    assert world.wheels[1] == (0.0, 0.0)
+    assert world.bodies.wheels[1] == (0.0, 0.0)
     assert step(world, report(world.tick, 2.6)) == [("body_back", "r2")]
 
 
@@ -102,7 +101,7 @@ def test_a_world_from_a_snapshot_goes_on_with_the_body_where_it_was() -> None:
     one, other = world_of(), world_of()
     for tick in range(5):
         step(one, report(tick, 2.5 + 0.05 * tick))
-    restore(other, deepcopy(saved(one)))
+    other.restore(deepcopy(one.save()))
     for world in (one, other):
         assert step(world, report(5, 2.75)) == []
         assert [step(world) for _ in range(8)][5] == [("body_silent", "r2")]
@@ -111,12 +110,12 @@ def test_a_world_from_a_snapshot_goes_on_with_the_body_where_it_was() -> None:
 
 @pytest.mark.parametrize(("saved_with", "given"), [(["r2"], []), ([], ["r2"]), (["r2"], ["r1"])])
 def test_a_snapshot_of_a_run_with_other_bodies_outside_is_refused(saved_with: list[str], given: list[str]) -> None:
-    one, other = (World(scenario_of(), STARTS, 1, outside=names) for names in (saved_with, given))
+    one, other = (World(scenario_of(), STARTS, 1, external=names) for names in (saved_with, given))
     with pytest.raises(ConfigError, match=r"--body: expected .*as in the run that was saved"):
-        restore(other, saved(one))
+        other.restore(one.save())
 
 
 def test_a_body_of_no_robot_is_refused() -> None:
-    assert check_outside(["r2"], 2) == ("r2",)
+    assert check_external(["r2"], 2) == ("r2",)
     with pytest.raises(ConfigError, match="--body r3: expected one of r1, r2, got 'r3'"):
-        check_outside(["r3"], 2)
+        check_external(["r3"], 2)

@@ -48,7 +48,7 @@ def test_a_visit_counts_only_within_reach() -> None:
     simulation = Simulation.of(patrol(), 2, 5)
     world, visits = simulation.world, 0
     while world.time < 60.0:
-        before = [world.recorder.next_stop(number, ()) for number in range(2)]
+        before = [world.tasks.missions.left[number] for number in range(2)]
         poses = world.poses()
         for event in simulation.step().events:
             if event.kind == "reached":
@@ -61,32 +61,32 @@ def test_a_visit_counts_only_within_reach() -> None:
 def test_a_patrol_goes_on_without_a_target_that_was_walled_in_and_ends_with_one_left() -> None:
     simulation = Simulation.of(patrol(), 1, 5)
     world = simulation.world
-    while not world.recorder.laps[0]:
+    while not world.tasks.missions.laps[0]:
         simulation.step()
     world.edit(Edit(kind=Kind.WALL, low=(7.1, 2.1), high=(7.9, 2.9)))
-    while world.recorder.laps[0] < 4 or distance(world.poses()[0], (2.5, 3.5)) < 1.5:
+    while world.tasks.missions.laps[0] < 4 or distance(world.poses()[0], (2.5, 3.5)) < 1.5:
         simulation.step()
-    assert world.recorder.unreachable == [[0]]
-    assert world.complete
+    assert [command.unreachable for command in world.tasks.commands] == [[0]]
+    assert world.tasks.complete
     world.edit(Edit(kind=Kind.WALL, low=(2.1, 3.1), high=(2.9, 3.9)))
     while not world.finished:
         simulation.step()
-    assert world.commands[0].activity is Activity.DONE
+    assert world.tasks.commands[0].activity is Activity.DONE
 
 
 def test_a_patrol_that_gives_up_the_last_target_of_a_lap_begins_the_next() -> None:
     simulation = Simulation.of(patrol(), 1, 5)
     world = simulation.world
-    while world.recorder.next_stop(0, ()) != 2:
+    while world.tasks.missions.left[0] != 2:
         simulation.step()
     world.edit(Edit(kind=Kind.WALL, low=(2.1, 3.1), high=(2.9, 3.9)))
     events = list[Event]()
-    while world.recorder.laps[0] < 3:
+    while world.tasks.missions.laps[0] < 3:
         events += simulation.step().events
         assert world.time < 120.0, "the world counts no laps"
     assert reached(events, "r1")[:2] == ["is at target 1", "is at target 2"]
     world.request("r1", RobotAction(do=RobotDo.CANCEL))
-    assert world.missions.orders.rows[0].stops == [], "a patrol has stops left in each lap"
+    assert world.tasks.missions.orders.rows[0].stops == [], "a patrol has stops left in each lap"
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from tests.world.shared import NOISE, ask, course_of, reborn
 from world.host.run import Course
 from world.simulate import Simulation
 from world.tasks.places import MOST_AT_ONCE, REMEMBERED, Spots
-from world.world import REST
+from world.tasks.tasks import REST
 
 FREE: Final = (7.5, 4.5, 1.0)
 LENGTH: Final = 25.0  # s
@@ -67,10 +67,10 @@ def test_a_request_is_refused_with_the_reason_and_changes_nothing(name: str) -> 
     simulation = fleet()
     run_on(simulation, 1.0)
     world = simulation.world
-    before = world.recorder.digest
+    before = world.measures.recorder.digest
     with pytest.raises(PeerError, match=expected):
         simulation.open_places(request)
-    assert (world.robots, world.recorder.digest, world.places.starts) == (["r1", "r2"], before, [])
+    assert (world.robots, world.measures.recorder.digest, world.tasks.places.starts) == (["r1", "r2"], before, [])
 
 
 def test_no_body_is_put_where_a_restart_puts_another_one_back() -> None:
@@ -90,7 +90,7 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
     with pytest.raises(PeerError, match="a moving obstacle is there"):
         simulation.open_places(places(1, FREE))
     world = simulation.world
-    world.wheels[0] = (1.6, 1.6)
+    world.bodies.wheels[0] = (1.6, 1.6)
     with pytest.raises(PeerError, match="expected a place that r1 can stop before, it drives"):
         simulation.open_places(places(1, (3.5, 2.5, 0.0)))
 
@@ -98,7 +98,7 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
 def test_no_more_robots_than_a_fleet_may_have() -> None:
     simulation = fleet()
     world = simulation.world
-    spots = Spots(world.settings, world.floor, world.traffic.watch.cells, [], [], [], [])
+    spots = Spots(world.settings, world.bodies.floor, world.measures.reservations.watch.cells, [], [], [], [])
     with pytest.raises(PeerError, match="expected at most 1000 robots, got 2 beside the 999 of now"):
         spots.starts(places(2), MOST_ROBOTS - 1)
 
@@ -107,14 +107,14 @@ def test_the_same_request_again_changes_nothing_and_another_under_its_id_is_refu
     simulation = fleet()
     first, events = simulation.world.open_places(places(2, FREE))
     assert [event.robot for event in events] == first.robots == ["r3", "r4"]
-    digest = simulation.world.recorder.digest
+    digest = simulation.world.measures.recorder.digest
     assert simulation.world.open_places(places(2, FREE)) == (first, [])
-    assert simulation.world.recorder.digest == digest
+    assert simulation.world.measures.recorder.digest == digest
     with pytest.raises(PeerError, match="expected what was accepted with it"):
         simulation.world.open_places(places(1, FREE))
     for number in range(REMEMBERED + 1):
-        simulation.world.places.enter(places(name=f"n{number}"), [], [])
-    assert len(simulation.world.places.requests) == REMEMBERED
+        simulation.world.tasks.places.enter(places(name=f"n{number}"), [], [])
+    assert len(simulation.world.tasks.places.requests) == REMEMBERED
 
 
 def test_a_newcomer_waits_and_then_takes_orders_and_errands() -> None:
@@ -124,14 +124,14 @@ def test_a_newcomer_waits_and_then_takes_orders_and_errands() -> None:
     simulation.open_places(places(1, FREE))
     run_on(simulation, 2.0)
     assert distance(world.poses()[2], FREE) < world.settings.reach
-    assert world.commands[2].activity is Activity.DONE
+    assert world.tasks.commands[2].activity is Activity.DONE
     world.put_in(PoolTargets(id="p", targets=[(8.5, 4.5)]))
     run_on(simulation, 12.0)
-    errand = world.dispatch.pool.closed["p/1"]
+    errand = world.tasks.pool.closed["p/1"]
     assert errand.robot == 2
     world.request("r3", Order(id="o", targets=[(2.5, 4.5)], home=True))
     run_on(simulation, 30.0)
-    assert world.complete
+    assert world.tasks.complete
     assert world.finished
     assert distance(world.poses()[2], FREE) <= world.settings.reach
     report = simulation.report(1.0, 1.0)

@@ -56,13 +56,13 @@ def kinds(events: list[Event], *of: str) -> list[tuple[str | None, str]]:
 
 
 def clean(world: World) -> bool:
-    return not sum(counts.total() for counts in world.recorder.contact_counts)
+    return not sum(counts.total() for counts in world.measures.recorder.contact_counts)
 
 
 def test_each_target_is_visited_once_by_one_robot_and_the_run_ends() -> None:
     simulation = Simulation.of(pool_of(CORNERS), 4, 1)
     events, world = watched(simulation), simulation.world
-    assert world.complete
+    assert world.tasks.complete
     assert clean(world)
     assert len(kinds(events, "errand")) == len(CORNERS)
     assert kinds(events, "errand_back") == []
@@ -80,7 +80,7 @@ def test_the_nearest_free_robot_takes_it() -> None:
     simulation = Simulation.of(pool_of([[14.5, 1.5]]), 4, 1)
     events = watched(simulation)
     assert kinds(events, "errand") == [("r2", "errand")]
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
 
 
 def test_the_bid_is_the_way_and_not_the_distance() -> None:
@@ -94,14 +94,14 @@ def test_an_old_errand_is_not_left_for_ever_because_nearer_ones_come() -> None:
     simulation = Simulation.of(pool_of([[14.5, 5.5]], start={"poses": [[2.5, 2.5, 0.0]]}), 1, 1)
     world, number = simulation.world, 0
     world.put_in(PoolTargets(id="near", targets=[(1.5, 1.5)]))
-    while (open_ := world.dispatch.pool.open.get("scenario/1")) is not None and world.time < 400:
+    while (open_ := world.tasks.pool.open.get("scenario/1")) is not None and world.time < 400:
         simulation.step()
-        if open_.robot is None and len(world.dispatch.pool.waiting) < 2:
+        if open_.robot is None and len(world.tasks.pool.waiting) < 2:
             number += 1
             world.put_in(PoolTargets(id=f"n{number}", targets=[(2.5, 2.5) if number % 2 else (1.5, 1.5)]))
     assert number > 3, "it was passed over for nearer ones"
-    assert world.dispatch.pool.done > number / 2
-    assert "scenario/1" in world.dispatch.pool.closed
+    assert world.tasks.pool.done > number / 2
+    assert "scenario/1" in world.tasks.pool.closed
 
 
 def test_errands_that_nobody_can_reach_do_not_keep_others_waiting() -> None:
@@ -111,8 +111,8 @@ def test_errands_that_nobody_can_reach_do_not_keep_others_waiting() -> None:
     world.edit(Edit(kind=Kind.WALL, low=(12.1, 4.1), high=(12.9, 5.9)))
     world.edit(Edit(kind=Kind.WALL, low=(13.1, 4.1), high=(14.9, 4.9)))
     watched(simulation)
-    assert [errand.name for errand in world.dispatch.pool.waiting] == [f"scenario/{n + 1}" for n in range(WINDOW)]
-    assert world.dispatch.pool.done == 1
+    assert [errand.name for errand in world.tasks.pool.waiting] == [f"scenario/{n + 1}" for n in range(WINDOW)]
+    assert world.tasks.pool.done == 1
 
 
 def test_two_errands_at_one_place_are_both_done_one_after_the_other() -> None:
@@ -121,8 +121,8 @@ def test_two_errands_at_one_place_are_both_done_one_after_the_other() -> None:
     first_home, then = kinds(events, "errand", "reached")[:4], kinds(events, "errand", "reached")[4:]
     assert [kind for _, kind in first_home] == ["reached"] * 4
     assert [kind for _, kind in then] == ["errand", "reached"] * 2
-    assert simulation.world.dispatch.pool.done == 2
-    assert simulation.world.complete
+    assert simulation.world.tasks.pool.done == 2
+    assert simulation.world.tasks.complete
 
 
 def test_robots_first_drive_to_the_stops_of_their_own() -> None:
@@ -132,7 +132,7 @@ def test_robots_first_drive_to_the_stops_of_their_own() -> None:
     for name in ("r1", "r2"):
         own = [kind for robot, kind in order if robot == name]
         assert own[:2] == ["reached", "reached"]
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
 
 
 def test_a_robot_without_an_errand_makes_room_in_a_dead_end() -> None:
@@ -142,10 +142,10 @@ def test_a_robot_without_an_errand_makes_room_in_a_dead_end() -> None:
     world = simulation.world
     events = watched(simulation)
     world.put_in(PoolTargets(id="behind", targets=[(8.5, 1.5)]))
-    world.dispatch.pool.waiting[0].refused = [0]
+    world.tasks.pool.waiting[0].refused = [0]
     events += watched(simulation)
     assert kinds(events, "errand") == [("r1", "errand"), ("r2", "errand")]
-    assert world.complete
+    assert world.tasks.complete
     assert clean(world)
 
 
@@ -158,7 +158,7 @@ def test_a_robot_that_is_away_for_a_while_keeps_its_errand() -> None:
     events = watched(simulation)
     assert kinds(events, "errand_back") == []
     assert len(kinds(events, "errand")) == len(CORNERS)
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
 
 
 @pytest.mark.parametrize("spell", [Spell("r1", Health.AWAY, 40, 600), Spell("r1", Health.SUSPENDED, 40, 600)])
@@ -169,17 +169,17 @@ def test_the_errand_of_a_robot_that_is_away_for_long_goes_to_another_and_it_work
     assert kinds(events, "errand_back") == [("r1", "errand_back")]
     (back,) = [event for event in events if event.kind == "errand_back"]
     assert "goes back to the pool: r1 had it, and it has not answered for long" in back.text
-    assert simulation.world.complete
-    assert simulation.world.dispatch.pool.done == len(far)
+    assert simulation.world.tasks.complete
+    assert simulation.world.tasks.pool.done == len(far)
 
 
 def test_the_errand_of_a_dead_robot_is_done_by_another() -> None:
     simulation = Simulation.of(pool_of(CORNERS), 4, 1, Faults(killed={"r1": 2.0}))
     world, events = simulation.world, []
-    while world.dispatch.pool.open and world.time < 200:
+    while world.tasks.pool.open and world.time < 200:
         events += simulation.step().events
     assert kinds(events, "errand_back") == [("r1", "errand_back")]
-    assert world.dispatch.pool.done == len(CORNERS)
+    assert world.tasks.pool.done == len(CORNERS)
     assert clean(world)
 
 
@@ -193,7 +193,7 @@ def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none
     world.put_in(PoolTargets(id="shut", targets=[(5.5, 2.5)]))
     events = [event for _ in range(10) for event in simulation.step().events]
     world.put_in(PoolTargets(id="far", targets=[(1.5, 5.5), (14.5, 5.5)]))
-    while (world.time < STUCK or world.dispatch.pool.waiting) and world.time < 300:
+    while (world.time < STUCK or world.tasks.pool.waiting) and world.time < 300:
         events += simulation.step().events
     back = [event for event in events if event.kind == "errand_back" and event.robot == "r1"]
     assert ["got no nearer for long" in event.text for event in back] == [True]
@@ -203,7 +203,7 @@ def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none
         "far/2",
         "shut/1",
     ]
-    assert world.dispatch.pool.done == 2
+    assert world.tasks.pool.done == 2
     assert clean(world)
 
 
@@ -216,7 +216,7 @@ def test_an_order_puts_the_errand_back_and_the_robot_is_free_after_it() -> None:
     texts = [event.text for event in events if event.kind == "errand_back"]
     assert len(texts) == 1
     assert "it has other targets now" in texts[0]
-    assert world.complete
+    assert world.tasks.complete
     history = simulation.report(1.0, 1.0)["per_robot"]["r1"]["history"]
     assert [one["what"] for one in history][:2] == ["the scenario's targets", "order a update 0"]
     assert len(history) == 3, "errands that are over are not in it"
@@ -231,11 +231,11 @@ def test_a_robot_that_is_sent_home_or_cancelled_takes_no_errand_until_it_has_an_
     world.request("r1", RobotAction(do=do))
     watched(simulation)
     assert world.finished
-    assert not world.complete
+    assert not world.tasks.complete
     assert "pool target scenario/1 at (14.5, 1.5)" in simulation.report(1.0, 1.0)["reason"]
     world.request("r1", Order(id="a", targets=[(2.5, 2.5)]))
     watched(simulation)
-    assert world.complete
+    assert world.tasks.complete
 
 
 def test_a_stopped_robot_keeps_its_errand() -> None:
@@ -246,12 +246,12 @@ def test_a_stopped_robot_keeps_its_errand() -> None:
     world.request("r2", RobotAction(do=RobotDo.STOP))
     for _ in range(400):
         simulation.step()
-    (errand,) = world.dispatch.pool.taken
+    (errand,) = world.tasks.pool.taken
     assert errand.robot == 1
     world.request("r2", RobotAction(do=RobotDo.GO_ON))
     events = watched(simulation)
     assert kinds(events, "errand", "errand_back") == []
-    assert world.complete
+    assert world.tasks.complete
 
 
 def test_an_errand_that_a_wall_cuts_off_waits_and_is_done_when_the_way_is_open() -> None:
@@ -262,14 +262,14 @@ def test_an_errand_that_a_wall_cuts_off_waits_and_is_done_when_the_way_is_open()
     starts = {"poses": [[2.5, 1.5, 0.0], [4.5, 1.5, 0.0]]}
     simulation = Simulation.of(pool_of([[7.5, 5.5]], start=starts, edits=edits), 2, 1)
     events = watched(simulation)
-    assert simulation.world.complete
+    assert simulation.world.tasks.complete
     assert simulation.world.time > 30
     assert len(kinds(events, "errand_back")) == 1, "nobody takes what has no way"
     del edits[1]
     shut = Simulation.of(pool_of([[7.5, 5.5]], start=starts, edits=edits), 2, 1)
     watched(shut)
     assert shut.world.time < 190, "the run ends: nobody can go there"
-    assert not shut.world.complete
+    assert not shut.world.tasks.complete
     assert "pool target scenario/1 at (7.5, 5.5)" in shut.report(1.0, 200.0)["reason"]
 
 
@@ -284,10 +284,10 @@ REFUSED = [
 @pytest.mark.parametrize(("targets", "text"), REFUSED)
 def test_a_target_that_no_robot_can_reach_is_refused(targets: list[tuple[float, float]], text: str) -> None:
     world = Simulation.of(pool_of(CORNERS), 4, 1).world
-    digest = world.recorder.digest
+    digest = world.measures.recorder.digest
     with pytest.raises(PeerError, match=text):
         world.put_in(PoolTargets(id="a", targets=targets))
-    assert (world.dispatch.pool.given, world.recorder.digest) == (len(CORNERS), digest)
+    assert (world.tasks.pool.given, world.measures.recorder.digest) == (len(CORNERS), digest)
 
 
 def test_the_digest_covers_the_pool_and_runs_without_one_have_none() -> None:
@@ -296,7 +296,7 @@ def test_the_digest_covers_the_pool_and_runs_without_one_have_none() -> None:
         world = Simulation.of(pool_of(CORNERS), 4, 1).world
         if targets:
             world.put_in(PoolTargets(id="a", targets=targets))
-        digests.add(world.recorder.digest)
+        digests.add(world.measures.recorder.digest)
     assert len(digests) == 3
     assert "pool" not in Simulation.of(scenario_of(), 2, 1).run()
 
@@ -304,7 +304,7 @@ def test_the_digest_covers_the_pool_and_runs_without_one_have_none() -> None:
 def test_a_run_from_a_snapshot_goes_on_bit_for_bit(tmp_path: Path) -> None:
     expected = Simulation.of(pool_of(CORNERS), 4, 1).run()
     simulation = Simulation.of(pool_of(CORNERS), 4, 1)
-    while simulation.world.dispatch.pool.done < 2:
+    while simulation.world.tasks.pool.done < 2:
         simulation.step()
     simulation.world = reborn(simulation, tmp_path / "s")
     assert simulation.run()["digest"] == expected["digest"]
@@ -318,7 +318,7 @@ def test_a_scenario_with_a_bad_target_in_its_pool_is_refused() -> None:
 
 def test_targets_are_offered_again_after_an_edit() -> None:
     world = Simulation.of(pool_of(CORNERS), 4, 1).world
-    errand = world.dispatch.pool.waiting[0]
+    errand = world.tasks.pool.waiting[0]
     errand.refused = [0, 1, 2, 3]
     assert world.edit(Edit(kind=Kind.WALL, low=(1, 5), high=(2, 6)))
     assert errand.refused == []

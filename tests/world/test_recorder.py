@@ -15,7 +15,7 @@ from tests.shared import scenario_of
 from world.bodies.shapes import Contact
 from world.measure.contact_cause import MOVES
 from world.measure.recorder import PARTED, Recorder
-from world.world import REST
+from world.tasks.tasks import REST
 
 SCENARIO = scenario_of()
 DT = 0.25  # s; sums of it are exact
@@ -24,9 +24,9 @@ WALL, OTHER, BOX = Contact(0, "wall", None), Contact(0, "robot", 1), Contact(0, 
 STANDS = (0.0, 0.0)
 
 
-def recorder(*starts: Pose, stops: int = 1, dt: float = DT) -> Recorder:
+def recorder(*starts: Pose, dt: float = DT) -> Recorder:
     poses = starts or (A,)
-    record = Recorder(SCENARIO, poses, [((7.5, 3.5),) * stops for _ in poses], dt)
+    record = Recorder(SCENARIO, poses, dt)
     record.poses(poses)
     return record
 
@@ -37,9 +37,8 @@ def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
 
 def test_a_record_begins_with_nothing() -> None:
     record = recorder(A, B)
-    counts = (record.path_length, record.struck, record.waiting, record.replans)
-    assert counts == ([0.0, 0.0], [0, 0], [0.0, 0.0], [0, 0])
-    assert (record.begun, record.unreachable, record.complete) == ([], [[], []], False)
+    assert (record.path_length, record.struck, record.waiting) == ([0.0, 0.0], [0, 0], [0.0, 0.0])
+    assert record.begun == []
 
 
 # --- contacts ---
@@ -167,35 +166,13 @@ def test_who_stands_is_told_by_the_wheels_and_only_with_a_stop_left() -> None:
     assert record.standing == [DT, DT]
 
 
-# --- stops ---
-
-
-def test_a_run_is_complete_when_every_robot_was_at_every_stop() -> None:
-    record = recorder(A, B, stops=2)
-    for count, (robot, stop) in enumerate([(0, 0), (1, 1), (0, 1), (1, 0)]):
-        assert not record.complete
-        assert not record.is_reached(robot, stop)
-        record.reached(robot, stop, 1.5 + count)
-        assert record.is_reached(robot, stop)
-    assert record.complete
-    assert record.reached_at == [[1.5, 3.5], [4.5, 2.5]]
-
-
-def test_what_robots_say_of_plans_and_stops_given_up_is_their_last_word() -> None:
-    record = recorder(A, B)
-    record.doing([doing(replans=1), doing(replans=0, unreachable=[0])])
-    record.doing([doing(replans=4, unreachable=[1, 0]), doing(unreachable=[0])])
-    assert record.replans == [4, 0]
-    assert record.unreachable == [[1, 0], [0]]
-
-
 # --- the digest ---
 
 HISTORY = [[A, B], [Pose(2.6, 2.5, 0.1), B], [Pose(2.7, 2.5, -0.1), Pose(4.5, 4.5, pi)]]
 
 
 def digest(history: Sequence[Sequence[Pose]]) -> str:
-    record = Recorder(SCENARIO, history[0], [(), ()], DT)
+    record = Recorder(SCENARIO, history[0], DT)
     for poses in history:
         record.poses(poses)
     return record.digest

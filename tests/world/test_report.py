@@ -23,9 +23,10 @@ from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
+from world.tasks.tasks import REST
 from world.views.metrics import shortest_length, shortest_lengths
 from world.views.report import listed, missing, report, write
-from world.world import REST, World
+from world.world import World
 
 COLUMNS = 10
 AT = (Pose(2.5, 2.5, 0.0), Pose(8.79, 3.5, 0.0), Pose(5.0, 1.5, 0.0), Pose(4.59, 1.5, 0.0))
@@ -162,7 +163,7 @@ TRAFFIC: dict[str, Any] = {  # what the watch saw
 def test_every_field_of_a_report_is_what_a_hand_works_out() -> None:
     world = run()
     got = dict(flat(summed_up(world)))
-    expected = ALWAYS | {"digest": world.recorder.digest}
+    expected = ALWAYS | {"digest": world.measures.recorder.digest}
     expected |= dict(flat(TRAFFIC, "traffic")) | dict(flat(ROBOTS, "per_robot"))
     assert sorted(got) == sorted(expected), "no field that nobody has worked out"
     for name, value in expected.items():
@@ -191,14 +192,14 @@ def test_what_is_missing_is_one_sentence() -> None:
     assert missing(run(30)) == "not reached: r2 target 1, target 2; r3 target 1 (no path); r4 target 1"
     assert missing(run()).endswith("; r4 target 1; r2 made no progress for 61 s, r4 made no progress for 61 s")
     world = run(30)
-    world.verdict.text = "no way exists for r1, r2 to reach their targets together"
-    assert missing(world).startswith(f"{world.verdict.text}; not reached: r2 target 1, ")
+    world.measures.verdict.text = "no way exists for r1, r2 to reach their targets together"
+    assert missing(world).startswith(f"{world.measures.verdict.text}; not reached: r2 target 1, ")
 
 
 def test_a_status_message_takes_the_sentence_however_many_robots_there_are() -> None:
     robots = 256
     world = World(scenario_of(map={"text": "\n".join(["." * 20] * 20)}), [Pose(1.0, 1.0, 0.0)] * robots, 1)
-    world.verdict.text = "x" * 2000
+    world.measures.verdict.text = "x" * 2000
     assert "not reached: r001 target 1, home; r002" in missing(world)
     assert len(missing(world)) < 2000
 

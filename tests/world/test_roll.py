@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.messages import STATE, Liveness, Seen
-from world.fleet.liveness import LOST, NEXT, STEP, TOLD, Fact, Roll
+from world.fleet.liveness import NEXT, STEP, TOLD, Fact, Roll
+from world.tasks.standing import LOST
 
 SILENT = STATE.timeout + 0.5  # s
 ALIVE, STALE, GONE, MISSED = Liveness.ALIVE, Liveness.STALE, Liveness.GONE, Liveness.LOST

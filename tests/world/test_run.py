@@ -18,8 +18,9 @@ from world.faults import LASTS, SILENT, Drill, Faults, Health, Spell
 from world.measure.progress import STALLED
 from world.measure.verdict import PROVEN
 from world.simulate import Simulation
+from world.tasks.tasks import REST
 from world.views.truth import truth
-from world.world import REST, World
+from world.world import World
 
 DT = 0.05  # s
 AT, THERE = Pose(2.5, 2.5, 0.0), Pose(4.5, 4.5, 0.0)
@@ -42,7 +43,7 @@ def test_a_run_is_over_when_everybody_is_done() -> None:
     done = {"activity": Activity.DONE, "unreachable": [0, 1]}
     world.step({"r1": say(world, **done), "r2": say(world)})
     assert not world.finished
-    assert world.unfinished == ["r2"]
+    assert world.tasks.unfinished == ["r2"]
     world.step({"r2": say(world, **done)})
     assert world.finished
 
@@ -83,7 +84,7 @@ def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -
     for _ in range(2):
         world.step({})
     assert world.finished is ends
-    assert (world.verdict.text == "again") is said
+    assert (world.measures.verdict.text == "again") is said
     assert world.time < 10.0, "nobody waits long for a run that is over"
 
 
@@ -91,12 +92,17 @@ def test_who_reaches_a_stop_takes_the_proof_back() -> None:
     world = world_of(Pose(6.9, 3.5, 0.0), THERE)
     waits = {"r2": say(world, activity=Activity.GIVE_WAY)}
     world.step({"r1": say(world, notes=[("unsolvable", "no way")], left=0.6, right=0.6)} | waits)
-    while world.recorder.next_stop(0, ()) == 0:
+    while world.tasks.missions.left[0] == 0:
         world.step({"r1": say(world, left=0.6, right=0.6)})
     for _ in range(2 * round(PROVEN / DT)):
         world.step({})
     assert not world.finished
-    assert world.verdict.text == ""
+    assert world.measures.verdict.text == ""
+    events = [event for _ in range(round(PROVEN / DT) + 2) for event in world.step(
+        {"r1": say(world, notes=[("unsolvable", "no way")], activity=Activity.GIVE_WAY)} | waits)]  # fmt: skip
+    assert world.finished, "it still holds, as its robot says again"
+    assert world.measures.verdict.text == "no way"
+    assert "unsolvable" not in [event.kind for event in events], "that is no news"
 
 
 # fmt: off
@@ -182,7 +188,7 @@ def test_planned_edits_are_made_at_their_times_and_what_cannot_be_is_said() -> N
         1.0: [("edit", "wall from (6.2, 1.2) to (6.8, 1.8)")],
         1.5: [("edit", "free from (6.2, 1.2) to (6.8, 1.8)")],
     }
-    assert world.edits == 3
+    assert world.bodies.edits == 3
 
 
 def test_an_edit_is_sensed_for_a_second_and_counted_for_ever() -> None:
@@ -215,7 +221,7 @@ def test_a_wall_is_put_up_only_where_who_drives_can_stop_before_it(ahead: float,
     else:
         with pytest.raises(ConfigError, match="r1 can stop before"):
             world.edit(edit)
-    assert world.edits == allowed
+    assert world.bodies.edits == allowed
 
 
 # fmt: off

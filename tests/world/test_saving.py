@@ -35,7 +35,6 @@ from tests.shared import scenario_of
 from tests.world.shared import ask, come, course_of, request_of, step
 from world.host.answering import answer
 from world.host.run import Course
-from world.saving.snapshot import saved
 from world.saving.snapshot_file import ENCODER
 
 BLOCK: Final = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -65,7 +64,13 @@ def staying(file: Path, pace: Pace, phase: Phase | None = None) -> Course:
 
 def state(one: Course) -> tuple[object, ...]:
     """Return everything that a request may change."""
-    return one.phase, one.pressed, one.speaker.events, one.world.floor.cells.tobytes(), ENCODER.encode(saved(one.world))
+    return (
+        one.phase,
+        one.pressed,
+        one.speaker.events,
+        one.world.bodies.floor.cells.tobytes(),
+        ENCODER.encode(one.world.save()),
+    )
 
 
 @pytest.mark.parametrize("pace", ["max", 1.0])
@@ -96,7 +101,7 @@ def test_an_order_that_was_answered_is_known_after_a_restart(tmp_path: Path) -> 
     answered = ask(one, ORDER, order, robot="r1")
     assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target", number=1)
     other = course_of(file=file)
-    assert other.world.missions.orders.rows == one.world.missions.orders.rows
+    assert other.world.tasks.missions.orders.rows == one.world.tasks.missions.orders.rows
     assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
     assert ask(other, ORDER, order, robot="r1") == answered
     assert "r1 was given an order or an action at 0.05 s" in one.repeatable.reasons
@@ -137,8 +142,8 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert said == ["the run goes on at 1.00 s, paused"]
     assert (other.world.identity, other.world.run) == (one.world.identity, one.world.run)
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
-    assert (other.world.floor.cells == one.world.floor.cells).all()
-    assert (other.scenario.map.cells == one.world.floor.cells).all()
+    assert (other.world.bodies.floor.cells == one.world.bodies.floor.cells).all()
+    assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
     assert other.lobby.expected, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert course_of().world.identity != one.world.identity, "without a file it is another one"
@@ -154,7 +159,7 @@ def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path
     said = ask(one, ORDER, order, robot="r1")
     assert said.number == 1
     other = course_of(file=file, pace=1.0)
-    assert other.world.missions.orders.assigned(0) == one.world.missions.orders.assigned(0) != None  # noqa: E711
+    assert other.world.tasks.missions.orders.assigned(0) == one.world.tasks.missions.orders.assigned(0) != None  # noqa: E711
     assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
 
 
@@ -200,7 +205,7 @@ def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Pat
         while not one.world.due:
             step(one)
         other = course_of(file=file)
-        assert ENCODER.encode(saved(other.world)) == ENCODER.encode(saved(one.world))
+        assert ENCODER.encode(other.world.save()) == ENCODER.encode(one.world.save())
         assert other.speaker.events == one.speaker.events
         lines = [line for line in said if "cannot be written (No space left on device)" in line]
         assert len(lines) == full, "it is said once each time that the disk is full"

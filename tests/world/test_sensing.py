@@ -1,5 +1,7 @@
 """The sensors' noise: zero mean, the requested deviation, and independent from ray to ray."""
 
+from collections.abc import Iterator
+from itertools import islice
 from math import pi, radians
 from statistics import fmean, pstdev
 
@@ -9,7 +11,7 @@ import pytest
 from swarm.geometry import Pose
 from tests.shared import scenario_of, with_settings
 from world.bodies.physics import Physics
-from world.bodies.sensing import Sensing
+from world.bodies.sensing import Distances, Sensing
 
 NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
 QUIET = scenario_of()
@@ -23,8 +25,15 @@ RAYS = QUIET.settings.sensors.rays
 def rays(scenario_noise: bool, count: int) -> list[list[float]]:
     settings = (NOISY if scenario_noise else QUIET).settings
     physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
-    sensing = Sensing(settings.sensors, 1, 7)
-    return [sensing.all_distances(physics)[0].rays for _ in range(count)]
+    sensing = Sensing(settings.sensors, [0], 7)
+    return [row.rays for row in islice(readings(sensing, physics), count)]
+
+
+def readings(sensing: Sensing, physics: Physics) -> Iterator[Distances]:
+    """Yield what the first robot measures, tick by tick."""
+    while True:
+        yield sensing.all_distances(physics)[0]
+        sensing.draw([0])
 
 
 def test_a_ray_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
@@ -45,8 +54,8 @@ def test_a_ray_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
 def test_a_reading_stays_between_nought_and_the_range() -> None:
     settings = with_settings(QUIET, sensors={"noise": 1.0}).settings
     physics = Physics(QUIET.map, settings.robot.radius, [AT], 1.6, 0.05)
-    sensing = Sensing(settings.sensors, 1, 7)
-    read = [ray for _ in range(200) for ray in sensing.all_distances(physics)[0].rays]
+    sensing = Sensing(settings.sensors, [0], 7)
+    read = [ray for row in islice(readings(sensing, physics), 200) for ray in row.rays]
     assert min(read) == 0.0
     assert max(read) == settings.sensors.range
     assert 0.2 < sum(0.0 < ray < settings.sensors.range for ray in read) / len(read) < 0.8
@@ -57,23 +66,20 @@ def test_a_sector_reads_the_nearest_of_its_own_rays() -> None:
     for yaw in (0.0, 0.5, 1.0, 2.0, -1.2):
         pose = Pose(1.7, 1.6, yaw)  # in a corner
         physics = Physics(QUIET.map, settings.robot.radius, [pose], 1.6, 0.05)
-        left, front, right, every = Sensing(settings.sensors, 1, 7).all_distances(physics)[0]
+        left, front, right, every = Sensing(settings.sensors, [0], 7).all_distances(physics)[0]
         assert len(every) == 3 * RAYS
         assert (left, front, right) == (min(every[:RAYS]), min(every[RAYS : 2 * RAYS]), min(every[2 * RAYS :]))
 
 
 def test_a_bearing_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
     physics = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05)
-    (truth,) = Sensing(QUIET.settings.sensors, 1, 7).bearings(physics, 0, AT, np.array(TARGETS))
+    (truth,) = Sensing(QUIET.settings.sensors, [1], 7).bearings(physics, 0, AT, np.array(TARGETS))
     assert truth is not None
     assert truth == pytest.approx(0.588, abs=1e-3)  # atan(2 / 3)
-    sensing = Sensing(NOISY.settings.sensors, 1, 7)
-    errors = [
-        seen - truth
-        for _ in range(MANY)
-        for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS))
-        if seen is not None
-    ]
+    sensing, errors = Sensing(NOISY.settings.sensors, [1], 7), list[float]()
+    for _ in range(MANY):
+        errors += [seen - truth for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS)) if seen is not None]
+        sensing.draw([1])
     noise = radians(BEARING_NOISE)
     assert len(errors) == MANY
     assert fmean(errors) == pytest.approx(0.0, abs=4 * noise / MANY**0.5)
@@ -86,7 +92,7 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
     drawn = []
     for scenario in (QUIET, walled):
         physics = Physics(scenario.map, 0.2, [Pose(5.0, 1.6, 0.0)], 1.6, 0.05)
-        sensing = Sensing(NOISY.settings.sensors, 1, 7)
+        sensing = Sensing(NOISY.settings.sensors, [2], 7)
         seen = sensing.bearings(physics, 0, Pose(5.0, 1.6, 0.0), np.array([(4.0, 4.5), (8.0, 1.6)]))
         drawn.append(seen)
     assert drawn[0][0] is not None
@@ -97,16 +103,29 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
 def test_all_at_once_read_what_each_reads_alone() -> None:
     poses = [AT, Pose(6.0, 2.2, 2.0), Pose(1.6, 1.6, -1.0)]
     physics = Physics(QUIET.map, QUIET.settings.robot.radius, poses, 1.6, 0.05)
-    one, all_of_them = (Sensing(NOISY.settings.sensors, 3, 7) for _ in range(2))
+    one, all_of_them = (Sensing(NOISY.settings.sensors, [0, 0, 0], 7) for _ in range(2))
     assert all_of_them.all_distances(physics) == [one.distances(physics, robot) for robot in range(3)]
 
 
 def test_who_stands_sees_a_target_until_a_wall_is_put_up_before_it() -> None:
     """Neither the pose nor the targets change, only the floor; then only the targets, then only the pose."""
-    physics, sensing = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05), Sensing(QUIET.settings.sensors, 1, 7)
+    physics, sensing = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05), Sensing(QUIET.settings.sensors, [0], 7)
     targets = np.array([(8.0, 2.0)])
     assert [sensing.bearings(physics, 0, AT, targets) for _ in range(2)] == [[pytest.approx(0.0)]] * 2
     physics.set_floor(scenario_of("##########\n#........#\n#........#\n#.....#..#\n#.....#..#\n##########\n").map)
     assert sensing.bearings(physics, 0, AT, targets) == [None]
     assert sensing.bearings(physics, 0, AT, np.array([(5.0, 4.0)])) == [pytest.approx(pi / 2)]
     assert sensing.bearings(physics, 0, Pose(7.5, 4.0, 0.0), targets) == [pytest.approx(-1.326, abs=1e-3)]
+
+
+def test_readings_are_the_same_until_the_next_draw_and_more_targets_have_their_own_noise() -> None:
+    """A robot that is given more targets after a draw has the bearings that it would have had with them before."""
+    physics, targets = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05), np.array([(8.0, 4.0), (8.0, 2.0), (5.0, 4.0)])
+    few, many = (Sensing(NOISY.settings.sensors, [count], 7) for count in (1, 3))
+    first = few.bearings(physics, 0, AT, targets[:1])
+    few.draw_bearings(0, 3)
+    assert few.all_distances(physics) == few.all_distances(physics) == many.all_distances(physics)
+    assert few.bearings(physics, 0, AT, targets) == many.bearings(physics, 0, AT, targets)
+    assert many.bearings(physics, 0, AT, targets)[:1] == first
+    many.draw([3])
+    assert many.bearings(physics, 0, AT, targets)[:1] != first

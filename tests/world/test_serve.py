@@ -12,13 +12,13 @@ from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, Rob
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from tests.world.shared import absent, course_of
-from world.ending import AWAY
 from world.faults import Faults, Health, Spell
+from world.fleet.liveness import AWAY
 from world.host.run import Course
 from world.measure.progress import STALLED
 from world.simulate import Simulation
+from world.tasks.tasks import REST
 from world.views.status import states
-from world.world import REST
 
 DONE = Activity.DONE
 THERE = (7.5, 4.5)
@@ -34,16 +34,16 @@ def test_robots_without_targets_wait_where_they_are_and_then_carry_out_orders(ho
     for _ in range(20):
         simulation.step()
     assert world.finished
-    assert world.complete
-    side = world.traffic.watch.cells.side
+    assert world.tasks.complete
+    side = world.measures.reservations.watch.cells.side
     assert all(distance(*pair) < side for pair in zip(world.poses(), world.starts, strict=True)), "each has one cell"
     world.request("r1", Order(id="a", targets=[THERE]))
     while not world.finished:
         simulation.step()
         assert world.time < 60.0
-    assert world.complete
+    assert world.tasks.complete
     assert distance(world.poses()[0], THERE) <= world.settings.reach
-    assert [past.fate for past in world.missions.history(0)] == ["done", "done"]
+    assert [past.fate for past in world.tasks.missions.history(0)] == ["done", "done"]
 
 
 def test_without_serve_targets_are_asked_for() -> None:
@@ -60,8 +60,8 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
     while not world.finished:
         simulation.step()
         assert world.time < 60.0
-    assert world.complete
-    assert world.recorder.contact_counts[0].total() == 0
+    assert world.tasks.complete
+    assert world.measures.recorder.contact_counts[0].total() == 0
 
 
 # --- the run ---
@@ -136,9 +136,9 @@ def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() 
     step(one, "r1")
     absent(one, AWAY)
     step(one)
-    assert one.world.unfinished == ["r2"]
+    assert one.world.tasks.unfinished == ["r2"]
     assert one.phase is Phase.RUNNING, "r1 can still take the errand"
-    while one.world.dispatch.pool.waiting:
+    while one.world.tasks.pool.waiting:
         step(one, "r1")
     one.world.request("r1", RobotAction(do=RobotDo.CANCEL))
     step(one)
@@ -151,9 +151,9 @@ def test_a_new_order_is_not_blamed_for_the_time_that_the_old_one_stood() -> None
     ticks = round((STALLED - 1.0) / one.world.dt)
     for _ in range(ticks):
         step(one)
-    assert max(one.world.progress.standing(one.world.time)[:1]) > STALLED - 3.0
+    assert max(one.world.measures.progress.standing(one.world.time)[:1]) > STALLED - 3.0
     one.world.request("r1", Order(id="b", targets=[(2.5, 4.5)]))
-    assert one.world.progress.standing(one.world.time)[0] == 0.0
+    assert one.world.measures.progress.standing(one.world.time)[0] == 0.0
     for _ in range(60):
         step(one)
     assert not [event for event in one.speaker.events if event.kind == "stalled"]
@@ -163,9 +163,9 @@ def test_a_robot_that_was_done_has_stops_left_as_soon_as_it_has_an_order() -> No
     """Who has no stop left stands for ever: the run would be given up at once."""
     one = course(1.0, inf, serve=True)
     step(one, "r1", "r2")
-    assert one.world.progress.standing(one.world.time) == [inf, inf]
+    assert one.world.measures.progress.standing(one.world.time) == [inf, inf]
     one.world.request("r1", Order(id="a", targets=[THERE]))
-    assert one.world.progress.standing(one.world.time) == [0.0, inf]
+    assert one.world.measures.progress.standing(one.world.time) == [0.0, inf]
 
 
 def test_done_with_the_stops_before_is_no_false_claim_about_those_of_now() -> None:

@@ -93,7 +93,7 @@ def test_the_map_has_the_starts_and_is_the_newest() -> None:
     first = one.floor
     assert first.scenario.starts == {"r1": AT}
     assert world.edit(Edit(kind=Kind.WALL, low=(4.2, 4.2), high=(4.4, 4.4)))
-    one.tell_map(replace(scenario_of(), map=world.floor), world)
+    one.tell_map(replace(scenario_of(), map=world.bodies.floor), world)
     assert wire.sent == [(MAP, one.floor)]
     assert one.floor.packed != first.packed
     assert (first.edits, one.floor.edits) == (0, 1), "a map and its number change together"

@@ -9,7 +9,7 @@ from swarm.messages import Activity, Liveness, Phase, RobotAction, RobotDo, Robo
 from tests.shared import scenario_of
 from world.faults import Faults
 from world.simulate import Simulation
-from world.views.standing import why
+from world.tasks.standing import why
 from world.views.status import status
 from world.world import World
 
@@ -47,7 +47,13 @@ def test_a_robot_that_stands_behind_another_for_good_is_never_seen_driving(name:
     while world.time < 90.0:
         events += one.step().events
         if world.poses()[0] == before and world.time > 25.0:
-            standing.append((world.commands[0].activity, tuple(world.commands[0].waits), why(world, 0)))
+            standing.append(
+                (
+                    world.tasks.commands[0].activity,
+                    tuple(world.tasks.commands[0].waits),
+                    why(world.tasks, 0, world.poses(), world.tick),
+                )
+            )
         before = world.poses()[0]
     assert len(standing) > 50 * world.settings.rate
     assert set(standing) == {(Activity.BLOCKED, ("r2",), reason)}
@@ -69,5 +75,5 @@ def test_a_run_in_which_nobody_is_in_the_way_says_nothing() -> None:
     reasons = set()
     for _ in pairwise(range(100)):
         one.step()
-        reasons.add(why(one.world, 0))
+        reasons.add(why(one.world.tasks, 0, one.world.poses(), one.world.tick))
     assert reasons == {""}

@@ -9,13 +9,15 @@ import pytest
 from swarm.bus.codec import decode
 from swarm.fuzzy import Controller, load_profile
 from swarm.geometry import Pose
-from swarm.messages import COMMAND, VERSION, Activity, Command, Sense, Steering
+from swarm.messages import COMMAND, VERSION, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
+from world.bodies.sensing import Distances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
+from world.tasks.tasks import REST
 from world.views.truth import truth
-from world.world import REST, World
+from world.world import World
 
 TABLES, TIGHTENED, TURNED, BLENDED, BRAKED = (
     Steering.TABLES, Steering.TIGHTENED, Steering.TURNED, Steering.BLENDED, Steering.BRAKED,
@@ -81,12 +83,8 @@ def test_odd_tables(name: str) -> None:
 # --- the three weights ---
 
 
-def sense_of(tick: int = 0, left: float = 1.6, front: float = 1.6, right: float = 1.6) -> Sense:
-    return Sense(
-        world="local",
-        run=0, tick=tick, time=tick * 0.05, lockstep=True, x=0.0, y=0.0, yaw=0.0, linear=0.0, angular=0.0,
-        left=left, front=front, right=right, bearings=[], hears=[], rays=[],
-    )  # fmt: skip
+FAR = Distances(1.6, 1.6, 1.6, [])
+TIGHT = Distances(0.5, 0.9, 1.3, [])
 
 
 def command_of(left: float, right: float, **fields: object) -> Command:
@@ -95,10 +93,9 @@ def command_of(left: float, right: float, **fields: object) -> Command:
 
 
 def watch_of(scenario: Scenario, *starts: Pose) -> SteeringWatch:
-    """Make a watch to which every robot was given the sense of tick 0."""
+    """Make a watch of robots that are far from everything at tick 0."""
     watch = SteeringWatch(scenario, starts)
-    for number in range(len(starts)):
-        watch.sensed(number, sense_of())
+    watch.sensed(0, [FAR] * len(starts))
     return watch
 
 
@@ -172,7 +169,7 @@ def test_without_a_command_in_force_nothing_is_weighed() -> None:
 # --- what the tables are asked ---
 
 
-def asked(sense: Sense, heading: float, scale: float = 1.0, unit: float = 1.0) -> tuple[float, float]:
+def asked(sense: Distances, heading: float, scale: float = 1.0, unit: float = 1.0) -> tuple[float, float]:
     """Ask the paper's tables, with degrees to the right."""
     paper = Controller(load_profile("paper"))
     by = unit * scale
@@ -185,9 +182,6 @@ def label_of(watch: SteeringWatch, command: Command) -> Steering | None:
     return watch.labels[0]
 
 
-TIGHT = sense_of(left=0.5, front=0.9, right=1.3)
-
-
 @pytest.mark.parametrize(
     ("heading", "scale", "unit"), [(0.4, 1.0, 1.0), (-1.0, 1.0, 1.0), (0.4, 0.8, 1.0), (0.4, 0.7, 1.3)]
 )
@@ -195,7 +189,7 @@ def test_the_tables_are_asked_with_the_sense_given_and_the_heading_and_scale_tol
     heading: float, scale: float, unit: float
 ) -> None:
     watch = SteeringWatch(with_settings(ROOM, robot={"distance_scale": unit}), [AT])
-    watch.sensed(0, TIGHT)
+    watch.sensed(0, [TIGHT])
     speeds = asked(TIGHT, heading, scale, unit)
     assert label_of(watch, command_of(*speeds, heading=heading, scale=scale)) is TABLES
     assert label_of(watch, command_of(*speeds, heading=heading, scale=0.9 * scale)) is not TABLES
@@ -204,7 +198,7 @@ def test_the_tables_are_asked_with_the_sense_given_and_the_heading_and_scale_tol
 
 def test_a_heading_to_the_left_is_positive_and_believed() -> None:
     watch = watch_of(ROOM, AT)
-    speeds = asked(sense_of(), 1.0)
+    speeds = asked(FAR, 1.0)
     assert speeds[0] < speeds[1], "to the left"
     assert label_of(watch, command_of(*speeds, heading=1.0)) is TABLES
     assert label_of(watch, command_of(*speeds, heading=-1.0)) is BLENDED
@@ -214,20 +208,19 @@ def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
     watch = SteeringWatch(ROOM, [AT])
     speeds = asked(TIGHT, 0.0)
     lasting = round(COMMAND.timeout / 0.05)
-    watch.sensed(0, TIGHT)
+    watch.sensed(0, [TIGHT])
     for tick in range(1, lasting + 1):
-        watch.sensed(0, sense_of(tick))
+        watch.sensed(tick, [FAR])
         assert label_of(watch, command_of(*speeds, tick=0)) is TABLES
         assert label_of(watch, command_of(*speeds, tick=tick)) is not TABLES
-    watch.sensed(0, sense_of(lasting + 1))
+    watch.sensed(lasting + 1, [FAR])
     assert label_of(watch, command_of(*speeds, tick=0)) is BLENDED, "forgotten: no such command is in force"
     assert label_of(watch, command_of(*speeds, tick=99)) is BLENDED, "of a tick that nobody was told of"
 
 
 def test_each_robot_is_judged_by_its_own_sense() -> None:
     watch = SteeringWatch(ROOM, [AT, BESIDE])
-    watch.sensed(0, TIGHT)
-    watch.sensed(1, sense_of())
+    watch.sensed(0, [TIGHT, FAR])
     commands = [command_of(*asked(TIGHT, 0.0)), command_of(*asked(TIGHT, 0.0))]
     watch.look(commands, [AT, BESIDE])
     assert watch.labels == [TABLES, BLENDED]
@@ -246,10 +239,9 @@ def test_scales_are_told_by_their_time_and_mean() -> None:
 
 def test_a_label_that_a_robot_gives_itself_changes_nothing() -> None:
     world = World(ROOM, [AT], 1)
-    world.senses(lockstep=True)
     fields = msgspec.to_builtins(command_of(0.3, -0.3)) | {"v": VERSION, "steering": "tables"}
     world.step({"r1": decode(msgpack.packb(fields), Command, COMMAND.limit)})
-    assert world.steering.labels == [TURNED]
+    assert world.measures.steering.labels == [TURNED]
 
 
 def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
@@ -257,9 +249,8 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
     lasting = round(COMMAND.timeout / world.dt)
     labels = []
     for tick in range(lasting + 3):
-        world.senses(lockstep=True)
         world.step({"r1": command_of(FAST, SLOW)} if tick == 0 else {})
-        labels.append(world.steering.labels[0])
+        labels.append(world.measures.steering.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
     assert truth(world).bodies[0].steering is None
 
@@ -267,7 +258,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
 def test_in_a_run_every_metre_is_some_labels(paper: Scenario) -> None:
     simulation = Simulation.of(paper, 3, 1)
     simulation.run(limit=30.0)
-    watch, record = simulation.world.steering, simulation.world.recorder
+    watch, record = simulation.world.measures.steering, simulation.world.measures.recorder
     assert sum(weights[1] for weights in watch.weights.values()) == pytest.approx(sum(record.path_length))
     assert all(sum(watch.report()[by].values()) == pytest.approx(1.0) for by in BY)
 

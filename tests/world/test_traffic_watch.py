@@ -7,7 +7,8 @@ from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE
 from tests.shared import ROOM, scenario_of
 from world.measure.reservation_check import TrafficWatch
-from world.world import REST, World
+from world.tasks.tasks import REST
+from world.world import World
 
 SCENARIO = scenario_of(traffic={"cell": 1.0, "offset": [0.0, 0.0]})
 COLUMNS = 10

@@ -43,7 +43,6 @@ from tests.world.shared import course_of
 from world.host.answering import answer
 from world.host.process import Host
 from world.host.run import Course
-from world.saving.snapshot import saved
 from world.saving.snapshot_file import ENCODER
 
 # requests that are right and refused while the run waits without robots, and what is wrong in one way each
@@ -123,7 +122,7 @@ def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: f
     try:
         while not asker.fetch(STATUS):
             assert thread.is_alive(), "the world has ended"
-        before = ENCODER.encode(saved(course.world)), asker.fetch(STATUS)
+        before = ENCODER.encode(course.world.save()), asker.fetch(STATUS)
         answered = 0
         for _ in range(number):
             if chance.random() < 0.5:
@@ -143,7 +142,7 @@ def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: f
             wrong.append(f"expected more than {number // 4} requests that are answered, got {answered}")
         if bus.refused.total() == 0:
             wrong.append("expected bad requests to be counted")
-        if (ENCODER.encode(saved(course.world)), asker.fetch(STATUS)) != before:
+        if (ENCODER.encode(course.world.save()), asker.fetch(STATUS)) != before:
             wrong.append("the state has changed")
     finally:
         stop.set()
@@ -176,7 +175,7 @@ def accepts(request: Request, course: Course, bus: Bus) -> None:
 
 def changes(request: Request, course: Course, bus: Bus) -> None:
     """Refuse, and change the state all the same."""
-    course.world.edits += isinstance(request.message, Edit)
+    course.world.bodies.edits += isinstance(request.message, Edit)
     answer(request, course, bus)
 
 

@@ -7,13 +7,15 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import COMMAND, Activity, Command, Event
+from swarm.messages import COMMAND, Activity, Command, Edit, Event, Kind, Order, Sense
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from world.bodies.radio_model import RadioModel
 from world.host.last_messages import merged
 from world.measure.clearance import ClearanceJudge
-from world.world import REST, World
+from world.simulate import Simulation
+from world.tasks.tasks import REST
+from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
 
@@ -61,14 +63,36 @@ def test_sensor_noise_is_bounded_seeded_and_each_robots_own() -> None:
     noisy = with_settings(scenario_of(), sensors={"noise": 0.2, "bearing_noise_deg": 5.0})
     starts = (Pose(8.3, 3.5, 0.0), AT)
     one, same, other = (world_of(*starts, scenario=noisy, seed=seed) for seed in (1, 1, 2))
-    readings = [[world.senses(lockstep=True) for _ in range(30)] for world in (one, same, other)]
+    readings = [ticks(world, 30) for world in (one, same, other)]
     assert readings[0] == readings[1]
     assert readings[0] != readings[2]
     fronts = [sense["r1"].front for sense in readings[0]]
     assert all(0.0 <= front <= 1.6 for front in fronts)
     assert len(set(fronts)) > 20
     alone = world_of(starts[0], scenario=noisy)
-    assert [alone.senses(lockstep=True)["r1"].front for _ in range(30)] == fronts
+    assert [senses["r1"].front for senses in ticks(alone, 30)] == fronts
+
+
+def ticks(world: World, count: int) -> list[dict[str, Sense]]:
+    """Return what robots that stand sense, tick by tick."""
+    found = []
+    for _ in range(count):
+        found.append(world.senses(lockstep=True))
+        world.step({})
+    return found
+
+
+def test_asking_for_the_senses_changes_nothing() -> None:
+    noisy = with_settings(scenario_of(), sensors={"noise": 0.2, "bearing_noise_deg": 5.0}, radio={"loss": 0.3})
+    asked, left_alone = (Simulation.of(noisy, 2, 1) for _ in range(2))
+    for tick in range(60):
+        if tick == 30:
+            for simulation in (asked, left_alone):
+                simulation.world.edit(Edit(kind=Kind.WALL, low=(7.2, 1.2), high=(7.8, 1.8)))
+                simulation.world.request("r1", Order(id="a", targets=[(2.5, 2.5), (4.5, 4.5), (7.5, 2.5)]))
+        first, again = (asked.world.senses(lockstep=True) for _ in range(2))
+        assert first == again
+        assert asked.step() == left_alone.step()
 
 
 # --- wheels and commands ---
@@ -123,8 +147,8 @@ def test_a_false_claim_is_told_once_and_not_counted() -> None:
     assert [event.kind for event in events[0]] == ["false_claim"]
     assert events[0][0].text == "says it reached target 1 but is 5.10 m away; not counted"
     assert events[1] == events[2] == []
-    assert not world.complete
-    assert world.recorder.reached_at == [[None, None]]
+    assert not world.tasks.complete
+    assert world.tasks.missions.reached_at == [[None, None]]
 
 
 @pytest.mark.parametrize("claims", [True, False])
@@ -135,7 +159,9 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
         there = world.poses()[0].x >= 7.5 - world.settings.reach
         events = world.step({"r1": drive(world, 0.6, 0.6, reached=[claims and there])})
     assert [(event.kind, event.text) for event in events] == [("reached", "is at target 1")]
-    assert world.recorder.reached_at[0][0] == pytest.approx(world.time - world.dt), "at the tick that it is seen there"
+    assert world.tasks.missions.reached_at[0][0] == pytest.approx(world.time - world.dt), (
+        "at the tick that it is seen there"
+    )
     assert world.step({"r1": drive(world, 0.0, 0.0, reached=[claims])}) == []
 
 
@@ -143,13 +169,13 @@ def test_a_stop_counts_once_when_the_body_is_there_whatever_the_robot_says(claim
 def test_a_stop_counts_within_the_reach(away: float, counts: bool) -> None:
     world = world_of(Pose(7.5 - away, 3.5, 0.0), scenario=with_settings(scenario_of(), reach=0.3))
     world.step({"r1": drive(world, 0.0, 0.0, reached=[True, False])})
-    assert world.recorder.is_reached(0, 0) is counts
+    assert (world.tasks.missions.reached_at[0][0] is not None) is counts
 
 
 def test_flags_of_stops_that_are_not_there_are_ignored() -> None:
     world = world_of(Pose(7.4, 3.5, 0.0))
     assert len(world.step({"r1": drive(world, 0.0, 0.0, reached=[True] * 9)})) == 2  # target 1, and home: its start
-    assert world.complete
+    assert world.tasks.complete
 
 
 def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
@@ -159,8 +185,8 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
         events += world.step({name: drive(world, 0.6, 0.6) for name in world.robots})
     assert [(event.robot, event.text) for event in events] == [("r1", "touches robot r2"), ("r2", "touches robot r1")]
     assert [event.at for event in events] == [pytest.approx((4.0, 3.5), abs=0.02)] * 2
-    assert [dict(counts) for counts in world.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
-    assert world.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
+    assert [dict(counts) for counts in world.measures.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
+    assert world.measures.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
 
 
 # --- what is recorded ---
@@ -170,11 +196,11 @@ def test_the_recorder_measures_the_way_and_the_waiting() -> None:
     world = world_of()
     for _ in range(40):
         world.step({"r1": drive(world, 0.4, 0.4)})
-    driven = world.recorder.path_length[0]
+    driven = world.measures.recorder.path_length[0]
     assert driven == pytest.approx(world.poses()[0].x - AT.x)
     for _ in range(60):
         world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
-    assert world.recorder.waiting[0] == pytest.approx(3.0)
+    assert world.measures.recorder.waiting[0] == pytest.approx(3.0)
 
 
 def test_a_robot_that_is_done_may_stand_for_ever() -> None:
@@ -189,7 +215,7 @@ def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
     for yaw in (0.0, 5e-324, 1e-12):
         world = world_of(Pose(2.5, 2.5, yaw))
         world.step({})
-        digests.add(world.recorder.digest)
+        digests.add(world.measures.recorder.digest)
     assert len(digests) == 3
 
 

@@ -1,26 +1,34 @@
-"""Robots whose body is outside, as a real one is: their poses are reported, and the world only places what is told.
+"""External bodies: the pose of such a robot is reported by another process, as a real robot's.
 
 Pure: it knows no bus and no clock but the run's ticks. The brain of such a robot is a robot process as any other.
 """
 
 from collections.abc import Mapping, Sequence
 from math import hypot
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, wrap
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import BODY, BodyReport
 from swarm.scenario.starts import names as scenario_names
+from world.bodies.said import Said
 from world.bodies.sensing import Distances
 
 SLACK: Final = 0.02  # m that a body may seem to move beyond its top speed: it measures, too
 
-Said = tuple[int, str, str]  # robot, kind and text of an event
+
+class Reported(NamedTuple):
+    """External bodies at the next tick, by the robots' numbers."""
+
+    poses: dict[int, Pose]
+    wheels: dict[int, tuple[float, float]]  # rim speeds [m/s]
+    jumped: list[int]
+    said: list[Said]
 
 
-def check_outside(names: Sequence[str], robots: int) -> tuple[str, ...]:
-    """Return the names of robots whose body is outside.
+def check_external(names: Sequence[str], robots: int) -> tuple[str, ...]:
+    """Return the names of robots whose body is external.
 
     Raises:
         ConfigError: there is no such robot.
@@ -31,8 +39,16 @@ def check_outside(names: Sequence[str], robots: int) -> tuple[str, ...]:
     return tuple(names)
 
 
-class Outside:
-    """The bodies that are outside, by the robots' numbers."""
+class ExternalState(NamedTuple):
+    """The state of `External`."""
+
+    poses: dict[int, Pose]
+    reports: dict[int, BodyReport]
+    silent: list[int]
+
+
+class External:
+    """The external bodies of one run."""
 
     def __init__(self, numbers: Mapping[str, int], starts: Sequence[Pose], top_speed: float, dt: float) -> None:
         self._numbers = numbers
@@ -42,26 +58,27 @@ class Outside:
         self.reports: dict[int, BodyReport] = {}  # the newest one
         self.silent: list[int] = []
 
-    def step(
-        self, tick: int, floor: OccupancyMap, wheels: list[tuple[float, float]]
-    ) -> tuple[dict[int, Pose], list[int], list[Said]]:
-        """Take in what was reported since the last tick; set the rim speeds ``wheels`` [m/s] of these bodies.
+    @property
+    def state(self) -> ExternalState:
+        """The state, which shares its values with this object."""
+        return ExternalState(self.poses, self.reports, self.silent)
 
-        Return the pose of each body at the next tick, the bodies that have jumped there, and what is worth an event. A
-        body without a report stands where it was; after ``BODY.timeout`` that is told. A report from beyond the map is
-        refused, and counts as none.
+    def restore(self, state: ExternalState) -> None:
+        """Continue from a state."""
+        self.poses, self.reports, self.silent = state
+
+    def step(self, tick: int, floor: OccupancyMap) -> Reported:
+        """Take in what was reported since the last tick; return where these bodies are at the next.
+
+        A body without a report stands where it was; after ``BODY.timeout`` that is told. A report from beyond the map
+        is refused, and counts as none.
         """
-        jumped, said = list[int](), list[Said]()
+        wheels, jumped, said = dict[int, tuple[float, float]](), list[int](), list[Said]()
         for name, number in self._numbers.items():
             last, report = self.reports.get(number), self.told.get(name)
             if report is not None and not floor.inside(floor.cell_of(report.x, report.y)):
-                said.append(
-                    (
-                        number,
-                        "body_refused",
-                        f"is at ({report.x:g}, {report.y:g}) m by its body's report, beyond the map",
-                    )
-                )
+                text = f"is at ({report.x:g}, {report.y:g}) m by its body's report, beyond the map"
+                said.append(Said("body_refused", text, name))
                 report = None
             if report is not None and (last is None or report.tick > last.tick):
                 pose, before = Pose(report.x, report.y, wrap(report.yaw)), self.poses[number]
@@ -69,16 +86,11 @@ class Outside:
                 moved, most = hypot(pose.x - before.x, pose.y - before.y), self._top_speed * self._dt * ticks + SLACK
                 if moved > most:
                     jumped.append(number)
-                    said.append(
-                        (
-                            number,
-                            "body_jumped",
-                            f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report",
-                        )
-                    )
+                    text = f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report"
+                    said.append(Said("body_jumped", text, name))
                 if number in self.silent:
                     self.silent.remove(number)
-                    said.append((number, "body_back", "reports its body again"))
+                    said.append(Said("body_back", "reports its body again", name))
                 self.reports[number], self.poses[number] = report, pose
                 wheels[number] = (report.left, report.right)
                 continue
@@ -86,14 +98,15 @@ class Outside:
             quiet = (tick - (-1 if last is None else last.tick)) * self._dt
             if quiet > BODY.timeout and number not in self.silent:
                 self.silent.append(number)
-                said.append(
-                    (number, "body_silent", f"has reported no body for {BODY.timeout:g} s; it counts as standing")
-                )
-        return dict(self.poses), jumped, said
+                text = f"has reported no body for {BODY.timeout:g} s; it counts as standing"
+                said.append(Said("body_silent", text, name))
+        return Reported(dict(self.poses), wheels, jumped, said)
 
-    def read(self, distances: list[Distances], rays: int, reach: float) -> None:
-        """Replace what the world has cast by what a body has measured itself, if it tells all its rays."""
+    def distances(self, rays: int, reach: float) -> dict[int, Distances]:
+        """Return what bodies have measured themselves, of those that tell all their rays; ``reach`` in m."""
+        found = {}
         for number, report in self.reports.items():
             if number not in self.silent and len(report.rays) == 3 * rays:
                 told = [min(reach, ray) for ray in report.rays]
-                distances[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
+                found[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
+        return found

@@ -18,7 +18,7 @@ class RadioModel:
     def __init__(self, settings: RadioSettings, seed: int, sees: Callable[[Point, Point], bool]) -> None:
         self._settings = settings
         self._sees = sees
-        self._chance = np.random.default_rng([seed, 2])
+        self.chance = np.random.default_rng([seed, 2])
 
     def hears(self, poses: Sequence[Pose], sent: Sequence[Spoken]) -> list[list[Spoken]]:
         """Return for each robot the broadcasts that it hears of those ``sent``: a sender's number and the tick of each.
@@ -38,7 +38,7 @@ class RadioModel:
             pairs = [(one, other) for one, other in pairs if self._sees(poses[one][:2], poses[other][:2])]
         reached = [(listener, spoken) for listener, sender in pairs for spoken in of_sender[sender]]
         if settings.loss:
-            drawn = self._chance.random(len(reached)).tolist()
+            drawn = self.chance.random(len(reached)).tolist()
             reached = [pair for pair, chance in zip(reached, drawn, strict=True) if chance >= settings.loss]
         for listener, spoken in reached:
             heard[listener].append(spoken)

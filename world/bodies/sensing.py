@@ -31,21 +31,70 @@ class Shown(NamedTuple):
     bearings: list[float | None]
 
 
-class Sensing:
-    """The sensors of all robots. Each robot has its own noise generator, with the same number of draws each tick."""
+class Errors(NamedTuple):
+    """The noise of one robot's sensors until the next draw; empty without noise."""
 
-    def __init__(self, settings: SensorSettings, robots: int, seed: int) -> None:
+    rays: list[float]  # m
+    bearings: list[float]  # rad
+
+
+class SensingState(NamedTuple):
+    """The state of `Sensing`."""
+
+    noise: list[np.random.Generator]
+    errors: list[Errors]
+
+
+class Sensing:
+    """The sensors of all robots. Readings draw nothing: the same bodies on the same floor give the same readings.
+
+    Each robot has its own noise generator, with the same number of draws each tick.
+    """
+
+    def __init__(self, settings: SensorSettings, targets: Sequence[int], seed: int) -> None:
+        """Begin with robots that have so many ``targets``, and draw their first noise."""
         self._settings = settings
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._seed = seed
         self._noise: list[np.random.Generator] = []
-        for _ in range(robots):
-            self.add_robot()
+        self._errors: list[Errors] = []
+        for count in targets:
+            self.add_robot(count)
         self._shown: dict[int, Shown] = {}  # a robot that stands sees the same bearings again
 
-    def add_robot(self) -> None:
-        """Give one more robot its noise generator."""
-        self._noise.append(np.random.default_rng([self._seed, 1, len(self._noise)]))
+    def add_robot(self, targets: int = 0) -> None:
+        """Give one more robot its noise generator, and draw its first noise."""
+        robot = len(self._noise)
+        self._noise.append(np.random.default_rng([self._seed, 1, robot]))
+        self._errors.append(self._drawn(robot, targets))
+
+    @property
+    def state(self) -> SensingState:
+        """The state, which shares its values with this object."""
+        return SensingState(self._noise, self._errors)
+
+    def restore(self, state: SensingState) -> None:
+        """Continue from a state."""
+        self._noise, self._errors = state
+
+    def draw(self, targets: Sequence[int]) -> None:
+        """Draw the noise of the next tick; ``targets`` is how many each robot has."""
+        self._errors = [self._drawn(robot, count) for robot, count in enumerate(targets)]
+
+    def draw_bearings(self, robot: int, targets: int) -> None:
+        """Draw what lacks for the bearings of a robot that was given other targets after the last draw."""
+        errors = self._errors[robot].bearings
+        errors += self._bearing_errors(robot, targets - len(errors))
+
+    def _drawn(self, robot: int, targets: int) -> Errors:
+        noise = self._settings.noise
+        rays = self._noise[robot].normal(0.0, noise, len(self._angles)).tolist() if noise else []
+        return Errors(rays, self._bearing_errors(robot, targets))
+
+    def _bearing_errors(self, robot: int, count: int) -> list[float]:
+        noise = radians(self._settings.bearing_noise_deg)
+        drawn: list[float] = self._noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
+        return drawn
 
     def distances(self, physics: Physics, robot: int) -> Distances:
         """Return the nearest hit of each sector's rays, other robots included, and all the rays."""
@@ -59,24 +108,24 @@ class Sensing:
     def _read(self, robot: int, rays: list[float]) -> Distances:
         settings, n = self._settings, self._settings.rays
         if settings.noise:
-            drawn = self._noise[robot].normal(0.0, settings.noise, len(rays)).tolist()
-            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, drawn, strict=True)]
+            errors = self._errors[robot].rays
+            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, errors, strict=True)]
         return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
     def bearings(
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
     ) -> list[float | None]:
         """Return the bearing [rad, left positive] of each target that no wall hides, None for the others."""
-        noise = radians(self._settings.bearing_noise_deg)
+        noise = self._settings.bearing_noise_deg
         last = self._shown.get(robot)
         if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:
             return last.bearings
         places = np.asarray(targets, np.float64).reshape(-1, 2)
-        drawn = self._noise[robot].normal(0.0, noise, len(targets)).tolist() if noise else [0.0] * len(targets)
+        errors = self._errors[robot].bearings[: len(targets)] if noise else [0.0] * len(targets)
         seen = physics.sees_each((pose.x, pose.y), places)
         found = [
             wrap(bearing(pose, target) + error) if shows else None
-            for target, error, shows in zip(map(tuple, places.tolist()), drawn, seen, strict=True)
+            for target, error, shows in zip(map(tuple, places.tolist()), errors, seen, strict=True)
         ]
         self._shown[robot] = Shown(pose, targets, physics.floor, found)
         return found

@@ -1,13 +1,16 @@
 """The roll of a fleet: which robots are alive, stale, gone or lost, since when, and what of that is worth an event."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from enum import Enum, auto
+from pathlib import Path
 from typing import Final
 
 from swarm.messages import STATE, Liveness, Seen
 from world.fleet.membership import Note
+from world.tasks.standing import LOST
 
-LOST: Final = 20.0  # s of absence after which a robot counts as lost
+AWAY: Final = 90.0  # s of absence after which the run ends without a robot if all others are finished
 STEP: Final = 1.0  # s; a longer time between two looks is one in which the world itself stood
 
 
@@ -120,3 +123,17 @@ class Roll:
         if name in away:
             return Fact.MISSING if away[name] >= LOST else Fact.ABSENT
         return Fact.SILENT if self._silent[name] > STATE.timeout else Fact.SPEAKS
+
+
+def is_lost(away: Mapping[str, float], given_up: Path | None) -> bool:
+    """Return True if robots have all been ``away`` [s] for too long; that is sooner for those that nobody starts again.
+
+    The launcher writes their names to the file ``given_up``.
+    """
+    if any(time < LOST for time in away.values()):
+        return False
+    hopeless: list[str] = []
+    if given_up is not None:
+        with suppress(OSError, ValueError):
+            hopeless = given_up.read_text(encoding="utf-8").split()
+    return all(time >= AWAY or name in hopeless for name, time in away.items())

@@ -33,7 +33,7 @@ def floor(scenario: Scenario, world: World) -> Map:
     """Return the map of a scenario with its settings and the start of each robot of a world."""
     settings, packed = scenario.to_wire()
     homes = dict(zip(world.robots, world.starts, strict=True))
-    return Map(packed=packed, scenario=replace(settings, starts=homes), edits=world.edits)
+    return Map(packed=packed, scenario=replace(settings, starts=homes), edits=world.bodies.edits)
 
 
 class Speaker:
@@ -64,7 +64,7 @@ class Speaker:
         """Return the message with the time and phase of the run."""
         return Clock(
             run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present,
-            presence=dict(seen), pool=world.dispatch.pool.counts,
+            presence=dict(seen), pool=world.tasks.pool.counts,
         )  # fmt: skip
 
     def tell_clock(self, clock: Clock) -> None:

@@ -24,10 +24,10 @@ from swarm.messages import (
     Welcome,
 )
 from swarm.messages.naming import shortened
-from world.fleet.liveness import LOST
 from world.host.controls import already, pressed
 from world.host.run import Course
 from world.tasks.cutting import looked_ahead, told
+from world.tasks.standing import LOST
 from world.views.report import listed
 from world.views.welcome import welcome
 
@@ -94,9 +94,9 @@ def _what_follows(name: str, course: Course) -> str:
     """Return what becomes of a run in which a robot's targets were just cancelled."""
     if course.stays:
         return "the fleet stays, and takes orders until `swarm stop` ends it"
-    awaited = [other for other in course.world.unfinished if other != name]
+    awaited = [other for other in course.world.tasks.unfinished if other != name]
     when = f"when {listed(awaited, ', ', NAMES)} {'are' if len(awaited) > 1 else 'is'} done" if awaited else "now"
-    return f"the run ends {when}{', as not complete' if course.world.missions.dropped else ''}"
+    return f"the run ends {when}{', as not complete' if course.world.tasks.missions.dropped else ''}"
 
 
 def _put_in(targets: PoolTargets, course: Course) -> Accepted:
@@ -128,7 +128,7 @@ def _carried_out(reply: Accepted, events: Sequence[Event], what: str, course: Co
 
 def _edit(edit: Edit, course: Course) -> Accepted:
     """Add or remove walls, and send the new map to all listeners; say whom that leaves without a way."""
-    changed, lost = looked_ahead(course.world, edit, sensed=course.in_tick)
+    changed, lost = looked_ahead(course.world.tasks, course.world.bodies, edit, sensed=course.in_tick)
     text = f"{edit.kind.value} from {edit.low} to {edit.high}{told(lost)}"
     if not changed:
         return Accepted(text=f"{text}: it changes nothing")

@@ -15,9 +15,8 @@ from swarm.messages import Accepted, Clock, Event, Phase, Places, State, Status,
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import prepare
 from swarm.settings import Pace
-from world.bodies.external import check_outside
-from world.ending import is_lost, rests, waits_for
-from world.fleet.liveness import Roll
+from world.bodies.external import check_external
+from world.fleet.liveness import Roll, is_lost
 from world.fleet.membership import BACK, HAS_LEFT, Lobby
 from world.fleet.publisher import Speaker, floor
 from world.fleet.single_world import new_identity
@@ -25,7 +24,7 @@ from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
 from world.host.reproducible import Repeatable
 from world.saving.saver import Saver
-from world.saving.snapshot import HostState, Snapshot, restore
+from world.saving.snapshot import HostState, Snapshot
 from world.saving.snapshot_file import newest
 from world.tasks.places import Book
 from world.views.metrics import Shortest
@@ -59,7 +58,7 @@ class Course:
         self.scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
         self._saver = Saver(snapshot, self.scenario, seed, log)
-        self.outside = check_outside(outside, robots)
+        self.outside = check_external(outside, robots)
         self.world = self._begun(first_run, 0, new_identity(), None)
         self.speaker = Speaker(bus, self.scenario, self.world, log)
         self.awake = Awake()
@@ -101,19 +100,19 @@ class Course:
     @property
     def stays(self) -> bool:
         """True if the run does not end by itself: the fleet serves, or somebody who attends has cancelled a mission."""
-        return self.world.settings.serve or (self._attended and bool(self.world.missions.dropped))
+        return self.world.settings.serve or (self._attended and bool(self.world.tasks.missions.dropped))
 
     @property
     def _rests(self) -> bool:
         """True if nothing would happen until somebody asks for something, and no limit is waited for."""
         limited = self.world.settings.serve and not isinf(self._limit)
         may_rest = self.stays and self.lockstep and not limited and not self.in_tick
-        return may_rest and rests(self.world, self.lobby.members)
+        return may_rest and self.world.rests(self.lobby.members)
 
     @property
     def waits(self) -> bool:
         """True if only robots that are absent have anything left to do."""
-        left = waits_for(self.world, self.lobby.members)
+        left = self.world.tasks.waits_for(self.lobby.members)
         return bool(left) and set(left).issubset(self.lobby.absent)
 
     def _begun(self, run: int, edits: int, identity: str, places: Book | None) -> World:
@@ -125,10 +124,10 @@ class Course:
         host = found.host
         if found.floor is not None:
             self.scenario = replace(self.scenario, map=unpack(found.floor))
-        self.world = self._begun(found.run, found.state.world.edits, found.identity, found.places)
+        self.world = self._begun(found.run, found.state.bodies.edits, found.identity, found.places)
         self.speaker.floor = floor(self.scenario, self.world)
         self._admit(self.world.robots[len(self._starts) :])
-        restore(self.world, found.state)
+        self.world.restore(found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
         self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
@@ -141,10 +140,7 @@ class Course:
     # --- saving ---
 
     def save(self) -> None:
-        """Save the state if it has changed; in lockstep only while no tick is under way.
-
-        In real time a run that goes on from there senses that tick again: what it draws for noise differs.
-        """
+        """Save the state if it has changed; in lockstep only while no tick is under way."""
         if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
             with self.changing():
@@ -185,7 +181,7 @@ class Course:
         """Return the status of the run."""
         with self._moving:
             world, over = self.world, self.phase is Phase.OVER
-            reason = self._reason or missing(world) if over and not world.complete else ""
+            reason = self._reason or missing(world) if over and not world.tasks.complete else ""
             shortest = self._shortest.at(world, self.scenario if over else None)
             return status(world, self.phase, reason, self.roll.seen, self.last.states, self.speaker.events, shortest)
 
@@ -206,7 +202,7 @@ class Course:
 
     def tell_map(self) -> None:
         """Send the world's current floor to all listeners; robots that join or restart get it."""
-        self.scenario = replace(self.scenario, map=self.world.floor)
+        self.scenario = replace(self.scenario, map=self.world.bodies.floor)
         self.speaker.tell_map(self.scenario, self.world)
 
     def say_saved(self, events: Sequence[Event]) -> None:
@@ -225,7 +221,7 @@ class Course:
 
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
-        self.world.outside.told = self.last.bodies
+        self.world.bodies.external.told = self.last.bodies
         with self.changing():
             events = self.world.step(self.last.commands, self.last.sent)
         for event in events:
@@ -236,12 +232,12 @@ class Course:
         if self.world.due:
             self.save_soon()
         self.speaker.say(events)
-        if self.world.floor is not self.scenario.map:  # the scenario has made an edit
+        if self.world.bodies.floor is not self.scenario.map:  # the scenario has made an edit
             self.tell_map()
         self._end_if_over()
 
     def _end_if_over(self) -> None:
-        world, unfinished, stays = self.world, self.world.unfinished, self.stays
+        world, unfinished, stays = self.world, self.world.tasks.unfinished, self.stays
         away = {name: self.lobby.away(name) for name in unfinished}
         if not stays and world.finished:
             self.end(missing(world))
@@ -281,7 +277,7 @@ class Course:
         self.speaker.tell_status(self.truth(), self.status())  # how the old one ended
         old = self.world
         with self.changing():
-            self.world = self._begun(old.run + 1, old.edits, old.identity, old.places)
+            self.world = self._begun(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
             self.last = LastMessages()
         self.stopwatch, self.timetable.times, self._shortest = Stopwatch(), Times(), Shortest()
         self.repeatable.begin()

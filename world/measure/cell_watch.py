@@ -38,6 +38,26 @@ class Fault(NamedTuple):
     where: tuple[int, ...]  # cells
 
 
+class WatchState(NamedTuple):
+    """The state of `Watch`."""
+
+    faults: list[Fault]
+    conflicts: int
+    joint_plans: int
+    deadlocks: int
+    longest_wait: float
+    waiting: dict[str, float]
+    least_gap: float
+    running: set[tuple[str, tuple[str, ...]]]
+    still: dict[str, int]
+    waits: dict[str, Sequence[str]]
+    circling: dict[str, int]
+    stuck: set[str]
+    held: dict[str, set[int]]
+    under: dict[str, set[int]]
+    intruders: dict[tuple[str, str], bool]
+
+
 @dataclass
 class Watch:
     """The faults as they begin, and the counts for the report; it is fed every tick."""
@@ -74,6 +94,23 @@ class Watch:
         self.joint_plans += sum(event.kind == "joint_plan" for event in events)
         self._count_waits(robots)
         return begun
+
+    @property
+    def state(self) -> WatchState:
+        """The state, which shares its values with this object."""
+        return WatchState(
+            self.faults, self.conflicts, self.joint_plans, self.deadlocks, self.longest_wait, self.waiting,
+            self.least_gap, self._running, self._still, self._waits, self._circling, self._stuck, self._held,
+            self._under, self._intruders,
+        )  # fmt: skip
+
+    def restore(self, state: WatchState) -> None:
+        """Continue from a state."""
+        (
+            self.faults, self.conflicts, self.joint_plans, self.deadlocks, self.longest_wait, self.waiting,
+            self.least_gap, self._running, self._still, self._waits, self._circling, self._stuck, self._held,
+            self._under, self._intruders,
+        ) = state  # fmt: skip
 
     def count(self, kind: str, *, of: Collection[str] | None = None) -> int:
         """Return the number of faults of a kind in which only robots of ``of`` took part; None: all of the kind."""

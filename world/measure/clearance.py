@@ -43,6 +43,10 @@ class ClearanceJudge:
         self.settle()
         return self._smallest
 
+    def restore(self, smallest: float) -> None:
+        """Continue with the smallest gap [m] so far."""
+        self._block, self._smallest = [], smallest
+
     def settle(self) -> None:
         """Judge what was observed so far."""
         if not self._block:

@@ -2,13 +2,24 @@
 
 from collections.abc import Sequence
 from math import floor, inf
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
 
 STALLED: Final = 60.0  # s without progress, with stops left; a slow queue takes less (benchmarks/traffic.py)
 SQUARE: Final = 1.0  # m, side of a square of the floor
 NOWHERE: Final = -1  # the stop of a robot before the first look
+
+
+class ProgressState(NamedTuple):
+    """The state of `ProgressWatch`."""
+
+    times: list[int]
+    longest: list[float]
+    stop: list[int | None]
+    seen: list[set[tuple[int, int]]]
+    since: list[float]
+    stalled: list[bool]
 
 
 class ProgressWatch:
@@ -27,6 +38,15 @@ class ProgressWatch:
         self._stalled: list[bool] = []
         for _ in range(robots):
             self.add_robot(0.0)
+
+    @property
+    def state(self) -> ProgressState:
+        """The state, which shares its values with this object."""
+        return ProgressState(self.times, self.longest, self._stop, self._seen, self._since, self._stalled)
+
+    def restore(self, state: ProgressState) -> None:
+        """Continue from a state."""
+        self.times, self.longest, self._stop, self._seen, self._since, self._stalled = state
 
     def add_robot(self, time: float) -> None:
         """Judge one more robot from a time [s] on."""

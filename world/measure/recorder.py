@@ -1,16 +1,16 @@
-"""The record of a run, from which the report is made: poses, contacts, stops reached, waiting times."""
+"""The record of a run, from which the report is made: poses, contacts, waiting times. It decides nothing."""
 
 import hashlib
 import struct
 from collections import Counter
 from collections.abc import Sequence
 from itertools import chain
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
 from world.bodies.shapes import Contact
@@ -21,10 +21,29 @@ PARTED: Final = 1.0  # s; a contact that begins again sooner is still the same: 
 WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 
 
+class RecorderState(NamedTuple):
+    """The state of `Recorder`."""
+
+    digest: bytes
+    last: Sequence[Pose]
+    ticks: int
+    touched: dict[Contact, int]
+    path_length: list[float]
+    contact_counts: list[Counter[str]]
+    struck: list[int]
+    begun: list[tuple[int, Contact, bool]]
+    waiting: list[float]
+    standing: list[float]
+    waits_for: list[dict[str, float]]
+    before: list[Sequence[Pose]]  # of `Blame`
+    pushed: set[int]
+    smallest: float  # m, of `ClearanceJudge`
+
+
 class Recorder:
     """The record of one run. The world feeds it tick by tick."""
 
-    def __init__(self, scenario: Scenario, starts: Sequence[Pose], stops: list[tuple[Point, ...]], dt: float) -> None:
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose], dt: float) -> None:
         robots = len(starts)
         self._dt = dt
         self._digest = bytes(16)
@@ -37,29 +56,39 @@ class Recorder:
         self.contact_counts = [Counter[str]() for _ in range(robots)]
         self.struck = [0] * robots  # contacts while the robot stood still: no braking could have prevented them
         self.begun: list[tuple[int, Contact, bool]] = []  # each contact: its tick, could the robot have avoided it
-        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
-        self.laps = [0] * robots  # of a patrol, complete
         self.waiting = [0.0] * robots  # s
         self.standing = [0.0] * robots  # s, with a stop left
         self.waits_for: list[dict[str, float]] = [{} for _ in range(robots)]  # s, for each robot waited for
-        self.replans = [0] * robots
-        self.unreachable: list[list[int]] = [[] for _ in range(robots)]  # stops the robot gave up
 
     def add_robot(self, start: Pose) -> None:
-        """Record one more robot from now on; it has no stops."""
+        """Record one more robot from now on."""
         self.judge.settle()  # it judges ticks with equally many robots at once
         self._last = [*self._last, start]
         self.path_length.append(0.0)
         self.contact_counts.append(Counter())
         self.struck.append(0)
         self.blame.add_robot(start)
-        self.reached_at.append([])
-        self.laps.append(0)
         self.waiting.append(0.0)
         self.standing.append(0.0)
         self.waits_for.append({})
-        self.replans.append(0)
-        self.unreachable.append([])
+
+    @property
+    def state(self) -> RecorderState:
+        """The state, which shares its values with this object."""
+        return RecorderState(
+            self._digest, self._last, self._ticks, self._touched, self.path_length, self.contact_counts, self.struck,
+            self.begun, self.waiting, self.standing, self.waits_for,
+            self.blame.before, self.blame.pushed, self.clearance_min,
+        )  # fmt: skip
+
+    def restore(self, state: RecorderState) -> None:
+        """Continue from a state."""
+        (
+            self._digest, self._last, self._ticks, self._touched, self.path_length, self.contact_counts, self.struck,
+            self.begun, self.waiting, self.standing, self.waits_for,
+            self.blame.before, self.blame.pushed, smallest,
+        ) = state  # fmt: skip
+        self.judge.restore(smallest)
 
     @property
     def digest(self) -> str:
@@ -75,12 +104,6 @@ class Recorder:
     def avoidable(self) -> int:
         """Number of contacts that a robot could have avoided by stopping; one of two robots counts once."""
         return len({(tick, c.kind, frozenset((c.robot, c.other))) for tick, c, avoidable in self.begun if avoidable})
-
-    @property
-    def complete(self) -> bool:
-        """True if every robot has been at all its stops."""
-        rows = zip(self.laps, self.reached_at, strict=True)
-        return all(laps or None not in row for laps, row in rows)
 
     def poses(self, poses: Sequence[Pose]) -> None:
         """Record the poses of all robots at a tick."""
@@ -119,34 +142,6 @@ class Recorder:
             self.begun.append((self._ticks, contact, avoidable))
         return fresh
 
-    def is_reached(self, robot: int, stop: int) -> bool:
-        """Return True if a stop counts as reached."""
-        return self.reached_at[robot][stop] is not None
-
-    def next_stop(self, robot: int, given_up: Sequence[int]) -> int | None:
-        """Return the first stop that a robot has neither reached nor given up."""
-        row = self.reached_at[robot]
-        if not given_up:
-            return row.index(None) if None in row else None
-        return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
-
-    def reached(self, robot: int, stop: int, time: float) -> None:
-        """Record that a robot has reached a stop at a time [s]."""
-        self.reached_at[robot][stop] = time
-
-    def begin_lap(self, robot: int) -> None:
-        """Record that a robot on patrol has been at all stops, and begins again."""
-        self.laps[robot] += 1
-        self.reached_at[robot] = [None] * len(self.reached_at[robot])
-
-    def begin(self, robot: int, stops: int) -> None:
-        """Record that a robot has new stops, in place of those before."""
-        self.reached_at[robot], self.laps[robot], self.unreachable[robot] = [None] * stops, 0, []
-
-    def reopen(self, robot: int, stop: int) -> None:
-        """Record that a robot has to reach a stop, home, once more."""
-        self.reached_at[robot][stop] = None
-
     def request(self, robot: int, request: Message) -> None:
         """Record a request to a robot that has changed something."""
         packed = msgspec.msgpack.encode((robot, request))
@@ -155,8 +150,6 @@ class Recorder:
     def doing(self, commands: Sequence[Command]) -> None:
         """Record what every robot did in a tick."""
         for number, command in enumerate(commands):
-            self.replans[number] = command.replans
-            self.unreachable[number] = command.unreachable
             if command.activity in WAITING:
                 self.waiting[number] += self._dt
                 row = self.waits_for[number]

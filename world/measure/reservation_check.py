@@ -1,7 +1,7 @@
 """The world's own check of traffic: reservations must not overlap, and bodies must stay inside their own."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -9,13 +9,19 @@ from swarm.messages import Activity, Command
 from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
 from swarm.traffic.peers.records import Event
-from world.measure.cell_watch import Fault, Seen, Watch
+from world.measure.cell_watch import Fault, Seen, Watch, WatchState
+from world.measure.steering import IDLE
 
-RESTS: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot wants to go nowhere
+
+class TrafficState(NamedTuple):
+    """The state of `TrafficWatch`."""
+
+    poses: Sequence[Pose]
+    watch: WatchState
 
 
 class TrafficWatch:
-    """The input of ``swarm.traffic.watch``, which uses no planner: true poses and the cells that robots declare."""
+    """The input of `Watch`, which uses no planner: true poses and the cells that robots declare."""
 
     def __init__(self, floor: OccupancyMap, settings: Settings, robots: Sequence[str]) -> None:
         self._robots = robots
@@ -25,6 +31,16 @@ class TrafficWatch:
     def add_robot(self, start: Pose) -> None:
         """Judge one more robot from now on; its name is in the list of robots already."""
         self._poses = [*self._poses, start] if self._poses else ()
+
+    @property
+    def state(self) -> TrafficState:
+        """The state, which shares its values with this object."""
+        return TrafficState(self._poses, self.watch.state)
+
+    def restore(self, state: TrafficState) -> None:
+        """Continue from a state."""
+        self._poses, watch = state
+        self.watch.restore(watch)
 
     def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
         """Judge against the cells of this floor from now on."""
@@ -41,7 +57,7 @@ class TrafficWatch:
             command = last[number]
             if not command.held and command.activity is Activity.READY:
                 continue  # the robot has not sent a command yet
-            wants = command.activity not in RESTS
+            wants = command.activity not in IDLE
             moved = poses[number] != before[number]
             robots[name] = Seen(
                 poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held

@@ -1,18 +1,18 @@
 """The check of who steers: for each command, the fuzzy tables are asked again and their answer is compared with it.
 
-The tables get the sense that the command answers, and the heading and the scale that the robot reports. Only these two
-are taken from the robot. They are not checked: a robot could report a heading that fits what it drives.
+The tables get the distances that a robot sensed at the tick of its command, and the heading and scale that it reports.
+Only these two are taken from the robot. They are not checked: a robot could report a heading that fits what it drives.
 """
 
 from collections.abc import Sequence
-from math import nan
-from typing import Any, Final
+from math import degrees, nan
+from typing import Any, Final, NamedTuple
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
-from swarm.messages import COMMAND, Activity, Command, Sense, Steering
-from swarm.robot.pilot import fuzzy_speeds
+from swarm.messages import COMMAND, Activity, Command, Steering
 from swarm.scenario.load import Scenario
+from world.bodies.sensing import Distances
 
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
 IDLE: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot has nowhere to go
@@ -46,6 +46,17 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
     return Steering.TURNED if abs(forward) <= CLOSE else Steering.BLENDED
 
 
+class SteeringState(NamedTuple):
+    """The state of `SteeringWatch`."""
+
+    sensed: dict[tuple[int, int], Distances]
+    poses: Sequence[Pose]
+    weights: dict[Steering, list[float]]
+    scaled: int
+    scales: float
+    labels: list[Steering | None]
+
+
 class SteeringWatch:
     """The labels of all commands, and how many ticks, metres driven and radians turned each label has."""
 
@@ -54,21 +65,31 @@ class SteeringWatch:
         self._robot = scenario.settings.robot
         self._dt = 1.0 / scenario.settings.rate
         self._kept = round(COMMAND.timeout / self._dt) + 1  # ticks: an older command is not in force
-        self._senses: dict[tuple[int, int], Sense] = {}  # of the last ticks, by robot and tick
+        self._sensed: dict[tuple[int, int], Distances] = {}  # in the last ticks, by robot and tick
         self._poses = starts
         self.weights = {label: [0.0, 0.0, 0.0] for label in Steering}  # robot ticks, m, rad
         self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
         self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
+
+    @property
+    def state(self) -> SteeringState:
+        """The state, which shares its values with this object."""
+        return SteeringState(self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels)
+
+    def restore(self, state: SteeringState) -> None:
+        """Continue from a state."""
+        self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels = state
 
     def add_robot(self, start: Pose) -> None:
         """Check one more robot from now on."""
         self._poses = [*self._poses, start]
         self.labels.append(None)
 
-    def sensed(self, number: int, sense: Sense) -> None:
-        """Take in the sense that a robot gets."""
-        self._senses[number, sense.tick] = sense
-        self._senses.pop((number, sense.tick - self._kept), None)
+    def sensed(self, tick: int, distances: Sequence[Distances]) -> None:
+        """Take in what robots sense at a tick."""
+        for number, one in enumerate(distances):
+            self._sensed[number, tick] = one
+            self._sensed.pop((number, tick - self._kept), None)
 
     def look(self, commands: Sequence[Command | None], poses: Sequence[Pose]) -> None:
         """Take in the commands in force in a tick, None for a robot without one, and the poses after the tick.
@@ -96,10 +117,13 @@ class SteeringWatch:
 
     def _ask(self, number: int, command: Command) -> RimSpeeds:
         """Return the tables' rim speeds [m/s] for a command, or NaN if the command answers no recent sense."""
-        sense = self._senses.get((number, command.tick))
-        if sense is None:
+        sensed = self._sensed.get((number, command.tick))
+        if sensed is None:
             return nan, nan  # they differ from every command
-        return fuzzy_speeds(self._controller, self._robot, sense, command.heading, command.scale)
+        unit, speed = self._robot.distance_scale * command.scale, self._robot.speed_scale
+        distances = sensed.left / unit, sensed.front / unit, sensed.right / unit
+        left, right = self._controller.wheel_speeds(*distances, -degrees(command.heading))
+        return left * speed, right * speed
 
     def report(self) -> dict[str, Any]:
         """Return the share of each label by ticks, metres and angle; all shares are 0 if there were none.

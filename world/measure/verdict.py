@@ -2,9 +2,17 @@
 
 from collections.abc import Collection
 from math import isfinite
-from typing import Final
+from typing import Final, NamedTuple
 
 PROVEN: Final = 5.0  # s without progress of anybody, since the proof and by the world's own watch, that end a run
+
+
+class VerdictState(NamedTuple):
+    """The state of `Verdict`."""
+
+    text: str
+    proofs: dict[str, float]
+    told: dict[str, str]
 
 
 class Verdict:
@@ -17,16 +25,29 @@ class Verdict:
     def __init__(self) -> None:
         self.text = ""
         self._proofs: dict[str, float] = {}  # robot -> when it first said that its jam has no solution [s]
+        self._told: dict[str, str] = {}  # robot -> the last proof that it told, which is no news a second time
 
-    def take(self, robot: str, kind: str, text: str, time: float) -> None:
-        """Take in a note of a robot."""
+    @property
+    def state(self) -> VerdictState:
+        """The state, which shares its values with this object."""
+        return VerdictState(self.text, self._proofs, self._told)
+
+    def restore(self, state: VerdictState) -> None:
+        """Continue from a state."""
+        self.text, self._proofs, self._told = state
+
+    def take(self, robot: str, kind: str, text: str, time: float) -> bool:
+        """Take in a note of a robot; return False if it repeats a proof that this robot has told already."""
+        repeated = kind == "unsolvable" and self._told.get(robot) == text
         if kind in {"unsolvable", "no_plan_found"}:
             self.text = text
         if kind == "unsolvable":
+            self._told[robot] = text
             self._proofs.setdefault(robot, time)
+        return not repeated
 
     def clear(self) -> None:
-        """Forget everything: a robot has reached a stop."""
+        """Forget the verdict: a robot has reached a stop. A proof that still holds is told again by its robot."""
         self.text, self._proofs = "", {}
 
     def ends(self, time: float, standing: dict[str, float], waiting: Collection[str]) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 from swarm.maps.wire import pack
 from swarm.messages import PackedMap
 from swarm.scenario.load import Scenario
-from world.saving.snapshot import HostState, Snapshot, saved
+from world.saving.snapshot import HostState, Snapshot
 from world.saving.snapshot_file import fingerprint, write
 from world.world import World
 
@@ -25,17 +25,17 @@ class Saver:
         """Write a snapshot between two ticks."""
         if self._path is None:
             return
-        if world.edits and (self._floor is None or self._floor[0] != world.edits):
-            self._floor = world.edits, pack(world.floor)
+        if world.bodies.edits and (self._floor is None or self._floor[0] != world.bodies.edits):
+            self._floor = world.bodies.edits, pack(world.bodies.floor)
         snapshot = Snapshot(
             scenario=self._scenario,
-            robots=len(world.robots) - len(world.places.starts),
-            places=world.places,
+            robots=len(world.robots) - len(world.tasks.places.starts),
+            places=world.tasks.places,
             seed=self._seed,
             identity=world.identity,
             run=world.run,
             floor=self._floor[1] if self._floor is not None else None,
-            state=saved(world),
+            state=world.save(),
             host=host(),
         )
         try:

@@ -15,10 +15,11 @@ from msgspec.structs import replace
 from swarm.errors import ConfigError
 from swarm.scenario.load import Scenario
 from world.fleet.single_world import new_identity
-from world.saving.snapshot import Noise, Snapshot
+from world.saving.snapshot import Snapshot
 
 FORMAT: Final = b"zenoh-swarm snapshot "
-HEAD: Final = FORMAT + b"4\n"  # the version of the tables
+Noise = np.random.Generator
+HEAD: Final = FORMAT + b"6\n"  # the version of what follows
 CHECK: Final = 16  # bytes of the checksum
 
 
@@ -102,7 +103,7 @@ def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable
         except ConfigError:
             raise fault from None
         log(f"{fault}; went on from the snapshot before")
-        ordered = scenario.settings.serve or found.state.orders.last > 0
+        ordered = scenario.settings.serve or found.state.tasks.missions.orders.last > 0
         return replace(found, identity=new_identity()) if ordered else found
 
 

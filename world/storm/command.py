@@ -14,17 +14,17 @@ from world.storm.output import Lines, Say, shown, write_plan
 from world.storm.plans.draw import draw
 from world.storm.plans.plan import StormPlan, only_simulated, read
 from world.storm.plans.shrink import deadline, first_broken, first_of, shrink
-from world.storm.results import Job, Result, lost, perform
+from world.storm.results import Job, RunResult, lost, perform
 from world.storm.workers import Lost, answers
 
 INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell
 
-Results = Iterator[tuple[Job, Result]]
-Over = Callable[[Job, Callable[[], bool]], Result]  # the job, and whether to stop
+Results = Iterator[tuple[Job, RunResult]]
+Over = Callable[[Job, Callable[[], bool]], RunResult]  # the job, and whether to stop
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class StormOptions:
     """The options of `swarm storm`."""
 
     profiles: tuple[str, ...] = ("all",)
@@ -38,7 +38,7 @@ class Options:
     as_json: bool = False
 
 
-def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
+def run(options: StormOptions, work: Callable[[Job], RunResult] = perform) -> int:
     """Run a storm and print its summary; return 0 all laws held, 1 one was broken, 2 a file is wrong, 130 interrupted.
 
     Raises:
@@ -46,7 +46,7 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
     """
     jobs = jobs_of(options)
     began = perf_counter()
-    found: list[Result] = []
+    found: list[RunResult] = []
     with told_to_stop() as stop, shown(len(jobs)) as (say, done), Lines(options.results, say) as lines:
         wrong = False
         each = _over_processes(jobs, options.over, stop.is_set) if options.over is not None else None
@@ -65,7 +65,7 @@ def run(options: Options, work: Callable[[Job], Result] = perform) -> int:
     return INTERRUPTED if interrupted else 2 if wrong else 0
 
 
-def jobs_of(options: Options) -> list[Job]:
+def jobs_of(options: StormOptions) -> list[Job]:
     """Return the jobs to run.
 
     Raises:
@@ -82,7 +82,7 @@ def jobs_of(options: Options) -> list[Job]:
     return [Job(profile, seed, None, options.twice) for seed in options.seeds for profile in options.profiles]
 
 
-def _each(jobs: list[Job], workers: int, work: Callable[[Job], Result], stop: Callable[[], bool]) -> Results:
+def _each(jobs: list[Job], workers: int, work: Callable[[Job], RunResult], stop: Callable[[], bool]) -> Results:
     for job, answer in answers(work, jobs, workers=min(workers, len(jobs)), stop=stop):
         yield job, lost(job, answer.why) if isinstance(answer, Lost) else answer
 
@@ -96,7 +96,7 @@ def _over_processes(jobs: list[Job], over: Over, stop: Callable[[], bool]) -> Re
         yield job, result
 
 
-def _tell(job: Job, result: Result, folder: Path | None, say: Say) -> bool:
+def _tell(job: Job, result: RunResult, folder: Path | None, say: Say) -> bool:
     """Print the laws that a seed broke and write its plan; return False if the plan cannot be written."""
     for law, tick, _, text in result.violations:
         say(f"{job.name}: {law}, tick {tick}: {text}")

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from swarm.errors import ConfigError
 from world.storm.plans.plan import StormPlan
-from world.storm.results import Result
+from world.storm.results import RunResult
 
 Say = Callable[[str], None]
 
@@ -48,7 +48,7 @@ class Lines:
         if self._file is not None:
             os.close(self._file)
 
-    def add(self, result: Result) -> None:
+    def add(self, result: RunResult) -> None:
         """Write one result."""
         if self._file is None:
             return

@@ -34,7 +34,7 @@ class Job(NamedTuple):
         return f"{self.profile} {self.seed}"
 
 
-class Result(Struct, frozen=True, kw_only=True):
+class RunResult(Struct, frozen=True, kw_only=True):
     """The result of one run, as a summary counts it."""
 
     profile: str
@@ -58,7 +58,7 @@ class Result(Struct, frozen=True, kw_only=True):
         return fields | {"violations": [violation._asdict() for violation in self.violations]}
 
 
-def perform(job: Job) -> Result:
+def perform(job: Job) -> RunResult:
     """Draw, run and judge one plan; an exception on the way is a violation too."""
     try:
         plan = draw(job.profile, job.seed) if job.plan is None else job.plan
@@ -71,10 +71,10 @@ def perform(job: Job) -> Result:
         return lost(job, format_exc().strip().splitlines()[-1])
 
 
-def summed(job: Job, plan: StormPlan, history: History, violations: list[Violation]) -> Result:
+def summed(job: Job, plan: StormPlan, history: History, violations: list[Violation]) -> RunResult:
     """Return the result of a judged run."""
     report = history.report
-    return Result(
+    return RunResult(
         profile=job.profile,
         seed=job.seed,
         robots=plan.robots,
@@ -102,7 +102,7 @@ def is_silent(history: History) -> bool:
     return not any(event.kind in NAMING for moment in history.moments for event in moment.events)
 
 
-def compared(result: Result, digest: str, how: str) -> Result:
+def compared(result: RunResult, digest: str, how: str) -> RunResult:
     """Return the result, with one more violation if another run of the plan has another digest."""
     if digest == result.digest:
         return result
@@ -111,10 +111,10 @@ def compared(result: Result, digest: str, how: str) -> Result:
     return _changed(result, violations=(*result.violations, breach))
 
 
-def lost(job: Job, why: str) -> Result:
+def lost(job: Job, why: str) -> RunResult:
     """Return the result of a job that gave no answer."""
-    return Result(profile=job.profile, seed=job.seed, violations=(Violation(CRASH, 0, (), why),))
+    return RunResult(profile=job.profile, seed=job.seed, violations=(Violation(CRASH, 0, (), why),))
 
 
-def _changed(result: Result, **fields: Any) -> Result:  # noqa: ANN401, of several types
-    return Result(**{name: getattr(result, name) for name in result.__struct_fields__} | fields)
+def _changed(result: RunResult, **fields: Any) -> RunResult:  # noqa: ANN401, of several types
+    return RunResult(**{name: getattr(result, name) for name in result.__struct_fields__} | fields)

@@ -5,12 +5,12 @@ from math import sqrt
 from typing import Any, Final, NamedTuple
 
 from world.storm.laws.judge import LAWS
-from world.storm.results import CLASSES, REPLAY, Result
+from world.storm.results import CLASSES, REPLAY, RunResult
 
 Z: Final = 1.959964  # quantile of the normal distribution for 95 %
 
 
-class Row(NamedTuple):
+class Counts(NamedTuple):
     """The counts of a group of runs."""
 
     name: str
@@ -43,18 +43,20 @@ def wilson(failed: int, runs: int) -> tuple[float, float]:
     return max(0.0, (middle - half) / (1 + z2)), min(1.0, (middle + half) / (1 + z2))
 
 
-def row(name: str, results: Iterable[Result], broke: Callable[[Result], bool] = lambda r: bool(r.violations)) -> Row:
+def row(
+    name: str, results: Iterable[RunResult], broke: Callable[[RunResult], bool] = lambda r: bool(r.violations)
+) -> Counts:
     """Count the runs, the failed runs and the silent runs of a group."""
     results = list(results)
-    return Row(name, len(results), sum(map(broke, results)), sum(result.silent for result in results))
+    return Counts(name, len(results), sum(map(broke, results)), sum(result.silent for result in results))
 
 
-def ran(results: Iterable[Result]) -> list[Result]:
+def ran(results: Iterable[RunResult]) -> list[RunResult]:
     """Return the results of the plans that were run."""
     return [result for result in results if not result.left_out]
 
 
-def tables(results: Sequence[Result]) -> dict[str, list[Row]]:
+def tables(results: Sequence[RunResult]) -> dict[str, list[Counts]]:
     """Count by class, profile, feature and law; a class, feature or law that never came up has no row."""
     results = ran(results)
     profiles = sorted({result.profile for result in results})
@@ -70,12 +72,12 @@ def tables(results: Sequence[Result]) -> dict[str, list[Row]]:
     return found
 
 
-def broke(result: Result, law: str) -> bool:
+def broke(result: RunResult, law: str) -> bool:
     """Return True if a run broke that law."""
     return any(violation.law == law for violation in result.violations)
 
 
-def as_json(results: Sequence[Result], wall_time: float, interrupted: bool) -> dict[str, Any]:
+def as_json(results: Sequence[RunResult], wall_time: float, interrupted: bool) -> dict[str, Any]:
     """Return the summary for other tools; ``wall_time`` [s] is that of the whole storm."""
     total = row("all", ran(results))
     failures = [
@@ -98,7 +100,7 @@ def as_json(results: Sequence[Result], wall_time: float, interrupted: bool) -> d
     }
 
 
-def _plain(one: Row) -> dict[str, Any]:
+def _plain(one: Counts) -> dict[str, Any]:
     return one._asdict() | {"rate": one.rate, "interval": list(one.interval)}
 
 
@@ -107,7 +109,7 @@ def per_hour(runs: int, wall_time: float) -> float:
     return 3600.0 * runs / wall_time if wall_time else 0.0
 
 
-def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> str:
+def as_text(results: Sequence[RunResult], wall_time: float, interrupted: bool) -> str:
     """Return the summary as a text for people."""
     total = row("all", ran(results))
     lines = [f"{'':30}{'runs':>6}{'failed':>8}{'rate':>9}{'95 %':>16}{'silent':>8}"]
@@ -123,7 +125,7 @@ def as_text(results: Sequence[Result], wall_time: float, interrupted: bool) -> s
     return "\n".join(lines)
 
 
-def verdict(total: Row) -> str:
+def verdict(total: Counts) -> str:
     """Return what came out, in words.
 
     >>> verdict(Row("all", 2, 0, 0))
@@ -137,7 +139,7 @@ def verdict(total: Row) -> str:
     return said + stuck * bool(total.silent)
 
 
-def line(one: Row) -> str:
+def line(one: Counts) -> str:
     """Return one row as a line of text."""
     low, high = one.interval
     bounds = f"{100 * low:.1f}-{100 * high:.1f} %"

@@ -2,23 +2,22 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Edit, Kind
+from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
-from world.bodies.edits import edited
+from world.bodies.bodies import Bodies
 from world.tasks.reachable import Reachable
-
-if TYPE_CHECKING:
-    from world.world import World
+from world.tasks.tasks import Tasks
 
 Cut = tuple[str, str]  # robot and the name of its target; ``POOL`` and the name of an errand
 POOL: Final = "pool"
 LOOKS: Final = 64  # targets without a way that are looked at, about 1 ms each: the world stands meanwhile
 
 
-def looked_ahead(world: "World", edit: Edit, *, sensed: bool) -> tuple[bool, list[Cut]]:
+def looked_ahead(tasks: Tasks, bodies: Bodies, edit: Edit, *, sensed: bool) -> tuple[bool, list[Cut]]:
     """Return whether an edit changes the floor, and the targets not reached yet whose last way it takes, homes too.
 
     It changes nothing, and looks at ``LOOKS`` targets that have no way, at most.
@@ -26,14 +25,12 @@ def looked_ahead(world: "World", edit: Edit, *, sensed: bool) -> tuple[bool, lis
     Raises:
         ConfigError: the edit is refused.
     """
-    poses = world.poses()
-    bodies = zip(world.robots, poses, world.wheels, strict=True)
-    floor = edited(world.floor, edit, bodies, world.settings.robot, world.dt, int(sensed))
-    if edit.kind is Kind.FREE or floor == world.floor:
-        return floor != world.floor, []
-    before, after = Ways(world, world.floor), Ways(world, floor)
-    here = [(pose.x, pose.y) for pose in poses]
-    lost = list(islice(_lost(world, after, here), LOOKS))
+    floor = bodies.edited(edit, tasks.robots, sensed=sensed)
+    if edit.kind is Kind.FREE or floor == bodies.floor:
+        return floor != bodies.floor, []
+    before, after = Ways(tasks.settings, bodies.floor), Ways(tasks.settings, floor)
+    here = [(pose.x, pose.y) for pose in bodies.poses()]
+    lost = list(islice(_lost(tasks, after, here), LOOKS))
     led = [(who, what) for who, what, starts, there in lost if any(before.lead(start, there) for start in starts)]
     return True, led
 
@@ -59,24 +56,24 @@ def _listed(names: Sequence[str]) -> str:
 class Ways:
     """The ways on one floor, by the same check as an order's targets."""
 
-    def __init__(self, world: "World", floor: OccupancyMap) -> None:
-        self.cells = cells_of(floor, world.settings)
-        self._floor, self._reachable = floor, Reachable(world.settings)
+    def __init__(self, settings: Settings, floor: OccupancyMap) -> None:
+        self.cells = cells_of(floor, settings)
+        self._floor, self._reachable = floor, Reachable(settings)
 
     def lead(self, here: Point, there: Point) -> bool:
         """Return True if a robot can come from ``here`` to a target ``there`` [m]."""
         return self._reachable.leads(here, there, self._floor, self.cells)
 
 
-def _lost(world: "World", ways: Ways, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
+def _lost(tasks: Tasks, ways: Ways, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
     """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
-    for number, (name, row) in enumerate(zip(world.robots, world.missions.orders.rows, strict=True)):
-        reached, given_up = world.recorder.reached_at[number], world.commands[number].unreachable
+    for number, (name, row) in enumerate(zip(tasks.robots, tasks.missions.orders.rows, strict=True)):
+        reached, given_up = tasks.missions.reached_at[number], tasks.commands[number].unreachable
         for stop, there in enumerate([] if row.pooled else row.stops):
-            left = (reached[stop] is None or world.settings.patrol) and stop not in given_up
+            left = (reached[stop] is None or tasks.settings.patrol) and stop not in given_up
             if left and not ways.lead(here[number], there):
-                yield name, world.missions.label(number, stop), here[number : number + 1], there
-    for name, errand in world.dispatch.pool.open.items():
-        takers = [place for number, place in enumerate(here) if not world.missions.orders.withdrawn(number)]
+                yield name, tasks.missions.label(number, stop), here[number : number + 1], there
+    for name, errand in tasks.pool.open.items():
+        takers = [place for number, place in enumerate(here) if not tasks.missions.orders.withdrawn(number)]
         if not any(ways.lead(place, errand.at) for place in takers):
             yield POOL, f"pool target {name}", takers, errand.at

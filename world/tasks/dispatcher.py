@@ -18,6 +18,7 @@ from swarm.settings import Settings
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import comes_near
+from world.bodies.said import Said
 from world.tasks.missions import Missions
 from world.tasks.orders import Outcome
 from world.tasks.pairing import cheapest_pairs
@@ -32,10 +33,8 @@ STUCK: Final = 120.0  # s without progress after which an errand goes back if an
 LAST: Final = 1e6  # m, added to the bid for an errand that the robot was stuck with: it takes any other one first
 NO_BID: Final = 1e9  # m
 
-Said = tuple[str, str, str]  # kind and text of an event, and its robot
 
-
-class Dispatch:
+class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
     def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
@@ -112,7 +111,7 @@ class Dispatch:
                 if why is not Occasion.REPLACED:
                     self._missions.hand(robot, None)
                 text = f"pool target {errand.name} goes back to the pool: {self._robots[robot]} had it, and {why.value}"
-                said.append(("errand_back", text, self._robots[robot]))
+                said.append(Said("errand_back", text, self._robots[robot]))
         return said
 
     def _over(self, errand: Errand, robot: int, command: Command, tick: int) -> Occasion | None:
@@ -155,9 +154,9 @@ class Dispatch:
                 driven_to.add(cell)
                 outcome = self._missions.hand(robot, errand.name, errand.at)
                 self.pool.hand_to(errand, robot, self._missions.orders.rows[robot].number)
-                said += [(kind, text, self._robots[robot]) for kind, text in outcome.events]
+                said += [Said(kind, text, self._robots[robot]) for kind, text in outcome.events]
                 text = f"takes pool target {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g}), {bid:.1f} m away"
-                said.append(("errand", text, self._robots[robot]))
+                said.append(Said("errand", text, self._robots[robot]))
         return said
 
     def _bid(self, robot: int, pose: Pose, errand: Errand, cells: CellMap) -> float:

@@ -1,6 +1,7 @@
 """The missions of all robots: the stops that each has now, which of them it has been at, and requests for others."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -13,10 +14,19 @@ from swarm.robot.mission import LEAST
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import CellMap
 from world.measure.recorder import Recorder
-from world.tasks.orders import Orders, Outcome, Past, Progress
+from world.tasks.orders import Orders, OrdersState, Outcome, Past, Progress
 from world.tasks.reachable import Reachable
 
-Said = tuple[str, str]  # kind and text of an event
+Told = tuple[str, str]  # kind and text of an event
+
+
+class MissionsState(NamedTuple):
+    """The state of `Missions`."""
+
+    orders: OrdersState
+    left: list[int | None]
+    reached_at: list[list[float | None]]
+    laps: list[int]
 
 
 class Missions:
@@ -38,6 +48,8 @@ class Missions:
         self.left: list[int | None] = [
             0 if row else None for row in stops
         ]  # the first stop neither reached nor given up
+        self.reached_at: list[list[float | None]] = [[None] * len(row) for row in stops]  # s, in the present lap
+        self.laps = [0] * len(stops)  # of a patrol, complete
         self._places: list[tuple[int, NDArray[np.float64]] | None] = [None] * len(starts)
 
     def add_robot(self, start: Pose) -> None:
@@ -45,7 +57,19 @@ class Missions:
         self._homes.append((start.x, start.y))
         self.orders.add_robot()
         self.left.append(None)
+        self.reached_at.append([])
+        self.laps.append(0)
         self._places.append(None)
+
+    @property
+    def state(self) -> MissionsState:
+        """The state, which shares its values with this object."""
+        return MissionsState(self.orders.state, self.left, self.reached_at, self.laps)
+
+    def restore(self, state: MissionsState) -> None:
+        """Continue from a state."""
+        orders, self.left, self.reached_at, self.laps = state
+        self.orders.restore(orders)
 
     def stops(self, number: int) -> tuple[Point, ...]:
         """Return a robot's stops [m]."""
@@ -74,6 +98,11 @@ class Missions:
     def any_stopped(self) -> bool:
         """True if a robot was told to stop."""
         return any(row.stopped for row in self.orders.rows)
+
+    @property
+    def complete(self) -> bool:
+        """True if every robot has been at all its stops."""
+        return all(laps or None not in row for laps, row in zip(self.laps, self.reached_at, strict=True))
 
     @property
     def dropped(self) -> list[tuple[str, str]]:
@@ -136,11 +165,11 @@ class Missions:
 
     def _begin(self, number: int) -> None:
         """Begin with new stops."""
-        self._recorder.begin(number, len(self.orders.rows[number].stops))
-        self.left[number] = self._recorder.next_stop(number, ())
+        self.reached_at[number], self.laps[number] = [None] * len(self.orders.rows[number].stops), 0
+        self.left[number] = self._next_stop(number, ())
 
     def _progress(self, number: int) -> Progress:
-        return Progress(self._recorder.reached_at[number], self._recorder.laps[number])
+        return Progress(self.reached_at[number], self.laps[number])
 
     # --- what robots say, and where they are ---
 
@@ -150,7 +179,7 @@ class Missions:
             return command
         return replace(command, reached=[], unreachable=[])
 
-    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Told]:
         """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
         said = [
             ("unreachable", f"gives up {self.label(number, stop)}: no path leads there")
@@ -162,7 +191,7 @@ class Missions:
             self._next(number, command.unreachable)
         stops = self.orders.rows[number].stops
         for stop, claimed in enumerate(command.reached[: len(stops)]):
-            if claimed and not self._recorder.is_reached(number, stop) and before.reached[stop : stop + 1] != [True]:
+            if claimed and self.reached_at[number][stop] is None and before.reached[stop : stop + 1] != [True]:
                 away = distance(pose, stops[stop])
                 text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
                 said.append(("false_claim", text))
@@ -174,13 +203,13 @@ class Missions:
             )
         return said
 
-    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
+    def _taken_up(self, number: int, before: Command, command: Command) -> list[Told]:
         """Name the stops that a robot takes up again; it drives home again after them."""
         row = self.orders.rows[number]
         stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
-        stops = [stop for stop in stops if not self._recorder.is_reached(number, stop)]
+        stops = [stop for stop in stops if self.reached_at[number][stop] is None]
         if stops and row.home:
-            self._recorder.reopen(number, len(row.stops) - 1)
+            self.reached_at[number][-1] = None
         return [("taken_up", f"takes up {self.label(number, stop)} again: a path leads there now") for stop in stops]
 
     def is_at_next_stop(self, number: int, pose: Pose) -> bool:
@@ -188,11 +217,11 @@ class Missions:
         stop = self.left[number]
         return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
 
-    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
-        """Record the stops that a robot is at, at a time [s]."""
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Told]:
+        """Count the stops that a robot is at, at a time [s]."""
         said = []
         while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
-            self._recorder.reached(number, stop, time)
+            self.reached_at[number][stop] = time
             said.append(("reached", f"is at {self.label(number, stop)}"))
             if self._next(number, given_up):
                 break
@@ -201,13 +230,21 @@ class Missions:
     def _next(self, number: int, given_up: Sequence[int]) -> bool:
         """Find a robot's next stop; return True if a lap of its patrol begins with it."""
         row = self.orders.rows[number]
-        self.left[number] = self._recorder.next_stop(number, given_up)
+        self.left[number] = self._next_stop(number, given_up)
         turns = self._patrols and not row.number and len(row.stops) - len(given_up) >= LEAST
         if self.left[number] is not None or not turns:
             return False
-        self._recorder.begin_lap(number)
-        self.left[number] = self._recorder.next_stop(number, given_up)
+        self.laps[number] += 1
+        self.reached_at[number] = [None] * len(row.stops)
+        self.left[number] = self._next_stop(number, given_up)
         return True
+
+    def _next_stop(self, number: int, given_up: Sequence[int]) -> int | None:
+        """Return the first stop that a robot has neither reached nor given up."""
+        row = self.reached_at[number]
+        if not given_up:
+            return row.index(None) if None in row else None
+        return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
 
 
 def stop_label(stop: int, stops: int, return_home: bool) -> str:

@@ -81,6 +81,13 @@ class Progress(NamedTuple):
         return bool(self.laps) or None not in self.reached
 
 
+class OrdersState(NamedTuple):
+    """The state of `Orders`."""
+
+    last: int
+    rows: list[Row]
+
+
 class Orders:
     """The book of one run."""
 
@@ -91,6 +98,15 @@ class Orders:
             Row(what="the scenario's targets", stops=list(row), home=returns, given={}, past=[], older={})
             for row in stops
         ]
+
+    @property
+    def state(self) -> OrdersState:
+        """The state, which shares its values with this object."""
+        return OrdersState(self.last, self.rows)
+
+    def restore(self, state: OrdersState) -> None:
+        """Continue from a state."""
+        self.last, self.rows = state
 
     def add_robot(self) -> None:
         """Add a robot that has no stops; unlike one that was cancelled, it takes errands."""

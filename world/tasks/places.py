@@ -6,15 +6,15 @@ is refused where a robot drives that could not stop before it, or holds the cell
 
 from collections.abc import Collection, Iterator, Sequence
 from math import hypot
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance, wrap
-from swarm.maps.occupancy import FREE, OccupancyMap, Point
-from swarm.messages import Accepted, Places
+from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages import Places
 from swarm.messages.naming import meant
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.check import pieces
@@ -22,10 +22,7 @@ from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import traffic_settings
 from world.bodies.edits import stops_before
-
-if TYPE_CHECKING:
-    from world.world import World
-
+from world.tasks.reachable import not_free
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
@@ -38,6 +35,11 @@ class Opened(Struct, kw_only=True, forbid_unknown_fields=True):
     count: int
     at: list[tuple[float, float, float]]
     robots: list[str]
+
+    @property
+    def text(self) -> str:
+        """The answer to who asked."""
+        return f"{', '.join(self.robots)}: the {'places are' if len(self.robots) > 1 else 'place is'} open"
 
 
 class Book(Struct, kw_only=True, forbid_unknown_fields=True):
@@ -133,10 +135,8 @@ class Spots:
     def _fault(self, at: Point) -> str | None:
         """Return what is wrong with a spot [m]; None: a body may be put there."""
         settings, cells, robot = self._settings, self._cells, self._settings.robot
-        if not self._floor.inside(self._floor.cell_of(*at)):
-            return "expected a place on the map, got one outside; move it"
-        if self._floor.at(*at) != FREE:
-            return "expected free floor, got a wall or obstacle; move it"
+        if wrong := not_free(self._floor, at):
+            return f"{wrong}; move it"
         touched = cells.touched(*at, robot.radius + CLEAR)
         if OUTSIDE in touched or not cells.fits(touched, *at, robot.radius + CLEAR):
             return f"expected at least {robot.radius + CLEAR:g} m from any wall and from the edge of the map; move it"
@@ -183,30 +183,3 @@ class Spots:
             if self._fault(spot := cells.centre(standing[best])) is None:
                 taken += 1
                 yield spot
-
-
-def opened(world: "World", request: Places) -> tuple[Accepted, list[tuple[str, str]]]:
-    """Open places and put the bodies there; return the answer, and a line on each robot whose place is new.
-
-    Raises:
-        PeerError: the request is refused; nothing has changed.
-    """
-    known, said = world.places.known(request), list[tuple[str, str]]()
-    if known is None:
-        starts = _spots(world).starts(request, len(world.robots))
-        robots = [world.add_robot(start) for start in starts]
-        known = world.places.enter(request, starts, robots)
-        text = "has a place at ({:.2f}, {:.2f}) m; it waits for a process to take it"
-        said = [(name, text.format(*start)) for name, start in zip(robots, starts, strict=True)]
-    many = "places are" if len(known.robots) > 1 else "place is"
-    return Accepted(text=f"{', '.join(known.robots)}: the {many} open", robots=known.robots), said
-
-
-def _spots(world: "World") -> Spots:
-    rows = zip(world.robots, world.poses(), world.wheels, (command.held for command in world.commands), strict=True)
-    stops = [stop for row in world.missions.orders.rows for stop in row.stops]
-    homes, pool = [start[:2] for start in world.starts], [errand.at for errand in world.dispatch.pool.open.values()]
-    return Spots(
-        world.settings, world.floor, world.traffic.watch.cells, [Occupant(*row) for row in rows],
-        world.mover_poses(), homes, [*stops, *pool],
-    )  # fmt: skip

@@ -51,10 +51,8 @@ class Reachable:
     def _wrong(self, name: str, here: Point, there: Point, floor: OccupancyMap, cells: CellMap) -> str:
         """Return what was expected of a target and what came, "" if the robot can come there."""
         settings = self._settings
-        if not floor.inside(floor.cell_of(*there)):
-            return "expected a place on the map, got one outside"
-        if floor.at(*there) != FREE:
-            return "expected free floor, got a wall or obstacle"
+        if wrong := not_free(floor, there):
+            return wrong
         if (short := short_of(cells, there, settings)) > settings.reach:
             how = "no place there to stand" if short == inf else f"it has to stay {short:.2f} m away from it"
             where = "at a wall or at the corner of traffic cells"
@@ -79,3 +77,10 @@ class Reachable:
             if not self._wrong("", here, place, floor, cells):
                 return place
         return None
+
+
+def not_free(floor: OccupancyMap, place: Point) -> str:
+    """Return what was expected of a place [m] and what came, "" if it is free floor."""
+    if not floor.inside(floor.cell_of(*place)):
+        return "expected a place on the map, got one outside"
+    return "" if floor.at(*place) == FREE else "expected free floor, got a wall or obstacle"

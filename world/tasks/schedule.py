@@ -1,14 +1,10 @@
 """What a scenario plans for its run, and when its time has come: edits of the floor, and requests to robots."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
-from swarm.errors import ConfigError, PeerError
-from swarm.messages import Edit, Event, Kind, Order, RobotAction, RobotDo
+from swarm.messages import Edit, Kind, Order, RobotAction, RobotDo
 from swarm.settings import EditSettings, OrderSettings
-
-if TYPE_CHECKING:
-    from world.world import World
 
 T = TypeVar("T", EditSettings, OrderSettings)
 
@@ -42,22 +38,3 @@ def as_request(planned: OrderSettings) -> Order | RobotAction:
     if planned.do is not None:
         return RobotAction(do=RobotDo(planned.do))
     return Order(id=planned.id, update=planned.update, targets=planned.targets or [], home=planned.home)
-
-
-def carry_out(world: "World") -> list[Event]:
-    """Carry out the edits and requests whose time has come; one that is refused becomes an event."""
-    events = []
-    for planned in world.planned.due(world.time):
-        try:
-            changed = world.edit(edit := as_edit(planned))
-        except ConfigError as fault:
-            events.append(world.event("edit_refused", str(fault)))
-        else:
-            text = f"{edit.kind.value} from {edit.low} to {edit.high}{'' if changed else '; it changes nothing'}"
-            events.append(world.event("edit", text))
-    for asked in world.planned_orders.due(world.time):
-        try:
-            events += world.request(asked.robot, as_request(asked))[1]
-        except PeerError as fault:
-            events.append(world.event("request_refused", str(fault)))
-    return events

@@ -5,7 +5,7 @@ The book is pure: it knows no clock, no map and no bus. It keeps all errands tha
 
 from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 from msgspec import Struct
 
@@ -69,6 +69,16 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
         return f"{self.request}/{self.number}"
 
 
+class PoolState(NamedTuple):
+    """The state of `Pool`."""
+
+    given: int
+    done: int
+    open: dict[str, Errand]
+    closed: dict[str, Errand]
+    requests: dict[str, list[Point]]
+
+
 class Pool:
     """The book of one run."""
 
@@ -80,6 +90,15 @@ class Pool:
         self.requests: dict[str, list[Point]] = {}  # the targets of each request, the newest last
         if targets:
             self._enter(SCENARIO, targets, 0.0)
+
+    @property
+    def state(self) -> PoolState:
+        """The state, which shares its values with this object."""
+        return PoolState(self.given, self.done, self.open, self.closed, self.requests)
+
+    def restore(self, state: PoolState) -> None:
+        """Continue from a state."""
+        self.given, self.done, self.open, self.closed, self.requests = state
 
     @property
     def waiting(self) -> list[Errand]:

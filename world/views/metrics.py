@@ -18,43 +18,46 @@ WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand ro
 
 def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
     """Return the account of every robot; ``shortest`` are the lengths [m] of ``shortest_lengths``."""
-    record = world.recorder
+    record, missions = world.measures.recorder, world.tasks.missions
     return {
         name: Account(
-            targets=len(world.missions.stops(number)),
-            reached=list(record.reached_at[number]),
-            laps=record.laps[number],
+            targets=len(missions.stops(number)),
+            reached=list(missions.reached_at[number]),
+            laps=missions.laps[number],
             path_length=record.path_length[number],
             shortest_length=shortest[number],
             waiting=record.waiting[number],
             waits_for=_longest(record.waits_for[number]),
-            replans=record.replans[number],
+            replans=command.replans,
             contacts=record.contact_counts[number].total(),
             struck=record.struck[number],
-            stalled=world.progress.times[number],
-            unreachable=record.unreachable[number],
+            stalled=world.measures.progress.times[number],
+            unreachable=command.unreachable,
             standing=record.standing[number],
         )
-        for number, name in enumerate(world.robots)
+        for number, (name, command) in enumerate(zip(world.robots, world.tasks.commands, strict=True))
     }
 
 
 def contacts(world: World) -> dict[str, int]:
     """Return the contacts of the run by what was touched; a contact of two robots, counted for both, is one."""
-    counts = world.recorder.contact_counts
+    counts = world.measures.recorder.contact_counts
     total = {kind: sum(row[kind] for row in counts) for kind in ("robot", "wall", "obstacle")}
     return total | {"robot": total["robot"] // 2}
 
 
 def clearance_min(world: World) -> float | None:
     """Return the smallest gap [m], or None if there was nothing to touch."""
-    gap = world.recorder.clearance_min
+    gap = world.measures.recorder.clearance_min
     return gap if isfinite(gap) else None
 
 
 def shortest_lengths(world: World, grid: Grid) -> list[float | None]:
     """Return each robot's ``shortest_length`` [m] from its start through the stops that it has."""
-    return [shortest_length(grid, start[:2], world.missions.stops(number)) for number, start in enumerate(world.starts)]
+    return [
+        shortest_length(grid, start[:2], world.tasks.missions.stops(number))
+        for number, start in enumerate(world.starts)
+    ]
 
 
 class Shortest:

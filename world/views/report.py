@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from swarm.errors import ConfigError
-from world.ending import stands_for_good
 from world.tasks.orders import FATES
 from world.views.metrics import accounts, contacts
 from world.world import World
@@ -39,16 +38,16 @@ def report(
     for bit; ``lost`` are robots that stayed away. ``tick_wall`` [s] is the time of a tick on the wall clock, None where
     ticks do not follow the wall clock.
     """
-    record = world.recorder
+    record = world.measures.recorder
     return {
         "scenario": scenario,
         "seed": seed,
         "robots": len(world.robots),
         "robots_per_process": robots_per_process,
         "pace": pace,
-        "complete": world.complete,
-        "passed": world.complete and not record.avoidable,
-        "reason": "" if world.complete else reason,
+        "complete": world.tasks.complete,
+        "passed": world.tasks.complete and not record.avoidable,
+        "reason": "" if world.tasks.complete else reason,
         "lost": list(lost),
         "reproducible": not not_reproducible,
         "not_reproducible": list(not_reproducible),
@@ -61,7 +60,7 @@ def report(
         "contacts": contacts(world),
         "avoidable_contacts": record.avoidable,
         "clearance_min": record.clearance_min,
-        "steering": world.steering.report(),
+        "steering": world.measures.steering.report(),
         "traffic": _traffic(world),
         **_pool(world),
         "per_robot": {
@@ -77,10 +76,10 @@ def report(
 
 def _orders(world: World, number: int) -> dict[str, Any]:
     """Return the stops that a robot has had one after the other; nothing if it has had the scenario's only."""
-    history = world.missions.history(number)
+    history = world.tasks.missions.history(number)
     if not history[-1].number:
         return {}
-    fates, older = [one.fate for one in history], world.missions.orders.rows[number].older
+    fates, older = [one.fate for one in history], world.tasks.missions.orders.rows[number].older
     return {
         "orders": {fate: fates.count(fate) + older.get(fate, 0) for fate in (*FATES, "open")},
         "history": [
@@ -98,7 +97,7 @@ def _orders(world: World, number: int) -> dict[str, Any]:
 
 def _pool(world: World) -> dict[str, Any]:
     """Return how far the pool is, and what is left in it; nothing if nothing was ever put in."""
-    pool = world.dispatch.pool
+    pool = world.tasks.pool
     if not pool.given:
         return {}
     left = [
@@ -112,13 +111,13 @@ def _pool(world: World) -> dict[str, Any]:
 
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
-    watch = world.traffic.watch
-    for_good = not world.complete and not watch.in_circle and stands_for_good(world)
+    watch = world.measures.reservations.watch
+    for_good = not world.tasks.complete and not watch.in_circle and world.stands_for_good
     return {
         "conflicts": watch.conflicts,
         "joint_plans": watch.joint_plans,
         "deadlocks": watch.deadlocks + for_good,
-        "stalled": sum(world.progress.times),
+        "stalled": sum(world.measures.progress.times),
         "longest_wait": watch.longest_wait,
         "settling": _settling(world),
         "overlaps": watch.count("overlap"),
@@ -129,8 +128,8 @@ def _traffic(world: World) -> dict[str, Any]:
 
 def _settling(world: World) -> float:
     """Return for how long [s] a complete run went on after the last arrival at a stop, until nobody drove any more."""
-    arrivals = [time for row in world.recorder.reached_at for time in row if time is not None]
-    return world.time - max(arrivals) if world.complete and arrivals else 0.0
+    arrivals = [time for row in world.tasks.missions.reached_at for time in row if time is not None]
+    return world.time - max(arrivals) if world.tasks.complete and arrivals else 0.0
 
 
 def missing(world: World) -> str:
@@ -138,27 +137,26 @@ def missing(world: World) -> str:
 
     It names as many as fit into a status message; ``per_robot`` of the report has all.
     """
-    lacking = []
-    record = world.recorder
-    everybody = zip(world.robots, record.laps, record.reached_at, record.unreachable, strict=True)
-    for number, (name, laps, row, given_up) in enumerate(everybody):
+    lacking, missions = [], world.tasks.missions
+    everybody = zip(world.robots, missions.laps, missions.reached_at, world.tasks.commands, strict=True)
+    for number, (name, laps, row, command) in enumerate(everybody):
         if laps:
             continue  # a patrol: it has been everywhere
         stops = [
-            world.missions.label(number, stop) + (" (no path)" if stop in given_up else "")
+            missions.label(number, stop) + (" (no path)" if stop in command.unreachable else "")
             for stop, time in enumerate(row)
             if time is None
         ]
         if stops:
             lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
-    if left := list(world.dispatch.pool.left()):
+    if left := list(world.tasks.pool.left()):
         lacking.append(listed(left, ", ", NAMED))
-    cancelled = [f"{name}'s {what} was cancelled" for name, what in world.missions.dropped]
+    cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped]
     parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
     if lacking:
-        stuck = [f"{name} made no progress for {world.progress.longest[number]:.0f} s"
-                 for number, name in enumerate(world.robots) if world.progress.times[number]]  # fmt: skip
-        parts += [world.verdict.text[:ROOM]] if world.verdict.text else []
+        stuck = [f"{name} made no progress for {world.measures.progress.longest[number]:.0f} s"
+                 for number, name in enumerate(world.robots) if world.measures.progress.times[number]]  # fmt: skip
+        parts += [world.measures.verdict.text[:ROOM]] if world.measures.verdict.text else []
         parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
         parts += [listed(stuck, ", ", ROOM)] if stuck else []
     return "; ".join(parts)

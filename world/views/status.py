@@ -7,8 +7,8 @@ from msgspec.structs import replace
 
 from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
 from swarm.messages.naming import shortened
+from world.tasks.standing import why
 from world.views.metrics import accounts, clearance_min, contacts
-from world.views.standing import why
 from world.views.welcome import progress
 from world.world import World
 
@@ -25,7 +25,7 @@ def states(world: World, said: Mapping[str, State]) -> dict[str, State]:
 
 def _newest(said: State | None, recorded: State, world: World) -> State:
     """Return what a robot said, unless its last command is newer and tells another activity."""
-    command = world.commands[world.number(recorded.robot)]
+    command = world.tasks.commands[world.number(recorded.robot)]
     if said is None or (command.tick > said.tick and command.activity is not said.activity):
         same = said is not None and said.target == recorded.target
         return replace(recorded, distance=said.distance) if said is not None and same else recorded
@@ -44,16 +44,19 @@ def status(
     """Return the status; ``events`` are the last ones, the newest last, ``shortest`` lengths [m] as in ``accounts``."""
     last = {event.robot: event for event in events if event.run == world.run}
     now, measured = states(world, said), accounts(world, shortest)
-    rows = zip(world.robots, world.poses(), world.commands, world.missions.orders.rows, strict=True)
+    poses = world.poses()
+    rows = zip(world.robots, poses, world.tasks.commands, world.tasks.missions.orders.rows, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
-        complete=world.complete, reason=reason, edits=world.edits, events=list(events), pool=world.dispatch.pool.counts,
+        complete=world.tasks.complete, reason=reason, edits=world.bodies.edits, events=list(events),
+        pool=world.tasks.pool.counts,
         contacts=contacts(world), clearance_min=clearance_min(world), world=world.identity,
         robots=[
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
                 waits=command.waits, event=last.get(name), account=measured[name],
-                why=why(world, number), mission=shortened(row.what), stops=row.stops[:STOPS], home=row.home,
+                why=why(world.tasks, number, poses, world.tick),
+                mission=shortened(row.what), stops=row.stops[:STOPS], home=row.home,
             )
             for number, (name, pose, command, row) in enumerate(rows)
         ],

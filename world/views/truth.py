@@ -7,9 +7,9 @@ from world.world import World
 def truth(world: World) -> Truth:
     """Return the true state of all bodies."""
     bodies = []
-    for number, (name, command, pose) in enumerate(zip(world.robots, world.commands, world.poses(), strict=True)):
-        left, front, right, _ = world.distances[number]
-        left_v, right_v = world.wheels[number]
+    for number, (name, command, pose) in enumerate(zip(world.robots, world.tasks.commands, world.poses(), strict=True)):
+        left, front, right, _ = world.bodies.distances[number]
+        left_v, right_v = world.bodies.wheels[number]
         bodies.append(
             Body(
                 robot=name,
@@ -22,7 +22,7 @@ def truth(world: World) -> Truth:
                 front=front,
                 right=right,
                 heading=command.heading,
-                steering=world.steering.labels[number],
+                steering=world.measures.steering.labels[number],
                 scale=command.scale,
                 activity=command.activity,
                 held=command.held,

@@ -20,7 +20,7 @@ def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int
         edits=floor.edits,
         start=world.starts[world.number(name)],
         state=progress(name, world) if world.tick else None,
-        assigned=world.missions.orders.assigned(world.number(name)),
+        assigned=world.tasks.missions.orders.assigned(world.number(name)),
         sender=sender,
     )
 
@@ -28,8 +28,8 @@ def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int
 def progress(name: str, world: World) -> State:
     """Return how far a robot has come: not what it says, but where the world has seen it."""
     number = world.number(name)
-    command, reached_at = world.commands[number], world.recorder.reached_at[number]
-    stop = world.recorder.next_stop(number, command.unreachable)
+    command, reached_at = world.tasks.commands[number], world.tasks.missions.reached_at[number]
+    stop = world.tasks.missions.left[number]
     return State(
         robot=name,
         run=world.run,
@@ -40,6 +40,6 @@ def progress(name: str, world: World) -> State:
         unreachable=[stop for stop in command.unreachable if stop < len(reached_at)],
         distance=0.0,
         replans=command.replans,
-        laps=world.recorder.laps[number],
-        assignment=world.missions.orders.rows[number].number,
+        laps=world.tasks.missions.laps[number],
+        assignment=world.tasks.missions.orders.rows[number].number,
     )

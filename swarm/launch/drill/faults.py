@@ -10,9 +10,9 @@ from typing import Final
 
 from swarm.installed import without_rerun
 from swarm.launch.drill.floor import AT_DOOR, DOOR, ROBOTS
-from swarm.launch.drill.live import Live
+from swarm.launch.drill.live import LiveFleet
 
-Fault = Callable[[Live], None]
+Fault = Callable[[LiveFleet], None]
 FROZEN: Final = 5.0  # s
 LATE: Final = 0.05  # s, 0.2 s of the mission at pace 4
 GAP: Final = 0.2  # s between two robots that are held up
@@ -24,7 +24,7 @@ FAKETIME: Final = tuple(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
 def kill(*names: str) -> Fault:
     """Return the fault that kills processes at once, one after the other."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         for name in names:
             os.kill(live.member(name), signal.SIGKILL)
 
@@ -34,7 +34,7 @@ def kill(*names: str) -> Fault:
 def kill_until(name: str, said: str) -> Fault:
     """Return the fault that kills a process as often as it is started, until the launcher has said something."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         before: int | None = 0
 
         def another() -> bool:
@@ -52,7 +52,7 @@ def kill_until(name: str, said: str) -> Fault:
     return inject
 
 
-def kill_in_door(live: Live) -> None:
+def kill_in_door(live: LiveFleet) -> None:
     """Kill a robot that holds the door."""
 
     def there(bodies: Iterable[tuple[str, float, float]]) -> list[str]:
@@ -67,7 +67,7 @@ def kill_in_door(live: Live) -> None:
 def freeze(name: str) -> Fault:
     """Return the fault that stops a process for ``FROZEN``."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         pid = live.member(name)
         os.kill(pid, signal.SIGSTOP)
         live.over.wait(FROZEN)
@@ -79,7 +79,7 @@ def freeze(name: str) -> Fault:
 def hold_up(*robots: str, gap: float) -> Fault:
     """Return the fault that holds up robots in turn, again and again, ``gap`` [s] apart: their answers are late."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         def work() -> None:
             pids = [live.find(robot) for robot in robots]
             while True:
@@ -99,7 +99,7 @@ def hold_up(*robots: str, gap: float) -> Fault:
     return inject
 
 
-def spoil_snapshot(live: Live) -> None:
+def spoil_snapshot(live: LiveFleet) -> None:
     """Spoil the snapshot and kill the world before it writes the next one."""
     pid, file = live.member("world"), live.home / "world.snapshot"
     os.kill(pid, signal.SIGSTOP)
@@ -107,26 +107,26 @@ def spoil_snapshot(live: Live) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
-def remove_folder(live: Live) -> None:
+def remove_folder(live: LiveFleet) -> None:
     """Remove the folder of the fleet; first out of the way, since the world may be writing into it."""
     rmtree(live.home.rename(live.home.parent.with_name("removed")))
 
 
-def hang_up(live: Live) -> None:
+def hang_up(live: LiveFleet) -> None:
     """Send SIGHUP to the launcher, as a terminal does that goes away."""
     os.kill(live.launcher, signal.SIGHUP)
 
 
-def nothing(live: Live) -> None:
+def nothing(live: LiveFleet) -> None:
     """Do nothing: the fault is in how the fleet was started."""
 
 
-def second_of_a_name(live: Live) -> None:
+def second_of_a_name(live: LiveFleet) -> None:
     """Start another robot of the name r1."""
     live.beside("robot", "--id", "r1")
 
 
-def second_world(live: Live) -> None:
+def second_world(live: LiveFleet) -> None:
     """Start another world in the same fleet."""
     live.beside("world", str(live.scenario), "--robots", str(ROBOTS), "--pace", "4")
 
@@ -147,7 +147,7 @@ def clock_of(folder: Path) -> dict[str, str]:
     }
 
 
-def shift_clock(live: Live) -> None:
+def shift_clock(live: LiveFleet) -> None:
     """Set the machine's clock an hour forth, then an hour back."""
     for shift in (f"+{HOUR}", f"-{HOUR}"):
         _offset(live.folder).write_text(f"{shift}\n", encoding="utf-8")

@@ -13,7 +13,7 @@ from swarm.bus.codec import encode
 from swarm.errors import SwarmError
 from swarm.launch.drill.faults import Fault
 from swarm.launch.drill.floor import ROBOTS
-from swarm.launch.drill.live import LOOK, Live
+from swarm.launch.drill.live import LOOK, LiveFleet
 from swarm.messages import (
     EDIT,
     JOIN,
@@ -61,7 +61,7 @@ KEYS: Final = (
 def again(make: Callable[[Truth], Iterable[tuple[str, Message]]], then: Fault | None = None) -> Fault:
     """Return the fault that sends messages made from the newest truth for TICKS ticks, and does something ``then``."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         first = live.until(lambda truth: True, "the truth").tick
         newest = first
         while newest < first + TICKS:
@@ -124,7 +124,7 @@ def full_speed(truth: Truth) -> Iterable[tuple[str, Message]]:
         yield f"robot/{name}/cmd", command(truth, left=SPEED, right=SPEED)
 
 
-def far_ahead(live: Live) -> None:
+def far_ahead(live: LiveFleet) -> None:
     """Send r1 a `sense` in the name of its world, with a tick far ahead."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.listen(SENSE, robot="r1")
@@ -134,7 +134,7 @@ def far_ahead(live: Live) -> None:
         live.take()
 
 
-def false_leaves(live: Live) -> None:
+def false_leaves(live: LiveFleet) -> None:
     """Say in the name of each robot that it leaves; its session is read from its token."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.watch_presence("robot")
@@ -143,7 +143,7 @@ def false_leaves(live: Live) -> None:
             bus.ask(LEAVE, Leave(robot=here.id, session=here.session))
 
 
-def false_joins(live: Live) -> None:
+def false_joins(live: LiveFleet) -> None:
     """Ask for the place of r1 again and again, for sessions that nobody has, and kill r1."""
 
     def work() -> None:
@@ -170,26 +170,26 @@ def over(truth: Truth) -> Iterable[tuple[str, Message]]:
 def pretend(token: str, victim: str) -> Fault:
     """Return the fault that announces somebody who is not there, and then kills a robot."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         live.stranger.pretend(token)
         os.kill(live.member(victim), signal.SIGKILL)
 
     return inject
 
 
-def false_host(live: Live) -> None:
+def false_host(live: LiveFleet) -> None:
     """Answer for the world when robots join, and kill one."""
     live.stranger.answer("world/join", lambda request: b"\xff")
     os.kill(live.member("r1"), signal.SIGKILL)
 
 
-def everywhere(live: Live) -> None:
+def everywhere(live: LiveFleet) -> None:
     """Send one message on all keys at once."""
     for payload in RUBBISH:
         live.stranger.put("**", payload)
 
 
-def old_and_false_words(live: Live) -> None:
+def old_and_false_words(live: LiveFleet) -> None:
     """Send the broadcasts of a while again, and false ones in the name of r2."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.listen(RADIO)
@@ -207,7 +207,7 @@ def old_and_false_words(live: Live) -> None:
         live.take()
 
 
-def garbage(live: Live) -> None:
+def garbage(live: LiveFleet) -> None:
     """Send garbage on all keys until the run is over."""
 
     def work() -> None:
@@ -223,7 +223,7 @@ def garbage(live: Live) -> None:
 def edits(kinds: tuple[Kind, ...], count: int) -> Fault:
     """Return the fault that asks for many edits of one place, of the kinds in turn, at EDITS a second."""
 
-    def inject(live: Live) -> None:
+    def inject(live: LiveFleet) -> None:
         def work() -> None:
             with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
                 for number in range(count):

@@ -18,7 +18,7 @@ from uuid import uuid4
 from swarm.bus import Arrival, Bus, Endpoint
 from swarm.bus.stranger import Stranger
 from swarm.errors import SwarmError
-from swarm.launch.drill.judge import Seen
+from swarm.launch.drill.judge import Observed
 from swarm.messages import CLOCK, EVENT, TRUTH, Truth
 
 PATIENCE: Final = 60.0  # s, for the run and for each thing that is waited for
@@ -31,7 +31,7 @@ class OverdueError(SwarmError):
     """What a drill waits for has not come."""
 
 
-class Live:
+class LiveFleet:
     """A running fleet with a fault to come. Use it in a ``with``: leaving ends what is left of it."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Live:
         self.over = Flag()  # ends what goes on in the background
         self.asleep: set[int] = set()  # processes that were frozen
 
-    def __enter__(self) -> "Live":
+    def __enter__(self) -> "LiveFleet":
         try:
             words = self.await_that(lambda: next(iter(self._line("fleet ")), ""), "its first line").split()
             self.fleet, self.endpoint = words[1].rstrip(":"), Endpoint.parse(words[-1])
@@ -167,7 +167,7 @@ class Live:
 
     # --- the end ---
 
-    def finish(self, digest: str, expected: tuple[str, ...]) -> Seen:
+    def finish(self, digest: str, expected: tuple[str, ...]) -> Observed:
         """Wait for the end of the run and of all its processes, and return what was seen."""
         deadline = monotonic() + PATIENCE
         while self._own.poll() is None and monotonic() < deadline:
@@ -191,7 +191,7 @@ class Live:
         report = {}
         with suppress(OSError, ValueError):
             report = json.loads(self._report.read_text(encoding="utf-8"))
-        return Seen(
+        return Observed(
             status, self.text, report, tuple(self._told), tuple(processes), tuple(path.name for path in files), digest,
             expected,
         )  # fmt: skip

@@ -10,13 +10,13 @@ from time import monotonic
 
 from swarm.errors import ConfigError, SwarmError, nearest
 from swarm.launch.drill.floor import undisturbed
-from swarm.launch.drill.judge import Seen, broken, same_run
-from swarm.launch.drill.live import Live
+from swarm.launch.drill.judge import Observed, broken, same_run
+from swarm.launch.drill.live import LiveFleet
 from swarm.launch.drill.table import LOCKSTEP, TABLE, Row
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RowResult:
     """What came of one row at one pace."""
 
     row: str
@@ -44,7 +44,7 @@ def chosen(names: Iterable[str]) -> list[Row]:
     return [rows[name] for name in names] or list(TABLE)
 
 
-def drilled(rows: Iterable[Row], repeat: int, keep: Path | None = None) -> Iterator[Outcome]:
+def drilled(rows: Iterable[Row], repeat: int, keep: Path | None = None) -> Iterator[RowResult]:
     """Run each row at each of its paces, ``repeat`` times; ``keep`` is where the files of those that fail are kept."""
     for row in rows:
         for pace in row.paces:
@@ -52,10 +52,10 @@ def drilled(rows: Iterable[Row], repeat: int, keep: Path | None = None) -> Itera
                 yield one(row, pace, keep)
 
 
-def one(row: Row, pace: str, keep: Path | None = None) -> Outcome:
+def one(row: Row, pace: str, keep: Path | None = None) -> RowResult:
     """Run a row at a pace and judge it; if it fails, keep its scenario, output and report in a folder in ``keep``."""
     if lacks := row.lacks():
-        return Outcome(row.name, pace, "skip", 0.0, lacks)
+        return RowResult(row.name, pace, "skip", 0.0, lacks)
     begun = monotonic()
     with TemporaryDirectory(prefix="swarm-drill-") as folder:
         try:
@@ -65,18 +65,18 @@ def one(row: Row, pace: str, keep: Path | None = None) -> Outcome:
         if wrong and keep is not None:
             with suppress(shutil.Error):  # sockets cannot be copied
                 shutil.copytree(folder, keep / f"{row.name}-{pace}-{Path(folder).name}")
-    return Outcome(row.name, pace, "fail" if wrong else "pass", monotonic() - begun, "; ".join(wrong))
+    return RowResult(row.name, pace, "fail" if wrong else "pass", monotonic() - begun, "; ".join(wrong))
 
 
-def _performed(row: Row, pace: str, folder: Path) -> Seen:
+def _performed(row: Row, pace: str, folder: Path) -> Observed:
     digest = undisturbed() if same_run in row.laws_at(pace) else ""
     options = tuple(option.format(folder=folder) for option in row.options)
-    with Live(folder, pace, options, row.scenario, row.environ(folder)) as live:
+    with LiveFleet(folder, pace, options, row.scenario, row.environ(folder)) as live:
         live.until(lambda truth: truth.tick >= row.tick, f"tick {row.tick}")
         row.inject(live)
         return live.finish(digest, row.expected)
 
 
-def as_json(outcome: Outcome) -> dict[str, object]:
+def as_json(outcome: RowResult) -> dict[str, object]:
     """Return an outcome as plain values."""
     return asdict(outcome)

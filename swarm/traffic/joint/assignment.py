@@ -7,7 +7,7 @@ from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
 
 
-class Aside(Enum):
+class Displaced(Enum):
     """Where a robot goes if another robot gets its goal."""
 
     NEAR = "near"  # near its goal, so that it arrives soon after the goal is free
@@ -22,7 +22,7 @@ def assign(
     since: Mapping[str, int],
     done: Collection[str] = (),
     idle: Collection[str] = (),
-    aside: Aside = Aside.NEAR,
+    aside: Displaced = Displaced.NEAR,
 ) -> dict[str, int]:
     """Return a goal cell for each robot that it can reach and that no other robot has.
 
@@ -65,11 +65,11 @@ def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int
 
 
 def _order(
-    aside: Aside, near: Sequence[int], table: Sequence[int], ways: Collection[int]
+    aside: Displaced, near: Sequence[int], table: Sequence[int], ways: Collection[int]
 ) -> Callable[[int], tuple[int, ...]]:
     """Return the sort key of a cell: off the ways first, then by its steps from the goal and from the robot."""
     match aside:
-        case Aside.NEAR:
+        case Displaced.NEAR:
             return lambda cell: (cell in ways, near[cell], table[cell], cell)
-        case Aside.STAY:
+        case Displaced.STAY:
             return lambda cell: (cell in ways, table[cell], near[cell], cell)

@@ -4,34 +4,42 @@ from itertools import pairwise
 from typing import Final
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.states import NEVER, Free, Part
+from swarm.traffic.joint.states import NEVER, Free, Memory, Move, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficSettings
 
 AT_REST: Final = 20  # ticks a robot has stood at its goal before it counts as resting there
 
 
-def named_leader(part: Part, free: Free, situation: Situation) -> Free:
+def asks(memory: Memory, call: Free, own: Speaks) -> Move | None:
+    """Ask the lowest id in hearing to lead, me included, if a conflict needs a joint plan; else ask nobody."""
+    if own.situation.tick >= memory.asks_from and reason(own, memory.settings) is not None:
+        return Move(named_leader(memory, call, own.situation))
+    return Move(call._replace(need=None)) if call.need is not None else None
+
+
+def named_leader(memory: Memory, free: Free, situation: Situation) -> Free:
     """Return the state with the robot that should lead: the lowest id that is fresh, me included.
 
     A leader that does not answer is passed over.
     """
-    candidates = sorted([part.me, *(robot for robot, one in situation.fresh.items() if not one.stands)])
-    leader = next((robot for robot in candidates if part.passed_over.get(robot, NEVER) < situation.tick), part.me)
-    if leader == part.me:
+    candidates = sorted([memory.me, *(robot for robot, one in situation.fresh.items() if not one.stands)])
+    leader = next((robot for robot in candidates if memory.passed_over.get(robot, NEVER) < situation.tick), memory.me)
+    if leader == memory.me:
         return free._replace(need=leader)
     times = free.asked.get(leader, 0) + 1
-    if times > part.settings.unanswered:
-        part.passed_over[leader] = situation.tick + part.settings.pass_over
+    if times > memory.settings.unanswered:
+        memory.passed_over[leader] = situation.tick + memory.settings.pass_over
         times = 0
     return Free(leader, {**free.asked, leader: times})
 
 
-def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str | None:
-    """Return why a robot needs a joint plan, or None. ``own`` is the record that it is about to send."""
+def reason(own: Speaks, settings: TrafficSettings) -> str | None:
+    """Return why a robot that is about to speak needs a joint plan, or None."""
     if not own.ahead:
         return None
-    strangers = [robot for robot in own.waits if robot in situation.fresh and not _same_plan(robot, own, situation)]
+    situation = own.situation
+    strangers = [robot for robot in own.waits if robot in situation.fresh and not _same_plan(robot, own)]
     for robot in strangers:
         record = situation.fresh[robot]
         if record.frozen is not None or record.stands:
@@ -40,7 +48,7 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
             return "rest"
         if record.ahead and own.ahead[0] in record.held and record.ahead[0] in own.held:
             return "head-on"
-        if _circle(own, robot, situation):
+        if _circle(own, robot):
             return "circle"
     for record in situation.fresh.values():
         if record.stands:
@@ -50,24 +58,24 @@ def reason(own: Record, situation: Situation, settings: TrafficSettings) -> str 
     if own.epoch is None:
         if situation.mutes and situation.mutes.issuperset(own.waits):
             return None  # no plan makes a mute robot move
-        return "stuck" if own.waits and situation.tick - own.moved > _patience(own, situation, settings) else None
-    return "plan stuck" if _plan_stands(own, situation, settings) else None
+        return "stuck" if own.waits and situation.tick - own.moved > _patience(own, settings) else None
+    return "plan stuck" if _plan_stands(own, settings) else None
 
 
-def _patience(own: Record, situation: Situation, settings: TrafficSettings) -> int:
+def _patience(own: Speaks, settings: TrafficSettings) -> int:
     """Return how long a robot may stand before it is stuck [ticks]: longer if all robots waited for are silent.
 
     The robot first looks then: no plan makes a dead robot move, but its cell may be empty.
     """
-    looks = not any(robot in situation.fresh for robot in own.waits)
+    looks = not any(robot in own.situation.fresh for robot in own.waits)
     return settings.stuck + (settings.surmise if looks else 0)
 
 
-def _same_plan(robot: str, own: Record, situation: Situation) -> bool:
-    return own.epoch is not None and situation.fresh[robot].epoch == own.epoch
+def _same_plan(robot: str, own: Speaks) -> bool:
+    return own.epoch is not None and own.situation.fresh[robot].epoch == own.epoch
 
 
-def _will_meet(own: Record, record: Record) -> bool:
+def _will_meet(own: Speaks, record: Record) -> bool:
     """Return True if the ways that two robots tell use the same joins in opposite directions at the same time.
 
     Neither makes way for the other without a plan. A plan that is made while they are far apart leads them past each
@@ -89,11 +97,11 @@ def _rests(record: Record, tick: int, settings: TrafficSettings) -> bool:
     return standing and tick - record.moved > lasts
 
 
-def _circle(own: Record, robot: str, situation: Situation) -> bool:
+def _circle(own: Speaks, robot: str) -> bool:
     """Return True if the chain of robots that wait, from ``robot`` on, leads back to the robot that asks."""
     seen, front = {robot}, [robot]
     while front:
-        record = situation.fresh.get(front.pop())
+        record = own.situation.fresh.get(front.pop())
         for other in record.waits if record is not None else ():
             if other == own.robot:
                 return True
@@ -103,8 +111,8 @@ def _circle(own: Record, robot: str, situation: Situation) -> bool:
     return False
 
 
-def _plan_stands(own: Record, situation: Situation, settings: TrafficSettings) -> bool:
+def _plan_stands(own: Speaks, settings: TrafficSettings) -> bool:
     """Return True if the robot has waited long and, as far as it hears, no member of its plan has made progress."""
-    limit = situation.tick - settings.plan_stuck
-    members = [record for record in situation.fresh.values() if record.epoch == own.epoch]
+    limit = own.situation.tick - settings.plan_stuck
+    members = [record for record in own.situation.fresh.values() if record.epoch == own.epoch]
     return own.moved < limit and all(record.moved < limit for record in members)

@@ -5,88 +5,91 @@ The functions named in the table of ``joint`` return the result of a transition,
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.joint.following import SETTLE
-from swarm.traffic.joint.problem import ATTEMPTS, members_of, question_of
-from swarm.traffic.joint.states import Collecting, Free, Move, Part, Published, Searching
+from swarm.traffic.joint.problem import RELAXATIONS, members_of, problem_of
+from swarm.traffic.joint.states import Collecting, Free, Memory, Move, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
-from swarm.traffic.mapf.precedence import Order
+from swarm.traffic.mapf.precedence import Precedence
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 
 
-def named(part: Part, call: Free, situation: Situation) -> Move | None:
+def named(memory: Memory, call: Free, situation: Situation) -> Move | None:
     """Call all robots in hearing if one asks me to lead, or if a member refuses the plan that I published last."""
-    if situation.tick < part.leads_from:
+    if situation.tick < memory.leads_from:
         return None
-    asked = call.need == part.me or part.me in [record.need for record in situation.fresh.values()]
-    refusals = _refusals(part, situation)
+    asked = call.need == memory.me or memory.me in [record.need for record in situation.fresh.values()]
+    refusals = _refusals(memory, situation)
     if not asked and not refusals:
         return None
-    part.shut = {join: until for join, until in part.shut.items() if until > situation.tick}
+    memory.shut = {join: until for join, until in memory.shut.items() if until > situation.tick}
     for refusal in refusals:
-        part.shut.update(dict.fromkeys(refusal.shut, situation.tick + part.settings.obstacle))
-    return Move(Collecting(Collect(Epoch(situation.tick, part.me), _called(part, situation))))
+        memory.shut.update(dict.fromkeys(refusal.shut, situation.tick + memory.settings.obstacle))
+    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), _called(memory, situation))))
 
 
-def all_stand(part: Part, call: Collecting, situation: Situation) -> Move | None:
+def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | None:
     """Begin to search when all members stand, or when the time for this is over.
 
     The next call then waits longer: over several relays, calls and answers may take longer than the time was.
     """
-    settings, (epoch, members) = part.settings, call.collect
-    late = situation.tick - epoch.tick >= part.gather
+    settings, (epoch, members) = memory.settings, call.collect
+    late = situation.tick - epoch.tick >= memory.gather
     all_in = all(
-        robot == part.me or (robot in situation.fresh and situation.fresh[robot].frozen == epoch) for robot in members
+        robot == memory.me or (robot in situation.fresh and situation.fresh[robot].frozen == epoch) for robot in members
     )
     if all_in or late:
-        part.gather = settings.gather if all_in else min(2 * part.gather, settings.gather_longest)
-        search = _searching(part, call.collect, 0, frozenset(), situation)
+        memory.gather = settings.gather if all_in else min(2 * memory.gather, settings.gather_longest)
+        search = _searching(memory, call.collect, 0, frozenset(), situation)
         return Move(search) if search is not None else None
     return None
 
 
-def searched_on(part: Part, call: Searching, situation: Situation) -> Move | None:
+def searched_on(memory: Memory, call: Searching, situation: Situation) -> Move | None:
     """Spend this tick's share of expansions on the search."""
-    openings = part.settings.robot_openings // len(call.question.members)
+    openings = memory.settings.robot_openings // len(call.problem.members)
     return Move(call._replace(answer=call.search.advance(openings)))
 
 
-def found(part: Part, call: Searching, situation: Situation) -> Move | None:
+def found(memory: Memory, call: Searching, situation: Situation) -> Move | None:
     """Publish the plan, and follow it."""
     answer = call.answer
     if answer is None or answer.order is None or not _moves(answer):
         return None
     plan = _plan(call, answer, answer.order)
-    part.published = part.unconfirmed = Published(plan, situation.tick)
-    part.leads_from = situation.tick + part.settings.again
-    names, ticks = call.question.members, situation.tick - call.epoch.tick
+    memory.published = memory.unconfirmed = Published(plan, situation.tick)
+    memory.leads_from = situation.tick + memory.settings.again
+    names, ticks = call.problem.members, situation.tick - call.epoch.tick
     said = Event("joint_plan", names, f"made a joint plan for {len(names)} robots in {ticks} ticks")
     return Move(Free(), plan, (said,))
 
 
-def found_none(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Ask an easier question, unless it is proven that there is no plan."""
+def found_none(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+    """Relax the problem, unless it is proven that there is no plan."""
     if call.answer is None or _is_proof(call, call.answer):
         return None
-    attempts = range(call.question.attempt + 1, len(ATTEMPTS))
-    easier = (_searching(part, call.collect, number, call.asked, situation) for number in attempts)
+    relaxations = range(call.problem.relaxation + 1, len(RELAXATIONS))
+    easier = (_searching(memory, call.collect, number, call.asked, situation) for number in relaxations)
     return next((Move(search) for search in easier if search is not None), None)
 
 
-def gave_up(part: Part, call: Searching, situation: Situation) -> Move | None:
-    """Report that there is no plan, once for the same robots, and wait before leading again."""
+def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+    """Report that there is no plan, and wait before leading again.
+
+    A proof is reported again each time it is found: it still holds although others have reached their stops meanwhile.
+    A search that ended at its budget is reported once for the same robots.
+    """
     if call.answer is None:
         return None
-    part.leads_from = situation.tick + part.settings.backoff
-    proven, names = _is_proof(call, call.answer), call.question.members
+    memory.leads_from = situation.tick + memory.settings.backoff
+    proven, names = _is_proof(call, call.answer), call.problem.members
     who = tuple(names[number] for number in call.answer.who) if proven else names
-    if who in part.reported:
-        return Move(Free())
-    part.reported.add(who)
     if proven:
-        said = Event("unsolvable", who, _proof(who, part.cells))
-    else:
-        said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
+        return Move(Free(), events=(Event("unsolvable", who, _proof(who, situation.cells)),))
+    if who in memory.reported:
+        return Move(Free())
+    memory.reported.add(who)
+    said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
     return Move(Free(), events=(said,))
 
 
@@ -100,11 +103,11 @@ def _proof(who: tuple[str, ...], cells: CellMap) -> str:
     )
 
 
-def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
+def ignored(memory: Memory, situation: Situation) -> tuple[Event, ...]:
     """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
-    if part.unconfirmed is None or situation.tick - part.unconfirmed.tick <= 2 * SETTLE:
+    if memory.unconfirmed is None or situation.tick - memory.unconfirmed.tick <= 2 * SETTLE:
         return ()
-    (plan, published), part.unconfirmed = part.unconfirmed, None
+    (plan, published), memory.unconfirmed = memory.unconfirmed, None
     ignoring = [
         robot
         for robot in sorted(plan.ways)
@@ -118,39 +121,39 @@ def ignored(part: Part, situation: Situation) -> tuple[Event, ...]:
     )
 
 
-def carried(part: Part, situation: Situation) -> JointPlan | None:
+def carried(memory: Memory, situation: Situation) -> JointPlan | None:
     """Return the plan that my record carries: the one I published last, for a while, or until all follow it."""
-    published = part.published
-    if published is None or situation.tick - published.tick > part.settings.carry:
+    published = memory.published
+    if published is None or situation.tick - published.tick > memory.settings.carry:
         return None
     plan, fresh = published.plan, situation.fresh
-    all_follow = all(robot == part.me or (robot in fresh and fresh[robot].epoch == plan.epoch) for robot in plan.ways)
+    all_follow = all(robot == memory.me or (robot in fresh and fresh[robot].epoch == plan.epoch) for robot in plan.ways)
     return None if all_follow else plan
 
 
-def _called(part: Part, situation: Situation) -> tuple[str, ...]:
+def _called(memory: Memory, situation: Situation) -> tuple[str, ...]:
     """Return the robots in hearing that can follow a plan: those that were told to stop cannot."""
-    return tuple(sorted([part.me, *(robot for robot, record in situation.fresh.items() if not record.stands)]))
+    return tuple(sorted([memory.me, *(robot for robot, record in situation.fresh.items() if not record.stands)]))
 
 
-def _refusals(part: Part, situation: Situation) -> list[Refusal]:
+def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
     """List what members have said against the plan that I published last."""
-    if part.published is None:
+    if memory.published is None:
         return []
-    mine = part.published.plan.epoch
+    mine = memory.published.plan.epoch
     refusals = (record.refusal for record in situation.fresh.values())
     return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
 
 
 def _searching(
-    part: Part, collect: Collect, number: int, asked: frozenset[object], situation: Situation
+    memory: Memory, collect: Collect, number: int, asked: frozenset[object], situation: Situation
 ) -> Searching | None:
-    """Ask the question of an attempt, on the floor as members have corrected it; None if it was asked before."""
-    cells, members = part.cells.without(part.shut), members_of(collect.epoch, part.me, situation)
-    question = question_of(number, members, situation, cells, part.settings)
-    if not question.members or question.asks in asked:
+    """State the problem of a relaxation, on the floor as members have corrected it; None if it was asked before."""
+    cells, members = situation.cells.without(memory.shut), members_of(collect.epoch, memory.me, situation)
+    problem = problem_of(number, members, situation, cells, memory.settings)
+    if not problem.members or problem.asks in asked:
         return None
-    return Searching(collect, question, question.search(collect.epoch, cells, part.settings), asked | {question.asks})
+    return Searching(collect, problem, problem.search(collect.epoch, cells, memory.settings), asked | {problem.asks})
 
 
 def _moves(answer: Result) -> bool:
@@ -159,16 +162,16 @@ def _moves(answer: Result) -> bool:
 
 
 def _is_proof(call: Searching, answer: Result) -> bool:
-    """Return True if it is proven that there is no plan, for any question."""
-    return answer.outcome is Outcome.UNSOLVABLE and call.question.exact
+    """Return True if it is proven that there is no plan, for any problem."""
+    return answer.outcome is Outcome.UNSOLVABLE and call.problem.exact
 
 
-def _plan(call: Searching, answer: Result, order: Order) -> JointPlan:
-    question, names = call.question, call.question.members
+def _plan(call: Searching, answer: Result, order: Precedence) -> JointPlan:
+    problem, names = call.problem, call.problem.members
     return JointPlan(
         epoch=call.epoch,
-        ways=dict(zip(names, order.ways, strict=True)) | {robot: (cell,) for robot, cell in question.at_rest.items()},
-        until=(names[answer.who[0]],) if answer.outcome is Outcome.FOR_ONE else question.until,
+        ways=dict(zip(names, order.ways, strict=True)) | {robot: (cell,) for robot, cell in problem.at_rest.items()},
+        until=(names[answer.who[0]],) if answer.outcome is Outcome.FOR_ONE else problem.until,
         after={
             robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
             for robot, after in zip(names, order.after, strict=True)

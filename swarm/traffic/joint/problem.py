@@ -1,4 +1,4 @@
-"""The questions that a leader asks its search: who moves from where to where, and which cells are blocked."""
+"""The problems that a leader gives its search: who moves from where to where, and which cells are blocked."""
 
 from collections.abc import Collection, Mapping
 from enum import Enum, auto
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.messages.traffic import Epoch, Record
-from swarm.traffic.joint.assignment import Aside, assign
+from swarm.traffic.joint.assignment import Displaced, assign
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Budget, JointSearch
 from swarm.traffic.peers.situation import Situation
@@ -22,22 +22,24 @@ class Round(Enum):
     MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
 
 
-class Attempt(NamedTuple):
-    """How a leader asks its search; an easier question follows if there is no answer."""
+class Relaxation(NamedTuple):
+    """How a leader relaxes the problem; the next one follows if there is no answer."""
 
     round: Round
     everybody: bool  # robots at their goals move too, if they are in the way
-    aside: Aside
+    aside: Displaced
 
 
-ATTEMPTS: Final = (
-    Attempt(Round.HELD, True, Aside.NEAR),
-    Attempt(Round.HELD, False, Aside.NEAR),  # a smaller question: a search for many robots sometimes takes too long
-    Attempt(Round.BODIES, True, Aside.NEAR),
-    Attempt(Round.HELD, True, Aside.STAY),
-    Attempt(Round.HELD, False, Aside.STAY),
-    Attempt(Round.BODIES, True, Aside.STAY),
-    Attempt(Round.MIDDLES, True, Aside.NEAR),
+RELAXATIONS: Final = (
+    Relaxation(Round.HELD, True, Displaced.NEAR),
+    Relaxation(
+        Round.HELD, False, Displaced.NEAR
+    ),  # a smaller problem: a search for many robots sometimes takes too long
+    Relaxation(Round.BODIES, True, Displaced.NEAR),
+    Relaxation(Round.HELD, True, Displaced.STAY),
+    Relaxation(Round.HELD, False, Displaced.STAY),
+    Relaxation(Round.BODIES, True, Displaced.STAY),
+    Relaxation(Round.MIDDLES, True, Displaced.NEAR),
 )
 
 
@@ -52,10 +54,10 @@ class Member(NamedTuple):
     wants: int  # tick since which it has had this goal
 
 
-class Question(NamedTuple):
-    """What a leader asks its search, and what it needs to write down the plan."""
+class Problem(NamedTuple):
+    """What a leader gives its search, and what it needs to write down the plan."""
 
-    attempt: int  # which of ATTEMPTS
+    relaxation: int  # which of RELAXATIONS
     members: tuple[str, ...]  # those that move
     starts: tuple[int, ...]
     goals: tuple[int, ...]
@@ -67,12 +69,12 @@ class Question(NamedTuple):
 
     @property
     def asks(self) -> object:
-        """What distinguishes it from other questions."""
+        """What distinguishes it from other problems."""
         return self.members, self.goals, self.blocked
 
     def search(self, epoch: Epoch, cells: CellMap, settings: TrafficSettings) -> JointSearch:
         """Return a search for the answer."""
-        blocked, expansions = self.blocked, settings.expansions // (2 if self.attempt else 1)
+        blocked, expansions = self.blocked, settings.expansions // (2 if self.relaxation else 1)
         return JointSearch(
             [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
             if blocked
@@ -98,30 +100,32 @@ def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]
     return members
 
 
-def question_of(
+def problem_of(
     number: int, everybody: Mapping[str, Member], situation: Situation, cells: CellMap, settings: TrafficSettings
-) -> Question:
-    """Return the question of an attempt."""
-    attempt = ATTEMPTS[number]
+) -> Problem:
+    """Return the problem of a relaxation."""
+    relaxation = RELAXATIONS[number]
     heads = {robot: member.head for robot, member in everybody.items()}
-    in_the_way = situation.blocked | _bodies(situation, attempt.round, cells)
-    if attempt.round is Round.HELD:
+    in_the_way = situation.blocked | _bodies(situation, relaxation.round, cells)
+    if relaxation.round is Round.HELD:
         in_the_way |= _strangers(situation, heads, cells, settings)
     in_the_way -= set(heads.values())
     done = {robot for robot, member in everybody.items() if member.done}
-    idle = {robot for robot in everybody if everybody[robot].idle} | (done if attempt.aside is Aside.STAY else set())
+    idle = {robot for robot in everybody if everybody[robot].idle} | (
+        done if relaxation.aside is Displaced.STAY else set()
+    )
     wishes = {robot: member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
-    goals = assign(cells, heads, wishes, in_the_way, since, done, idle, attempt.aside)
-    resting = set() if attempt.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
+    goals = assign(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
+    resting = set() if relaxation.everybody else {robot for robot, head in heads.items() if goals[robot] == head}
     members = tuple(sorted(heads.keys() - resting))
     ends = tuple(goals[robot] for robot in members)
     blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
     exact = not blocked and not settings.learns
     wanting = {robot: everybody[robot] for robot in members if robot not in idle}
     eager = _eager(members, ends, wanting)
-    return Question(
-        attempt=number,
+    return Problem(
+        relaxation=number,
         members=members,
         starts=tuple(heads[robot] for robot in members),
         goals=ends,
@@ -156,7 +160,7 @@ def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[in
 def _strangers(
     situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficSettings
 ) -> frozenset[int]:
-    """Return the cells of robots that are near the members but take no part."""
+    """Return the cells of robots that are near the members but take no memory."""
     return frozenset(
         cell
         for robot, record in situation.others.items()

@@ -6,6 +6,9 @@ The call that it takes part in. A robot goes on in the plan that it follows whil
     Free --named--> Collecting --all_stand--> Searching --found, gave_up--> Free
                                               Searching --searched_on, found_none--> Searching
     Frozen, Collecting, Searching --called--> Frozen
+    Free --asks--> Free
+    Frozen, Collecting, Searching --left--> Free
+    Free, Frozen, Collecting, Searching --woke--> Free
 
 The plan that it follows, if any:
 
@@ -19,42 +22,63 @@ names the next id. A plan gives no right to any cell: a plan that is lost, late 
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from swarm.messages.traffic import MOST_SHUT, Collect, Epoch, JointPlan, Record, Refusal
-from swarm.traffic.joint import leader as leading
-from swarm.traffic.joint import member as standing
-from swarm.traffic.joint.conflict import named_leader, reason
+from swarm.messages.traffic import MOST_SHUT, Collect, Epoch, JointPlan, Refusal
+from swarm.traffic.joint import leader, member
+from swarm.traffic.joint.conflict import asks
 from swarm.traffic.joint.following import Following
-from swarm.traffic.joint.states import Call, Collecting, Free, Frozen, Move, Part, Refused, Searching
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.joint.states import (
+    Call,
+    Collecting,
+    Free,
+    Frozen,
+    Leaves,
+    Memory,
+    Move,
+    Refused,
+    Searching,
+    Speaks,
+    Wakes,
+)
 from swarm.traffic.peers.records import Event
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import shut_joins
 from swarm.traffic.settings import TrafficSettings
 
+Occasion = Situation | Speaks | Leaves | Wakes  # Situation: what is known in each tick
+
 
 class Transition(NamedTuple):
     """One arrow of the drawing: if something happens, the robot goes from one state to another."""
 
+    on: type[Occasion]
     of: type[Call]
-    happens: Callable[[Part, Any, Situation], Move | None]
+    happens: Callable[[Memory, Any, Any], Move | None]  # the last argument is the occasion
     to: type[Call]
 
 
 # fmt: off
-TRANSITIONS: Final = (  # tried in each tick from top to bottom, in the state that the ones above have led to
-    #          in          what happens            to
-    Transition(Free,       standing.called,        Frozen),
-    Transition(Frozen,     standing.called,        Frozen),
-    Transition(Collecting, standing.called,        Frozen),
-    Transition(Searching,  standing.called,        Frozen),
-    Transition(Free,       leading.named,          Collecting),
-    Transition(Collecting, leading.all_stand,      Searching),
-    Transition(Searching,  leading.searched_on,    Searching),
-    Transition(Searching,  leading.found,          Free),
-    Transition(Searching,  leading.found_none,     Searching),
-    Transition(Searching,  leading.gave_up,        Free),
-    Transition(Frozen,     standing.plan_came,     Free),
-    Transition(Frozen,     standing.stood_in_vain, Free),
+TRANSITIONS: Final = (  # tried on each occasion from top to bottom, in the state that the ones above have led to
+    #          on         in          what happens            to
+    Transition(Situation, Free,       member.called,        Frozen),
+    Transition(Situation, Frozen,     member.called,        Frozen),
+    Transition(Situation, Collecting, member.called,        Frozen),
+    Transition(Situation, Searching,  member.called,        Frozen),
+    Transition(Situation, Free,       leader.named,          Collecting),
+    Transition(Situation, Collecting, leader.all_stand,      Searching),
+    Transition(Situation, Searching,  leader.searched_on,    Searching),
+    Transition(Situation, Searching,  leader.found,          Free),
+    Transition(Situation, Searching,  leader.found_none,     Searching),
+    Transition(Situation, Searching,  leader.gave_up,        Free),
+    Transition(Situation, Frozen,     member.plan_came,     Free),
+    Transition(Situation, Frozen,     member.stood_in_vain, Free),
+    Transition(Speaks,    Free,       asks,                   Free),
+    Transition(Leaves,    Frozen,     member.left,          Free),
+    Transition(Leaves,    Collecting, member.left,          Free),
+    Transition(Leaves,    Searching,  member.left,          Free),
+    Transition(Wakes,     Free,       member.woke,          Free),
+    Transition(Wakes,     Frozen,     member.woke,          Free),
+    Transition(Wakes,     Collecting, member.woke,          Free),
+    Transition(Wakes,     Searching,  member.woke,          Free),
 )
 # fmt: on
 
@@ -69,62 +93,43 @@ class Decision(NamedTuple):
 class JointPlanning:
     """The two state machines of one robot."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.call: Call = Free()
         self.following: Following | None = None
-        self.part = Part(me, cells, settings)
+        self.memory = Memory(me, settings)
 
     def step(self, situation: Situation) -> Decision:
         """Answer calls, lead if named, continue the search, and adopt a plan that came."""
-        plan, events = None, leading.ignored(self.part, situation)
-        for state, happens, _ in TRANSITIONS:
-            move = happens(self.part, self.call, situation) if isinstance(self.call, state) else None
-            if move is not None:
-                self._go(move.to)
-                plan, events = move.plan or plan, events + move.events
+        events = leader.ignored(self.memory, situation)
+        plan, said = self._take(situation)
         if plan is None:
-            return Decision(events=events)
+            return Decision(events=events + said)
         adopted = self._adopt(plan, situation)
-        return Decision(adopted.way, events + adopted.events)
+        return Decision(adopted.way, events + said + adopted.events)
 
-    def ask(self, own: Record, situation: Situation) -> str | None:
-        """Return the robot that it asks to lead, None if it needs no plan; call it each time the robot broadcasts."""
-        if not isinstance(self.call, Free):
-            return None
-        part = self.part
-        if self.call.need is not None:
-            self.call = self.call._replace(need=None)
-        if situation.tick >= part.asks_from and reason(own, situation, part.settings) is not None:
-            self.call = named_leader(part, self.call, situation)
-        return self.call.need
+    def ask(self, own: Speaks) -> None:
+        """Decide which robot to ask to lead, if any; call it before each broadcast."""
+        self._take(own)
 
     def leave(self) -> None:
         """Stop following the plan."""
         self.following = None
 
-    def stand(self) -> Decision:
-        """Take part in no plan and no call: the robot was told to stop."""
-        self.void()
-        return Decision()
-
     def void(self) -> None:
-        """Drop the plan followed and the call taken part in: they were for another floor."""
+        """Leave the plan followed and the call: the robot was told to stop, or they were for another floor."""
         self.leave()
-        self._stand_for_nobody()
+        self._take(Leaves())
 
-    def reset(self, tick: int) -> None:
-        """Leave the call, and ask nobody to lead: the robot was away.
-
-        The robot leads nobody until it has listened.
-        """
-        self.call = self._stand_for_nobody()._replace(need=None)
-        self.part.leads_from = tick + self.part.settings.listen
-
-    def take_cells(self, cells: CellMap) -> None:
-        """Use the cells of another floor."""
-        self.part.cells = cells
+    def wake(self, tick: int) -> None:
+        """Leave the call: the robot was away. The plan followed stays."""
+        self._take(Wakes(tick))
 
     # ---- what the robot tells
+
+    @property
+    def need(self) -> str | None:
+        """The robot that it asks to lead."""
+        return self.call.need if isinstance(self.call, Free) else None
 
     @property
     def epoch(self) -> Epoch | None:
@@ -143,46 +148,53 @@ class JointPlanning:
 
     def carried(self, situation: Situation) -> JointPlan | None:
         """Return the plan that this robot made, while its record carries it."""
-        return leading.carried(self.part, situation)
+        return leader.carried(self.memory, situation)
 
     def refused(self, tick: int) -> Refusal | None:
         """Return the refusal to tell, while the leader may still need it."""
-        refused = self.part.refused
-        return refused.refusal if refused and tick - refused.tick <= self.part.settings.carry else None
+        refused = self.memory.refused
+        return refused.refusal if refused and tick - refused.tick <= self.memory.settings.carry else None
 
     # ---- from state to state
+
+    def _take(self, occasion: Occasion) -> tuple[JointPlan | None, tuple[Event, ...]]:
+        """Go through the table on an occasion; return the plan that came and the events."""
+        plan: JointPlan | None = None
+        events: tuple[Event, ...] = ()
+        for on, state, happens, _ in TRANSITIONS:
+            if isinstance(occasion, on) and isinstance(self.call, state):
+                move = happens(self.memory, self.call, occasion)
+                if move is not None:
+                    self._go(move.to)
+                    plan, events = move.plan or plan, events + move.events
+        return plan, events
 
     def _go(self, to: Call) -> None:
         """Enter a state; the robot never takes part again in a call that it has left."""
         if not isinstance(self.call, Free) and (isinstance(to, Free) or to.epoch != self.call.epoch):
-            self.part.spent[self.call.epoch.leader] = self.call.epoch.tick
+            self.memory.spent[self.call.epoch.leader] = self.call.epoch.tick
         self.call = to
-
-    def _stand_for_nobody(self) -> Free:
-        free = self.call if isinstance(self.call, Free) else Free()
-        self._go(free)
-        return free
 
     def _adopt(self, plan: JointPlan, situation: Situation) -> Decision:
         """Follow a plan if it begins where the robot stands; refuse it if the map lacks a join of the robot's way."""
-        part, way = self.part, plan.ways.get(self.part.me)
+        memory, way = self.memory, plan.ways.get(self.memory.me)
         if way is None or way[0] != situation.head:
             return Decision()
-        if shut_joins(way, part.cells):
-            return Decision(events=(self._refuse(plan, way, situation.tick),))
-        entries = {entry.step: entry for entry in plan.after.get(part.me, ())}
+        if shut_joins(way, situation.cells):
+            return Decision(events=(self._refuse(plan, way, situation),))
+        entries = {entry.step: entry for entry in plan.after.get(memory.me, ())}
         self.following = Following(
-            part.me, plan, tuple(sorted(plan.ways)), situation.tick, part.settings.absent, entries
+            memory.me, plan, tuple(sorted(plan.ways)), situation.tick, memory.settings.absent, entries
         )
-        part.asks_from = situation.tick + part.settings.calm
-        if plan.epoch.leader != part.me:
-            part.published = None
+        memory.asks_from = situation.tick + memory.settings.calm
+        if plan.epoch.leader != memory.me:
+            memory.published = None
         return Decision(way)
 
-    def _refuse(self, plan: JointPlan, way: tuple[int, ...], tick: int) -> Event:
+    def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> Event:
         """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
-        part = self.part
-        shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, part.cells)))
-        part.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), tick)
+        memory, cells = self.memory, situation.cells
+        shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, cells)))
+        memory.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
         text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-        return Event("plan_refused", (part.me,), text)
+        return Event("plan_refused", (memory.me,), text)

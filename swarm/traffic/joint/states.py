@@ -6,10 +6,10 @@ from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
-from swarm.traffic.joint.problem import Question
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.joint.problem import Problem
 from swarm.traffic.mapf.planner import JointSearch, Result
 from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import Join
 from swarm.traffic.settings import TrafficSettings
 
@@ -46,9 +46,9 @@ class Searching(NamedTuple):
     """The robot leads and searches for a plan from where the members stand."""
 
     collect: Collect
-    question: Question
+    problem: Problem
     search: JointSearch
-    asked: frozenset[object]  # this question and those before it: none is asked twice
+    asked: frozenset[object]  # this problem and those before it: none is asked twice
     answer: Result | None = None
 
     @property
@@ -58,6 +58,28 @@ class Searching(NamedTuple):
 
 
 Call = Free | Frozen | Collecting | Searching
+
+
+class Speaks(NamedTuple):
+    """The robot is about to broadcast: what it will tell of its own way shows if a conflict blocks it."""
+
+    robot: str
+    held: tuple[int, ...]
+    ahead: tuple[int, ...]  # the next cells of its way
+    waits: tuple[str, ...]  # robots that it waits for
+    epoch: Epoch | None  # of the joint plan followed
+    moved: int  # tick of its last progress
+    situation: Situation
+
+
+class Leaves(NamedTuple):
+    """The robot was told to stop, or the floor has changed: it takes part in no call."""
+
+
+class Wakes(NamedTuple):
+    """The robot has just started, or was away."""
+
+    tick: int
 
 
 class Move(NamedTuple):
@@ -83,11 +105,10 @@ class Refused(NamedTuple):
 
 
 @dataclass
-class Part:
+class Memory:
     """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str
-    cells: CellMap
     settings: TrafficSettings
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick
@@ -98,7 +119,7 @@ class Part:
     unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it
     refused: Refused | None = None  # the newest plan it refused
     shut: dict[Join, int] = field(default_factory=dict)  # refused joins, and until when they count as shut [tick]
-    reported: set[tuple[str, ...]] = field(default_factory=set)  # groups reported to have no plan
+    reported: set[tuple[str, ...]] = field(default_factory=set)  # groups for which no plan was found within the budget
 
     def __post_init__(self) -> None:
         self.gather = self.settings.gather

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Final
 
-from swarm.traffic.mapf.lacam import State, Steps
+from swarm.traffic.mapf.lacam import SearchState, Steps
 from swarm.traffic.mapf.pibt import Configuration, Joined, Tables
 
 MOST_KEPT: Final = 60_000  # configurations kept
@@ -28,7 +28,7 @@ class BestFirst:
     """
 
     def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, eager: Sequence[int]) -> None:
-        self.state = State.RUNNING
+        self.state = SearchState.RUNNING
         self.expansions = 0
         self.steps: Steps = []
         self._neighbours = neighbours
@@ -41,18 +41,18 @@ class BestFirst:
         self._seen = {self._alike(starts)}
         self._open = [self._left(starts) * NUMBERS]  # steps left * NUMBERS + number
 
-    def advance(self, expansions: int) -> State:
+    def advance(self, expansions: int) -> SearchState:
         """Expand at most ``expansions`` more configurations; return the state of the search."""
         end = self.expansions + expansions
-        while self.state is State.RUNNING and self.expansions < end and len(self._kept) < MOST_KEPT:
+        while self.state is SearchState.RUNNING and self.expansions < end and len(self._kept) < MOST_KEPT:
             if not self._open:
-                self.state = State.UNSOLVABLE
+                self.state = SearchState.UNSOLVABLE
                 break
             left, number = divmod(heappop(self._open), NUMBERS)
             self.expansions += 1
             if left == 0:
                 self.steps = self._run_to(number)
-                self.state = State.SOLVED
+                self.state = SearchState.SOLVED
                 break
             at = _unpacked(self._kept[number])
             taken = set(at)

@@ -21,7 +21,7 @@ Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes t
 Steps = list[Configuration]  # configurations, one per time step
 
 
-class State(Enum):
+class SearchState(Enum):
     """The state of a search."""
 
     RUNNING = "running"
@@ -58,7 +58,7 @@ class Search:
         ties: Ties,
         random: Random,
     ) -> None:
-        self.state = State.RUNNING
+        self.state = SearchState.RUNNING
         self.expansions = 0
         self.steps: Steps = []
         self._goals: Final = goals
@@ -70,23 +70,23 @@ class Search:
         self._open: list[_Node] = [root]
         self._known: dict[Configuration, _Node] = {starts: root}
         if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
-            self.state = State.UNSOLVABLE  # no way leads to a goal
+            self.state = SearchState.UNSOLVABLE  # no way leads to a goal
 
-    def advance(self, expansions: int) -> State:
+    def advance(self, expansions: int) -> SearchState:
         """Expand at most ``expansions`` more configurations; ``steps`` holds the plan once solved."""
         limit = self.expansions + expansions
-        while self.state is State.RUNNING and self.expansions < limit:
+        while self.state is SearchState.RUNNING and self.expansions < limit:
             self._expand()
         return self.state
 
     def _expand(self) -> None:
         if not self._open:
-            self.state = State.UNSOLVABLE
+            self.state = SearchState.UNSOLVABLE
             return
         node = self._open[-1]
         if node.at == self._goals:
             self.steps = _way_to(node)
-            self.state = State.SOLVED
+            self.state = SearchState.SOLVED
             return
         if not node.orders:
             self._open.pop()

@@ -17,11 +17,11 @@ from random import Random
 from typing import Final
 
 from swarm.traffic.mapf.best_first import BestFirst
-from swarm.traffic.mapf.lacam import Search, State, Steps, without_detours
+from swarm.traffic.mapf.lacam import Search, SearchState, Steps, without_detours
 from swarm.traffic.mapf.lns import Improving
 from swarm.traffic.mapf.makespan import duration
 from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
-from swarm.traffic.mapf.precedence import Order, order_of
+from swarm.traffic.mapf.precedence import Precedence, order_of
 
 PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
 TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
@@ -60,7 +60,7 @@ class Result:
 
     outcome: Outcome
     steps: Steps  # when solved
-    order: Order | None
+    order: Precedence | None
     who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive in any case; solved for one: that one
     expansions: int = 0
 
@@ -129,9 +129,9 @@ class JointSearch:
             spent = max(1, search.expansions - before)
             expansions -= spent
             self._spent += spent
-            if state is State.SOLVED:
+            if state is SearchState.SOLVED:
                 self._keep(search)
-            elif state is State.UNSOLVABLE:
+            elif state is SearchState.UNSOLVABLE:
                 self._together, self._search, self._begun = False, None, LATE + 1
             elif self._allowance(search) <= 0:
                 self._search = None
@@ -157,7 +157,7 @@ class JointSearch:
             if pair[eager] not in self._eager:
                 continue
             search = BestFirst(neighbours, [tables[robot] for robot in pair], tuple(starts[r] for r in pair), (eager,))
-            if search.advance(PAIR) is State.UNSOLVABLE:
+            if search.advance(PAIR) is SearchState.UNSOLVABLE:
                 self._finish(Outcome.UNSOLVABLE, pair)
             spent += search.expansions
         return 1 + 2 * spent // len(starts)
@@ -174,14 +174,14 @@ class JointSearch:
         self._best_first = search
         before = search.expansions
         state = search.advance(expansions)
-        if state is State.SOLVED:
+        if state is SearchState.SOLVED:
             self._take(search.steps, max(1, search.expansions // len(starts)))
             if len(eager) < len(starts):
                 self._finish(Outcome.FOR_ONE, eager)
-        elif state is State.UNSOLVABLE and len(eager) == 1:
+        elif state is SearchState.UNSOLVABLE and len(eager) == 1:
             self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
-        if state is not State.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
-            self._together = self._together and not (state is State.UNSOLVABLE and len(eager) == len(starts))
+        if state is not SearchState.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
+            self._together = self._together and not (state is SearchState.UNSOLVABLE and len(eager) == len(starts))
             self._questions = self._questions[1:]
             self._best_first = None
         return max(1, search.expansions - before)

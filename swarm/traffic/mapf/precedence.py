@@ -17,14 +17,14 @@ class After(NamedTuple):
     place: int
 
 
-class Order(NamedTuple):
+class Precedence(NamedTuple):
     """A joint plan without time."""
 
     ways: tuple[tuple[int, ...], ...]  # [robot] -> cells, its present one first, none twice in a row
     after: tuple[dict[int, After], ...]  # [robot][index of the cell entered] -> what it waits for
 
 
-def order_of(steps: Sequence[Configuration]) -> Order:
+def order_of(steps: Sequence[Configuration]) -> Precedence:
     """Return the way of every robot, and for each cell who enters it after whom.
 
     >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0 has left its cell no. 1
@@ -43,4 +43,4 @@ def order_of(steps: Sequence[Configuration]) -> Order:
                 after[robot][len(way)] = before
             last[cell] = After(robot, len(way))
             way.append(cell)
-    return Order(tuple(map(tuple, ways)), tuple(after))
+    return Precedence(tuple(map(tuple, ways)), tuple(after))

@@ -10,7 +10,7 @@ from swarm.messages.traffic import Moving, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.obstacles.scan import Known, Reading, hit_by, strange, unexplained
-from swarm.traffic.obstacles.tracker import WATCH, Threat, Threats
+from swarm.traffic.obstacles.tracker import WATCH, MovingObstacle, Tracker
 from swarm.traffic.settings import TrafficSettings
 
 HALTED: Final = 10  # ticks stopped before an unexpected obstacle, after which it is taken to stay
@@ -40,45 +40,48 @@ def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: Traf
     return lambda place: any(body.may_be_at(place, cells) for body in known)
 
 
-class Halt(NamedTuple):
+class ProtectiveStop(NamedTuple):
     """The result of one look."""
 
     stopped: bool
     found: Point | None = None  # m, where an obstacle seems to stay: reported once
-    threats: tuple[Threat, ...] = ()  # obstacles that move near the robot
+    threats: tuple[MovingObstacle, ...] = ()  # obstacles that move near the robot
 
 
-class Halting:
+class ObstacleDetector:
     """The obstacle detector of one robot."""
 
-    def __init__(self, cells: CellMap, settings: TrafficSettings) -> None:
-        self.cells = cells
+    def __init__(self, settings: TrafficSettings) -> None:
         self._settings = settings
         self._since: int | None = None  # tick at which it stopped
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
         self._lingers_until = 0
         self._found: list[tuple[int, Point]] = []  # tick until which an obstacle is remembered, and its place [m]
-        self._threats = Threats(settings.tick, settings.radius)
+        self._tracker = Tracker(settings.tick, settings.radius)
 
-    def look(self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int]) -> Halt:
+    def detect(
+        self, inputs: TrafficInputs, others: Collection[Record], mine: Collection[int], cells: CellMap
+    ) -> ProtectiveStop:
         """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
         known = self._known(inputs, others, mine) if seen else []
-        near = strange(seen, inputs.pose, self.cells, known, settings)
+        near = strange(seen, inputs.pose, cells, known, settings)
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
-        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known)
+        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known, cells)
         told = [one for record in others for one in record.moving]
-        return halt._replace(threats=self._threats.look(tick, inputs.pose, hits, inputs.scan, told))
+        return halt._replace(threats=self._tracker.track(tick, inputs.pose, hits, inputs.scan, told))
 
-    def _stop(self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known]) -> Halt:
+    def _stop(
+        self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known], cells: CellMap
+    ) -> ProtectiveStop:
         """Return whether to stop for what is near, and where it stays."""
         tick, settings = inputs.tick, self._settings
-        place = unexplained(seen, inputs.pose, self.cells, known, settings)
+        place = unexplained(seen, inputs.pose, cells, known, settings)
         if place is None:
             self._since = None
-            return Halt(tick < self._lingers_until)
+            return ProtectiveStop(tick < self._lingers_until)
         if inputs.scan.nearest < CLOSE:
             self._lingers_until = tick + LINGERS
         if self._since is None:
@@ -86,13 +89,13 @@ class Halting:
         elif distance(place, self._still[1]) > STILL and tick - self._since < AT_LAST:
             self._still = (tick, place)
         if tick - self._still[0] != HALTED:
-            return Halt(stopped=True)
+            return ProtectiveStop(stopped=True)
         self._found.append((tick + settings.obstacle, place))
-        return Halt(stopped=True, found=place)
+        return ProtectiveStop(stopped=True, found=place)
 
     def moving(self) -> tuple[Moving, ...]:
         """Return the obstacles that this robot has lately seen to move."""
-        return self._threats.seen()
+        return self._tracker.seen()
 
     def places(self, tick: int) -> tuple[Point, ...]:
         """Return where obstacles stay that were found lately [m]."""

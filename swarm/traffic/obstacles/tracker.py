@@ -7,7 +7,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.progress_checker import GettingOn
+from swarm.traffic.progress_checker import ProgressChecker
 from swarm.traffic.reservations.route import BESIDE, RouteProgress
 
 WATCH: Final = 1.4  # m, from the edge; an obstacle seen nearer may be a threat
@@ -23,7 +23,7 @@ OTHER: Final = 2  # cells; a way that is longer than the shortest so far by more
 KEPT: Final = 400  # ticks of threat without progress, after which a robot takes its next cell for occupied
 
 
-class Threat(NamedTuple):
+class MovingObstacle(NamedTuple):
     """An obstacle that moves by itself, at one moment."""
 
     x: float  # m, its centre
@@ -32,7 +32,7 @@ class Threat(NamedTuple):
     vy: float
 
 
-class Threats:
+class Tracker:
     """Tracks the unexpected obstacles that one robot sees, and adds those that others tell of."""
 
     def __init__(self, dt: float, radius: float) -> None:
@@ -40,9 +40,9 @@ class Threats:
         self._radius = radius  # m, the robot's
         self._tracks: list[_Track] = []
 
-    def look(
+    def track(
         self, tick: int, pose: Pose, hits: Collection[Point], scan: Scan, told: Iterable[Moving] = ()
-    ) -> tuple[Threat, ...]:
+    ) -> tuple[MovingObstacle, ...]:
         """Return the threats near the robot at this tick.
 
         ``hits`` [m] are the points where rays of the ``scan`` hit unexpected obstacles; ``told`` is what others saw.
@@ -53,7 +53,7 @@ class Threats:
             self._see(tick, pose, [hit for hit in left if distance(hit, nearest) < WIDE])
             left = [hit for hit in left if distance(hit, nearest) >= WIDE]
         self._tracks = [track for track in self._tracks if self._lasts(track, tick, pose, scan)]
-        found: list[Threat] = []
+        found: list[MovingObstacle] = []
         for one in sorted((*self.seen(), *told), key=lambda one: -one.tick):
             now = self._at(one, tick)
             old = tick - one.tick
@@ -67,10 +67,10 @@ class Threats:
         """Return the obstacles that this robot has lately seen to move."""
         return tuple([track.moving for track in self._tracks if track.moving is not None])
 
-    def _at(self, one: Moving, tick: int) -> Threat:
+    def _at(self, one: Moving, tick: int) -> MovingObstacle:
         """Return where an obstacle is at this tick if it has moved straight on."""
         age = (tick - one.tick) * self._dt
-        return Threat(one.x + one.vx * age, one.y + one.vy * age, one.vx, one.vy)
+        return MovingObstacle(one.x + one.vx * age, one.y + one.vy * age, one.vx, one.vy)
 
     def _lasts(self, track: "_Track", tick: int, pose: Pose, scan: Scan) -> bool:
         """Return False if the obstacle was not seen for long, or if rays go through where it should be."""
@@ -131,24 +131,24 @@ class _Track:
         return vx, vy
 
 
-class Kept:
+class BlockedByObstacle:
     """Detects that a threat has long kept the robot from its next cell, though the robot holds that cell."""
 
     def __init__(self) -> None:
-        self._getting_on = GettingOn(OTHER)
+        self._progress_checker = ProgressChecker(OTHER)
 
-    def look(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
+    def check(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
         """Return that cell, or None; call it once a tick."""
         held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
-        ticks = self._getting_on.look(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
+        ticks = self._progress_checker.check(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
         if ticks < KEPT:
             return None
-        self._getting_on = GettingOn(OTHER)
+        self._progress_checker = ProgressChecker(OTHER)
         return ahead[0]
 
 
-def _middle(pose: Pose, edge: Collection[Point], known: Threat | None) -> Point:
+def _middle(pose: Pose, edge: Collection[Point], known: MovingObstacle | None) -> Point:
     """Fit a disc to an obstacle's edge; return its centre [m].
 
     One ray does not tell how far to the side the centre is: the fit begins where it is ``known`` to be.

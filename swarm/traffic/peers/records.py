@@ -46,7 +46,7 @@ NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)
 class PeerRecords:
     """Everything heard so far, merged: the newest stamp wins, however the record came."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.me = me
         self.others: dict[str, Record] = {}  # in the order of their ids
         self._live = NOBODY
@@ -57,16 +57,16 @@ class PeerRecords:
         self._woke = -1
         self._relaying = Relaying(settings)
         self.mutes = Mutes(settings)
-        self.cells = cells
         self._settings = settings
-        self._farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m; cells kept are nearer
 
-    def hear(self, tick: int, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()) -> list[Event]:
+    def hear(
+        self, tick: int, cells: CellMap, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()
+    ) -> list[Event]:
         """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
         had_mutes = bool(self.mutes)
         refused: list[Event] = []
         for broadcast in broadcasts:
-            self._hear_one(tick, broadcast, refused)
+            self._hear_one(tick, cells, broadcast, refused)
         self.mutes.hear(tick, mute, self._direct)
         surmises, new = self._surmises or had_mutes, len(self.others) != len(self._known)
         if new:
@@ -76,7 +76,7 @@ class PeerRecords:
         else:
             self.others.update([(record.robot, record) for record in self._news])
         if self.mutes:
-            mutes = self.mutes.records(tick, {robot: known.record for robot, known in self._known.items()}, self.cells)
+            mutes = self.mutes.records(tick, {robot: known.record for robot, known in self._known.items()}, cells)
             self.others = dict(sorted((self.others | mutes).items()))
         if self._news or surmises or self.mutes:
             self._news, self._live = [], NOBODY
@@ -145,8 +145,8 @@ class PeerRecords:
         """Return True if a robot that is not silent has just started, and claims nothing yet."""
         return self._live_at(tick).listens
 
-    def passed_on(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
-        """Choose the records to relay from a place [m], nearest robots first."""
+    def relay(self, tick: int, x: float, y: float) -> tuple[Relayed, ...]:
+        """Choose the records to relay in this broadcast from a place [m], nearest robots first."""
         return self._relaying.choose(tick, x, y, self._known, listens=self.somebody_listens(tick))
 
     def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
@@ -161,7 +161,7 @@ class PeerRecords:
             return ()
         return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
 
-    def _hear_one(self, tick: int, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
+    def _hear_one(self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
         own = broadcast.own
         if own.robot == self.me:
             self._name(tick, own.robot, "another robot uses my id", refused)
@@ -173,7 +173,7 @@ class PeerRecords:
             if own.stamp - self._direct.get(own.robot, -FOREVER) > self._settings.fresh:
                 self._relaying.met(tick)
             self._direct[own.robot] = own.stamp
-        self._merge(tick, own, 1, refused)
+        self._merge(tick, cells, own, 1, refused)
         most, latest, everybody = self._settings.hops, tick + SKEW, self._known
         for hops, record in broadcast.others:  # hundreds in a tick, if many robots are close together: mostly old news
             robot, stamp = record.robot, record.stamp
@@ -183,9 +183,9 @@ class PeerRecords:
                 self._relaying.hear(own.robot, record)
             known = everybody.get(robot)
             if known is None or (stamp >= known.record.stamp and (known.record is not record or hops + 1 < known.hops)):
-                self._merge(tick, record, hops + 1, refused)
+                self._merge(tick, cells, record, hops + 1, refused)
 
-    def _merge(self, tick: int, record: Record, hops: int, refused: list[Event]) -> None:
+    def _merge(self, tick: int, cells: CellMap, record: Record, hops: int, refused: list[Event]) -> None:
         known = self._known.get(record.robot)
         if known is not None:
             if record.stamp < known.record.stamp:
@@ -196,7 +196,7 @@ class PeerRecords:
                 elif hops < known.hops:
                     self._known[record.robot] = known._replace(hops=hops)
                 return
-        fault = self._fault(tick, record, known.record if known else None)
+        fault = self._fault(tick, cells, record, known.record if known else None)
         if fault is None:
             self._known[record.robot] = Known(record, hops)
             self._news.append(record)
@@ -209,9 +209,9 @@ class PeerRecords:
             self._told[key] = tick
             refused.append(Event("refused", (robot,), f"dropped a record of {robot}: {fault}"))
 
-    def _fault(self, tick: int, record: Record, before: Record | None) -> str | None:
+    def _fault(self, tick: int, cells: CellMap, record: Record, before: Record | None) -> str | None:
         """Return why a record cannot be true, or None."""
-        settings, cells = self._settings, self.cells
+        settings = self._settings
         if record.stamp > tick + SKEW:
             return "it is from the future"
         x, y = record.x, record.y
@@ -225,8 +225,9 @@ class PeerRecords:
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"
+        farthest = max(settings.claim_radius, 2 * cells.side) + 2 * cells.side  # m
         for at_x, at_y in map(cells.centre, mentioned):
-            if hypot(at_x - x, at_y - y) > self._farthest:
+            if hypot(at_x - x, at_y - y) > farthest:
                 return "holds or claims a cell far from where it is"
         if before is not None:
             driven = settings.speed * settings.tick * (record.stamp - before.stamp) + SLACK

@@ -34,8 +34,8 @@ class Sightings:
         """Return the cells in which an unexpected body stands."""
         return frozenset([cell for cell, sighting in self._newest.items() if not sighting.empty])
 
-    def cleared(self, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Cleared:
-        """Return the cells of silent robots that were seen empty after the robot spoke last.
+    def clear(self, others: Mapping[str, Record], fresh: Mapping[str, Record]) -> Cleared:
+        """Clear the cells of silent robots that were seen empty after the robot spoke last; return all cleared cells.
 
         Such a cell stays cleared until its robot is heard again.
         """

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from swarm.messages.traffic import Record
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.sightings import Cleared
 
 
@@ -11,6 +12,7 @@ class Situation(NamedTuple):
     """Where the robot stands, where it wants to be, and what the others last said."""
 
     tick: int
+    cells: CellMap
     head: int  # cell
     goal: int  # cell
     idle: bool  # it has no goal and only needs a place to stand

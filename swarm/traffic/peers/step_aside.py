@@ -9,7 +9,6 @@ from typing import Final
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.uncooperative import SAYS, Mutes
 
@@ -21,7 +20,7 @@ LASTS: Final = 300  # ticks (15 s) aside, with the way there: a mute robot has t
 MOVED: Final = 0.3  # m; a robot that has moved farther does not stand; less is a turn on the spot or a nudge
 
 
-class Aside:
+class StepAside:
     """Decides when one robot moves aside, and where to."""
 
     def __init__(self) -> None:
@@ -30,26 +29,23 @@ class Aside:
         self._to: Point | None = None  # m, the place aside; None: it does not move aside
         self._times = 0  # how often it has moved aside
 
-    def look(
-        self, inputs: TrafficInputs, mutes: Mutes, head: int, taken: Collection[int], cells: CellMap
-    ) -> TrafficInputs:
-        """Return the inputs; while the robot moves aside, their goal is the place aside.
+    def decide(
+        self, tick: int, pose: Pose, mutes: Mutes, head: int, taken: Collection[int], cells: CellMap, *, stands: bool
+    ) -> Point | None:
+        """Return the place aside [m] to drive to, or None: it does not move aside. Call it once a tick.
 
-        The way to that place does not lead through cells that are ``taken``. ``head`` is the cell to start from.
+        The way to that place does not lead through cells that are ``taken``. ``head`` is the cell to start from. A
+        robot that was told to stop ``stands``.
         """
-        tick, pose = inputs.tick, inputs.pose
-        if self._to is not None and tick < self._since + LASTS and not inputs.stands:
-            return inputs._replace(goal=self._to, path=(), done=False)
+        if self._to is not None and tick < self._since + LASTS and not stands:
+            return self._to
         near = mutes.waiting(pose, NEAR * cells.side)
         moved = self._at is None or distance(self._at, pose) > MOVED
-        if not near or moved or self._to is not None or inputs.stands:
+        if not near or moved or self._to is not None or stands:
             self._at, self._since, self._to = pose, tick, None
-            return inputs
-        if tick - self._since < SAYS:
-            return inputs
-        self._since = tick
-        self._to = self._place(near, head, taken, cells)
-        return inputs
+        elif tick - self._since >= SAYS:
+            self._since, self._to = tick, self._place(near, head, taken, cells)  # it drives there from the next tick on
+        return None
 
     def _place(self, near: Collection[Pose], head: int, taken: Collection[int], cells: CellMap) -> Point | None:
         """Return the centre [m] of a cell clear of the mute robots ``near``: each time another one, if there is any."""

@@ -97,7 +97,7 @@ class Mutes:
         still = [self._last[robot][1] for robot in sorted(self.names - self.moving)]
         return [one.pose for one in still if not one.rests and distance(one.pose, pose) <= reach]
 
-    def complaint(self, tick: int, waits: Collection[str]) -> str | None:
+    def complain(self, tick: int, waits: Collection[str]) -> str | None:
         """Return a sentence once a robot has long waited for mute robots only; call it once a tick."""
         if not waits or not self.names.issuperset(waits):
             self._waits_since = None

@@ -2,23 +2,31 @@
 
 from collections.abc import Collection
 from math import hypot
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim
-from swarm.traffic.joint.following import Following
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import ASK, TAKE, Case, obstacle
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficSettings
 
-LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
 MOST_BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
 NOBODY: Final[frozenset[str]] = frozenset()
+
+
+class Turns(Protocol):
+    """The order in which the members of a joint plan enter cells."""
+
+    def waits_for(self, step: int, situation: Situation) -> str | None:
+        """Return the robot that must leave the ``step``-th cell of the way before this one enters it, else None."""
+
+    def next_after(self, step: int, situation: Situation) -> bool:
+        """Return True if the robot waited for is in that very visit now: no other robot can come in between."""
 
 
 class Claimed(NamedTuple):
@@ -32,15 +40,14 @@ class Claimed(NamedTuple):
 class Claiming:
     """Applies the rules of ``reservations`` to the cells a robot wants next, in the order of its way and its plan."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficSettings) -> None:
         self.me = me
-        self.cells = cells
         self.settings = settings
 
     def step(
         self,
         progress: RouteProgress,
-        plan: Following | None,
+        plan: Turns | None,
         situation: Situation,
         body: Footprint,
         room: Collection[int],
@@ -57,7 +64,7 @@ class Claiming:
         return claimed if progress is claimed.progress else claimed._replace(progress=progress)
 
     def _advance(
-        self, claimed: Claimed, plan: Following | None, situation: Situation, pose: Pose, near: frozenset[str]
+        self, claimed: Claimed, plan: Turns | None, situation: Situation, pose: Pose, near: frozenset[str]
     ) -> Claimed:
         """Take the claimed cells that all ``near`` have acknowledged, in the order of the plan."""
         progress, waits, took = claimed
@@ -74,7 +81,7 @@ class Claiming:
                 break
             claim = progress.reservations.claims[0]
             case = self._case(claim, progress, situation, near)
-            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose)
+            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose, situation.cells)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)
@@ -105,7 +112,7 @@ class Claiming:
         for cell in room:
             if cell in taken or len(progress.reservations.beside) >= MOST_BESIDE:
                 continue
-            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+            if distance(situation.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             if obstacle(ASK, case) is None:
@@ -113,7 +120,7 @@ class Claiming:
         return progress
 
     def _ask(
-        self, progress: RouteProgress, plan: Following | None, situation: Situation, body: Footprint
+        self, progress: RouteProgress, plan: Turns | None, situation: Situation, body: Footprint
     ) -> tuple[RouteProgress, tuple[str, ...]]:
         """Claim what may be claimed, in order; return also who keeps the robot from the first cell of the route."""
         pose, place = body.pose, progress.place(body.cell)
@@ -127,9 +134,9 @@ class Claiming:
                 continue
             if cell in progress.reservations.held or cell in situation.blocked:
                 return progress, ()
-            if distance(self.cells.centre(cell), pose) > self.settings.claim_radius:
+            if distance(situation.cells.centre(cell), pose) > self.settings.claim_radius:
                 return progress, ()
-            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose):
+            if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose, situation.cells):
                 return progress, ()
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             against = obstacle(ASK, case)
@@ -138,11 +145,11 @@ class Claiming:
             progress = progress._replace(reservations=progress.reservations.claim(cell, situation.tick))
         return progress, ()
 
-    def _would_be_heard(self, head: int, cell: int, pose: Pose) -> bool:
+    def _would_be_heard(self, head: int, cell: int, pose: Pose, cells: CellMap) -> bool:
         """Return True if all that may claim or hold that cell hear me. Round a corner, robots lean towards the cell."""
-        if not self.cells.is_blind(head, cell):
-            return distance(self.cells.centre(head), pose) <= LEANS
-        return distance(self.cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
+        if not cells.is_blind(head, cell):
+            return distance(cells.centre(head), pose) <= LEANS
+        return distance(cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
         """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
@@ -161,7 +168,7 @@ class Claiming:
 
     def _near(self, situation: Situation, pose: Pose) -> frozenset[str]:
         """Return the robots heard lately that could claim a cell that I can claim."""
-        reach = self.settings.asking_distance(self.cells.side)
+        reach = self.settings.asking_distance(situation.cells.side)
         x, y, _ = pose
         return frozenset(
             [robot for robot, record in situation.fresh.items() if hypot(record.x - x, record.y - y) <= reach]

@@ -53,23 +53,23 @@ def begun(
     return RouteProgress(Reservations(kept, (), number), (BESIDE,) * (len(kept) - 1) + (ALONE,))
 
 
-def begun_again(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+def restart_here(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Begin the way again where the robot is. It holds new cells only if it touches none of those held."""
     held = progress.reservations.held
     touched = body.touched & frozenset(held) or body.touched
     return begun(progress.reservations.number, body, touched, cells, held)
 
 
-def awoken(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:
+def after_sleep(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:
     """Return the progress of a robot that has just started or was away."""
     if progress is None:
         return begun(body.tick * 64 + 1, body, body.touched, cells)
     if body.touched <= set(progress.reservations.held) and not progress.strayed(body.cell):
         return progress.awoken(body.touched)
-    return begun_again(progress, body, cells)
+    return restart_here(progress, body, cells)
 
 
-def owned_up(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> RouteProgress:
+def hold_under_body(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> RouteProgress:
     """Hold also the cells that the body is in without holding them: the robot was pushed, or drove badly."""
     if body.touched.issubset(progress.reservations.held):
         return progress
@@ -80,7 +80,7 @@ def owned_up(progress: RouteProgress, body: Footprint, cells: CellMap, radius: f
 def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Drop the way, the claims, and the held cells ahead of the braking path."""
     if BESIDE in progress.steps:  # the cell behind may not be one to stand in
-        return begun_again(progress, body, cells)
+        return restart_here(progress, body, cells)
     return progress.given_back(body.touched)
 
 
@@ -117,25 +117,19 @@ def free_drive_cells(
 
 
 class Presence:
-    """Notices when a robot was away, and when it has been off its way for long."""
+    """Notices when a robot has been off its way for long."""
 
     def __init__(self) -> None:
-        self._last_tick = -1
         self._fled = False  # off its way, because it fled from a threat
         self._on_way = 0  # tick
 
-    def was_away(self, tick: int, gap: int) -> bool:
-        """Return True if more than ``gap`` ticks have passed since the last call; call it once a tick."""
-        away, self._last_tick = tick - self._last_tick > gap, tick
-        return away
-
-    def kept_on_way(
+    def keep_on_way(
         self, progress: RouteProgress, body: Footprint, cells: CellMap, *, threatened: bool
     ) -> RouteProgress:
         """Begin the way again where the robot is, if it has been off it for long.
 
         A robot in a joint plan begins again only if it fled, or is not next to its way: if it uses room beside its way,
-        it comes back.
+        it comes back. Call it once a tick.
         """
         strayed = progress.strayed(body.cell)
         self._fled = strayed and (self._fled or threatened)
@@ -143,5 +137,5 @@ class Presence:
             self._on_way = body.tick
         elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
             self._on_way = body.tick
-            return begun_again(progress, body, cells)
+            return restart_here(progress, body, cells)
         return progress

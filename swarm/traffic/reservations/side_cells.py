@@ -5,36 +5,36 @@ A robot that such a cell led away from its way, so that only a corner is between
 Before a threat it asks for all cells that nobody holds: a robot that plans to drive there later can wait.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Record
-from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.obstacles.tracker import Threat
 from swarm.traffic.reservations.route import BESIDE, RouteProgress
 
 
 def room_beside(
     progress: RouteProgress,
-    inputs: TrafficInputs,
+    pose: Pose,
+    sweeps: Sequence[int],
     fresh: Mapping[str, Record],
-    threats: tuple[Threat, ...],
+    threats: Sequence[tuple[float, ...]],
     cells: CellMap,
 ) -> tuple[int, ...]:
     """List the cells to ask for: back to the way, then where the tables would drive; or away from threats.
 
+    ``sweeps`` are the cells that the tables would drive over; ``threats`` are points [m], of which x and y count.
     Without a threat, a robot in its head cell asks for none: it has no cell ahead to drive to.
     """
     if threats:
         held = {cell for one in fresh.values() for cell in one.held}
-        return tuple([cell for cell in _away(threats, inputs.pose, cells) if cell not in held])
-    here = cells.cell_of(*inputs.pose[:2])
+        return tuple([cell for cell in _away(threats, pose, cells) if cell not in held])
+    here = cells.cell_of(*pose[:2])
     back = [cell for cell in way_back(progress, here, cells) if not _is_wanted(cell, fresh)]
-    if not inputs.sweeps or progress.place(here) >= len(progress.reservations.held) - 1:
+    if not sweeps or progress.place(here) >= len(progress.reservations.held) - 1:
         return tuple(back)
     beside = _beside(progress, cells)
-    return (*back, *[cell for cell in inputs.sweeps if cell in beside and not _is_wanted(cell, fresh)])
+    return (*back, *[cell for cell in sweeps if cell in beside and not _is_wanted(cell, fresh)])
 
 
 def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, ...]:
@@ -64,7 +64,7 @@ def _is_wanted(cell: int, fresh: Mapping[str, Record]) -> bool:
     )
 
 
-def _away(threats: tuple[Threat, ...], pose: Pose, cells: CellMap) -> list[int]:
+def _away(threats: Sequence[tuple[float, ...]], pose: Pose, cells: CellMap) -> list[int]:
     """List the cells around the robot that it can stand in and that are farther from the nearest threat than it is.
 
     From a cell that it cannot stand in, it would find no way on.

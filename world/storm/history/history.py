@@ -69,8 +69,8 @@ def record(plan: StormPlan) -> History:
     history = History(
         settings=scenario.settings,
         robots=tuple(world.robots),
-        stops=tuple(map(world.missions.stops, range(len(world.robots)))),
-        floors=[(0, world.floor)],
+        stops=tuple(map(world.tasks.missions.stops, range(len(world.robots)))),
+        floors=[(0, world.bodies.floor)],
         mute=frozenset(plan.mute),
         late=simulation.drill.slowest,
     )
@@ -82,20 +82,20 @@ def record(plan: StormPlan) -> History:
             history.moments.append(
                 Moment(
                     world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
-                    tuple(tick.events), tuple(command.tick for command in world.commands),
-                    frozenset(contact.robot for contact in world.physics.touching),
+                    tuple(tick.events), tuple(command.tick for command in world.tasks.commands),
+                    frozenset(contact.robot for contact in world.bodies.physics.touching),
                 )
             )  # fmt: skip
-            if world.floor is not history.floors[-1][1]:
-                history.floors.append((world.tick, world.floor))
+            if world.bodies.floor is not history.floors[-1][1]:
+                history.floors.append((world.tick, world.bodies.floor))
         poses = tuple(world.poses())
         movers = tuple(world.mover_poses())
         history.moments.append(Moment(world.tick, poses, movers, {}, {}, {}, {}, (), (), frozenset()))
         history.report = simulation.report(perf_counter() - began, limit)
     except Exception:
         history.crash = format_exc()
-    history.contacts = world.recorder.begun
-    history.faults = world.traffic.watch.faults
+    history.contacts = world.measures.recorder.begun
+    history.faults = world.measures.reservations.watch.faults
     history.wall_time = perf_counter() - began
     return history
 
@@ -103,15 +103,15 @@ def record(plan: StormPlan) -> History:
 def _hopeless(simulation: Simulation) -> bool:
     """Return True if each robot with stops left is dead or has made no progress for ``HOPELESS``."""
     world = simulation.world
-    if world.missions.any_stopped or world.planned_orders.left:
+    if world.tasks.missions.any_stopped or world.tasks.planned_orders.left:
         return False
     dead = simulation.drill.dead
-    if world.complete and not dead:
+    if world.tasks.complete and not dead:
         return False  # it ends by itself, and soon: a law looks at that
-    stands = world.progress.standing(world.time)
+    stands = world.measures.progress.standing(world.time)
     # free is also who has just reached its last stop, and has not said so yet
     free = any(isinf(seconds) for name, seconds in zip(world.robots, stands, strict=True) if name not in dead)
-    has_just_got_one = any(isinf(stands[one.robot]) for one in world.dispatch.pool.taken if one.robot is not None)
+    has_just_got_one = any(isinf(stands[one.robot]) for one in world.tasks.pool.taken if one.robot is not None)
     if has_just_got_one or (free and world.plans_matter):
         return False  # errands go on
     return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (

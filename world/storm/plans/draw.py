@@ -14,7 +14,7 @@ from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, comes_near, short_of
 from world.storm.plans.plan import FaultKind, PlannedFault, StormPlan
-from world.storm.plans.profiles import PROFILES, Profile
+from world.storm.plans.profiles import PROFILES, StormProfile
 
 SIDE: Final = 1.2  # m, side of a cell
 THIRD: Final = 3  # thin walls are a third of a cell wide
@@ -41,7 +41,7 @@ def draw(profile: str, seed: int) -> StormPlan:
     raise AssertionError  # count() does not end
 
 
-def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | None:
+def _try(profile: StormProfile, name: str, seed: int, chance: Random) -> StormPlan | None:
     """Draw once; return None if nobody could drive in the world."""
     columns, rows = (round(chance.uniform(*span)) for span in (profile.columns, profile.rows))
     text = _floor(profile, columns, rows, chance)
@@ -107,7 +107,7 @@ def _try(profile: Profile, name: str, seed: int, chance: Random) -> StormPlan | 
 # ---- the floor
 
 
-def _floor(profile: Profile, columns: int, rows: int, chance: Random) -> str:
+def _floor(profile: StormProfile, columns: int, rows: int, chance: Random) -> str:
     """Draw a walled floor: blocks on the lattice, or blocks and thin walls anywhere."""
     side, third = profile.raster, profile.raster // THIRD  # characters
     width, height = columns * side, rows * side
@@ -233,7 +233,7 @@ def _shuts_off(raw: dict[str, Any], cells: CellMap, piece: list[int]) -> bool:
 # ---- what goes wrong
 
 
-def _faults(profile: Profile, robots: int, chance: Random) -> list[PlannedFault]:
+def _faults(profile: StormProfile, robots: int, chance: Random) -> list[PlannedFault]:
     everybody = names(robots)
     found: list[PlannedFault] = []
     often: tuple[tuple[FaultKind, float], ...] = (("held_up", profile.held_up), ("suspended", profile.suspended))
@@ -255,7 +255,7 @@ def _faults(profile: Profile, robots: int, chance: Random) -> list[PlannedFault]
     return sorted(found, key=lambda fault: (fault.tick, fault.robot))
 
 
-def _mute(profile: Profile, robots: int, chance: Random) -> list[str]:
+def _mute(profile: StormProfile, robots: int, chance: Random) -> list[str]:
     if not profile.mute or chance.random() >= profile.mute:
         return []
     return sorted(chance.sample(names(robots), chance.randint(1, 2)))

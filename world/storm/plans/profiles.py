@@ -8,7 +8,7 @@ Span = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Profile:
+class StormProfile:
     """What one profile draws. Ranges are inclusive. A chance is the share of plans that have the feature."""
 
     columns: Span = (4, 9)  # cells of 1.2 m
@@ -41,51 +41,53 @@ class Profile:
     known: bool = True
 
 
-ALL: Final = Profile(
+ALL: Final = StormProfile(
     sight=0.15, held_up=0.3, suspended=0.15, away=0.1, dead=0.15, leader_killed=0.1, late=0.3, edits=0.12, movers=0.05,
     noise=0.2,
 )  # fmt: skip
 
-PROFILES: Final[Mapping[str, Profile]] = {
+PROFILES: Final[Mapping[str, StormProfile]] = {
     "all": ALL,
-    "calm": Profile(),
-    "dead": Profile(dead=0.7, leader_killed=0.4, edits=0.15),
-    "late": Profile(late=1.0, held_up=0.2),
-    "slow": Profile(slow=1.0, held_up=0.2, dead=0.05),
-    "sight": Profile(sight=1.0, held_up=0.2, dead=0.1),
-    "suspend": Profile(suspended=1.0, held_up=0.3, away=0.3),
-    "claims": Profile(
+    "calm": StormProfile(),
+    "dead": StormProfile(dead=0.7, leader_killed=0.4, edits=0.15),
+    "late": StormProfile(late=1.0, held_up=0.2),
+    "slow": StormProfile(slow=1.0, held_up=0.2, dead=0.05),
+    "sight": StormProfile(sight=1.0, held_up=0.2, dead=0.1),
+    "suspend": StormProfile(suspended=1.0, held_up=0.3, away=0.3),
+    "claims": StormProfile(
         columns=(2, 3), rows=(2, 3), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.0), stops=(4, 8), shared=0.0, home=0.0,
         loss=(0.7,), suspended=0.6, held_up=0.2, every=12.0,
     ),
-    "contest": Profile(
+    "contest": StormProfile(
         columns=(2, 3), rows=(2, 2), robots=(3, 3), per_cell=0.75, walls=(0.0, 0.0), stops=(6, 10), shared=0.0,
         home=0.0, loss=(0.7,), suspended=0.2,
     ),
-    "asleep": Profile(
+    "asleep": StormProfile(
         columns=(2, 3), rows=(2, 2), robots=(3, 4), per_cell=0.75, walls=(0.0, 0.0), off_lattice=0.0, stops=(2, 4),
         shared=0.0, home=0.0, loss=(0.0, 0.3), suspended=1.0, every=10.0,
     ),
-    "meet": Profile(
+    "meet": StormProfile(
         columns=(7, 10), rows=(2, 4), robots=(2, 4), walls=(0.0, 0.1), off_lattice=0.2, stops=(4, 6), shared=0.0,
         home=0.0, radio_range=(5.0,), loss=(0.3, 0.5), late=0.5,
     ),
-    "strangers": Profile(
+    "strangers": StormProfile(
         columns=(7, 10), rows=(2, 3), robots=(3, 5), walls=(0.0, 0.1), stops=(3, 5), home=0.0, radio_range=(5.0,),
         loss=(0.0, 0.3, 0.5), dead=1.0, away=0.5,
     ),
-    "unsolvable": Profile(
+    "unsolvable": StormProfile(
         columns=(2, 6), rows=(1, 2), robots=(2, 3), per_cell=0.6, walls=(0.0, 0.5), off_lattice=0.0, stops=(1, 1),
         shared=0.0, home=0.3, loss=(0.0, 0.3),
     ),
-    "silent": Profile(mute=1.0, robots=(3, 8), per_cell=0.2),
-    "edits": Profile(edits=1.0, dead=0.3, held_up=0.2),
-    "movers": Profile(movers=1.0, held_up=0.2),
-    "orders": Profile(orders=1.0, held_up=0.2, away=0.3, dead=0.1, late=0.3, edits=0.2),
-    "pool": Profile(pool=1.0, held_up=0.2, suspended=0.2, away=0.3, dead=0.3, late=0.3, edits=0.1, orders=0.3),
-    "away": Profile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
-    "unknown": Profile(known=False, off_lattice=0.6, raster=12, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5),
+    "silent": StormProfile(mute=1.0, robots=(3, 8), per_cell=0.2),
+    "edits": StormProfile(edits=1.0, dead=0.3, held_up=0.2),
+    "movers": StormProfile(movers=1.0, held_up=0.2),
+    "orders": StormProfile(orders=1.0, held_up=0.2, away=0.3, dead=0.1, late=0.3, edits=0.2),
+    "pool": StormProfile(pool=1.0, held_up=0.2, suspended=0.2, away=0.3, dead=0.3, late=0.3, edits=0.1, orders=0.3),
+    "away": StormProfile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
+    "unknown": StormProfile(
+        known=False, off_lattice=0.6, raster=12, held_up=0.1, dead=0.1, late=0.1, noise=0.3, shared=0.5
+    ),
     "shared": replace(ALL, shared=1.0),
-    "crowd": Profile(per_cell=0.6, robots=(4, 12), columns=(3, 6), rows=(3, 5), walls=(0.0, 0.05), held_up=0.2),
-    "patrol": Profile(stops=(8, 16), robots=(2, 6), home=1.0, held_up=0.2, late=0.1),
+    "crowd": StormProfile(per_cell=0.6, robots=(4, 12), columns=(3, 6), rows=(3, 5), walls=(0.0, 0.05), held_up=0.2),
+    "patrol": StormProfile(stops=(8, 16), robots=(2, 6), home=1.0, held_up=0.2, late=0.1),
 }  # fmt: skip

@@ -1,0 +1,1 @@
+"""Commands that run a whole fleet on this machine, or one process of a fleet, and make its keys."""

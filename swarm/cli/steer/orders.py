@@ -1,0 +1,70 @@
+"""Commands to one robot of a running fleet: orders, stop, go on, home and cancel."""
+
+import argparse
+from uuid import uuid4
+
+from swarm.cli.finding import fleet_bus, of_a_client
+from swarm.cli.parsing import Commands, Parser, point
+from swarm.cli.steer.control import button
+from swarm.secure.names import OPERATOR
+
+ACTIONS = {
+    "go-on": "let a robot that was stopped go on",
+    "home": "send a robot home now; the targets that it has left are dropped",
+    "cancel": "drop the targets that a robot has left; it stays where it is",
+}
+
+
+def order(options: argparse.Namespace) -> int:
+    """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
+    from swarm.cli.steer import waiting
+    from swarm.messages import ORDER, Order
+
+    name = options.id or uuid4().hex
+    request = Order(id=name, update=options.update, targets=options.targets, home=options.home)
+    with fleet_bus(options, OPERATOR) as bus:
+        run = waiting.listen(bus, options.robot) if options.wait else 0  # before the request: nothing is missed
+        reply = bus.ask(ORDER, request, robot=options.robot)
+        print(reply.text, flush=True)
+        if not options.wait:
+            return 0
+        return waiting.follow(bus, waiting.Wait(options.robot, request, reply.number, run), options.robot)
+
+
+def act(options: argparse.Namespace) -> int:
+    """Carry out an action for one robot."""
+    from swarm.messages import ROBOT_ACTION, RobotAction, RobotDo
+
+    with fleet_bus(options, OPERATOR) as bus:
+        print(bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot).text)
+    return 0
+
+
+def stop(options: argparse.Namespace) -> int:
+    """Stop one robot, or end the run if none is named."""
+    return button(options) if options.robot is None else act(options)
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add these commands to the command line."""
+    one = commands.add_parser("order", help="give a robot of a running fleet new targets")
+    one.add_argument("robot", metavar="ROBOT")
+    one.add_argument("targets", type=point, nargs="+", metavar="X,Y", help="m; visited in order")
+    one.add_argument("--home", action="store_true", help="drive home after the last target")
+    text = "name of the order, a new one by default; the same order given again changes nothing"
+    one.add_argument("--id", metavar="NAME", help=text)
+    text = "version of the order, 0 by default; a higher one replaces a lower one"
+    one.add_argument("--update", type=int, default=0, metavar="N", help=text)
+    text = "stay until the order has ended, and print how far it is; status 0: done, 1: not; Ctrl-C leaves the order"
+    one.add_argument("--wait", action="store_true", help=text)
+    of_a_client(one)
+    one.set_defaults(command=order)
+    for name, text in ACTIONS.items():
+        one = commands.add_parser(name, help=text)
+        one.add_argument("robot", metavar="ROBOT")
+        of_a_client(one)
+        one.set_defaults(command=act, action=name.replace("-", "_"))
+    one = commands.add_parser("stop", help="end the run; with ROBOT, stop only that robot until `swarm go-on`")
+    one.add_argument("robot", nargs="?", metavar="ROBOT")
+    of_a_client(one)
+    one.set_defaults(command=stop, button="stop", action="stop")

@@ -1,0 +1,38 @@
+"""The judge of the other generator's worlds sees the contacts that are planted, and only those that a robot makes."""
+
+import numpy as np
+import pytest
+
+from benchmarks.other_worlds import Drawn, touched
+from world.faults import Faults
+from world.storm.history.drawing import spaces
+
+SOLID = np.pad(np.zeros((4, 6), np.bool_), 1, constant_values=True)  # a hall of 6 m by 4 m, walls of 1 m around it
+HALL = Drawn({}, SOLID, 1.0, spaces(SOLID, 1.0, 0.2), Faults())
+MID, WALL, BESIDE = (3.0, 3.0), (1.1, 3.0), (1.45, 3.0)
+FAR = (6.0, 4.0)
+
+# fmt: off
+CASES = {  # places of two robots and of a mover in the last of five ticks: what is seen
+    "all apart":                     ((MID, (5.0, 2.0)),  FAR,        set()),
+    "into a wall":                   ((WALL, (5.0, 2.0)), FAR,        {"wall"}),
+    "pushed into a wall":            ((WALL, (5.0, 2.0)), BESIDE,     set()),
+    "another one is pushed":         ((WALL, (5.0, 2.0)), (5.3, 2.0), {"wall"}),
+    "robots":                        ((MID, (3.3, 3.0)),  FAR,        {"robot"}),
+    "a mover comes to who stands":   ((MID, (5.0, 2.0)),  (3.3, 3.0), set()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_planted_contact_is_seen(name: str) -> None:
+    robots, mover, seen = CASES[name]
+    poses = np.tile(np.array([MID, (5.0, 2.0)]), (5, 1, 1))
+    movers = np.tile(np.array([FAR]), (5, 1, 1))
+    poses[4], movers[4] = robots, mover
+    assert set(touched(HALL, poses, movers)) == seen
+
+
+def test_who_drives_into_a_mover_touches_it() -> None:
+    poses = np.array([[(2.0 + 0.05 * tick, 3.0)] for tick in range(20)])
+    assert set(touched(HALL, poses, np.tile(np.array([MID]), (20, 1, 1)))) == {"mover"}

@@ -1,0 +1,118 @@
+"""What the world measures in one run: the record, the checks of traffic and steering, progress, and the verdict."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import Command
+from swarm.scenario.load import Scenario
+from swarm.traffic.lattice.cell_map import CellMap
+from world.bodies.bodies import Moved
+from world.bodies.said import Said
+from world.bodies.sensing import Distances
+from world.measure.progress import ProgressState, ProgressWatch
+from world.measure.recorder import WAITING, Recorder, RecorderState
+from world.measure.reservation_check import TrafficState, TrafficWatch
+from world.measure.steering import SteeringState, SteeringWatch
+from world.measure.verdict import Verdict, VerdictState
+
+
+class MeasuresState(NamedTuple):
+    """The state of `Measures`."""
+
+    recorder: RecorderState
+    reservations: TrafficState
+    progress: ProgressState
+    steering: SteeringState
+    verdict: VerdictState
+
+
+class Measures:
+    """All measures, robots by their numbers; ``robots`` are their names, to which others may be added."""
+
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose], robots: Sequence[str]) -> None:
+        self._settings, self._robots = scenario.settings, robots
+        self.recorder = Recorder(scenario, starts, 1.0 / scenario.settings.rate)
+        self.reservations = TrafficWatch(scenario.map, scenario.settings, robots)
+        self.progress = ProgressWatch(len(starts))
+        self.steering = SteeringWatch(scenario, starts)
+        self.verdict = Verdict()
+
+    @property
+    def state(self) -> MeasuresState:
+        """The state, which shares its values with this object."""
+        reservations, progress = self.reservations.state, self.progress.state
+        return MeasuresState(self.recorder.state, reservations, progress, self.steering.state, self.verdict.state)
+
+    def restore(self, state: MeasuresState) -> None:
+        """Continue from a state."""
+        self.recorder.restore(state.recorder)
+        self.reservations.restore(state.reservations)
+        self.progress.restore(state.progress)
+        self.steering.restore(state.steering)
+        self.verdict.restore(state.verdict)
+
+    @property
+    def cells(self) -> CellMap:
+        """The cells of the floor as it is."""
+        return self.reservations.watch.cells
+
+    def add_robot(self, start: Pose, time: float) -> None:
+        """Measure one more robot from a time [s] on."""
+        self.progress.add_robot(time)
+        self.reservations.add_robot(start)
+        self.steering.add_robot(start)
+        self.recorder.add_robot(start)
+
+    def set_floor(self, floor: OccupancyMap) -> None:
+        """Measure on this floor from now on."""
+        self.recorder.set_floor(floor)
+        self.reservations.set_floor(floor, self._settings)
+
+    def begin(self, robot: int, time: float) -> None:
+        """Judge a robot that was asked for something else from a time [s] on."""
+        self.progress.begin(robot, time)
+        self.verdict.clear()
+
+    def sensed(self, tick: int, distances: Sequence[Distances]) -> None:
+        """Take in what robots sense at a tick."""
+        self.steering.sensed(tick, distances)
+
+    def check(
+        self, tick: int, time: float, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
+    ) -> list[Said]:
+        """Return what robots note with their ``fresh`` commands, and what the check of reservations finds."""
+        said = []
+        for name, command in sorted(fresh.items()):
+            for kind, text in command.notes:
+                if self.verdict.take(name, kind, text, time):
+                    said.append(Said(kind, text, name))
+        for fault in self.reservations.look(tick, poses, fresh, last):
+            cells = ", ".join(map(str, fault.where))
+            text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
+            said.append(Said("traffic_fault", text, fault.robots[0]))
+        return said
+
+    def record(self, moved: Moved, in_force: Sequence[Command | None], last: Sequence[Command]) -> list[Said]:
+        """Record a tick: how robots moved by the commands ``in_force``, and their ``last`` ones; return contacts."""
+        said = []
+        for contact in self.recorder.contacts(moved.contacts, moved.touching, moved.wheels, moved.poses):
+            other = f" {self._robots[contact.other]}" if contact.other is not None else ""
+            text = f"touches {contact.kind}{other}"
+            said.append(Said("contact", text, self._robots[contact.robot], moved.where[contact]))
+        self.steering.look(in_force, moved.poses)
+        self.recorder.poses(moved.poses)
+        self.recorder.doing(last)
+        return said
+
+    def stalled(self, time: float, moved: Moved, stops: Sequence[int | None]) -> list[int]:
+        """Record who stands with a stop left; return the robots that begin to stall at a time [s]."""
+        self.recorder.stood(stops, moved.wheels)
+        return self.progress.look(time, moved.poses, stops)
+
+    def jammed(self, time: float, commands: Sequence[Command]) -> bool:
+        """Return True if the robots have proven that their jam has no solution, and the world believes it."""
+        standing = dict(zip(self._robots, self.progress.standing(time), strict=True))
+        waiting = [name for name, one in zip(self._robots, commands, strict=True) if one.activity in WAITING]
+        return self.verdict.ends(time, standing, waiting)
