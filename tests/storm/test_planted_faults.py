@@ -20,19 +20,20 @@ from swarm.robot.safety import SafetyFilter
 from swarm.settings import Settings
 from swarm.traffic import step
 from swarm.traffic.joint.following import Following
-from swarm.traffic.obstacles.inspection import Look, Lookout
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.obstacles.inspection import Inspection, Inspector
 from swarm.traffic.peers.records import Event, PeerRecords
 from swarm.traffic.reservations.claims import Claimed, Claiming
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import GRANT, TAKE, Case, Reservations
 from swarm.traffic.settings import TrafficSettings
 from tests.storm.shared import FLOOR, plan_of
-from world import world
 from world.bodies.radio_model import RadioModel, Spoken
 from world.host.last_messages import LastMessages
 from world.storm.history.history import record
 from world.storm.laws.judge import judge
 from world.storm.plans.draw import draw
+from world.tasks import tasks
 
 
 class Plant(NamedTuple):
@@ -95,18 +96,20 @@ def only_the_newest(real: Callable[..., None]) -> Callable[..., None]:
 def numbered_from_one(real: Callable[..., RouteProgress]) -> Callable[..., RouteProgress]:
     """Let a robot that has just started begin the numbers of its claims at 1."""
 
-    def awoken(progress: RouteProgress | None, *rest: object) -> RouteProgress:
+    def after_sleep(progress: RouteProgress | None, *rest: object) -> RouteProgress:
         begun = real(progress, *rest)
         return begun if progress else begun._replace(reservations=begun.reservations._replace(number=1))
 
-    return awoken
+    return after_sleep
 
 
 def without_relayed(real: Callable[..., list[Event]]) -> Callable[..., list[Event]]:
     """Leave out of each broadcast what others have said."""
 
-    def hear(self: PeerRecords, tick: int, heard: Sequence[TrafficBroadcast], *rest: object) -> list[Event]:
-        return real(self, tick, [changed(one, others=()) for one in heard], *rest)
+    def hear(
+        self: PeerRecords, tick: int, cells: CellMap, heard: Sequence[TrafficBroadcast], *rest: object
+    ) -> list[Event]:
+        return real(self, tick, cells, [changed(one, others=()) for one in heard], *rest)
 
     return hear
 
@@ -161,7 +164,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
     "no listening": ("listens first", "swap", (traffic(listen=0),)),
     "edit ignored": ("all arrive", "wall", (Plant(CellPilot, "take_floor", always(None)),)),
-    "never looks": ("all arrive", "dead", (Plant(Lookout, "look", always(Look())),)),
+    "never looks": ("all arrive", "dead", (Plant(Inspector, "inspect", always(Inspection())),)),
     "grant without 'I hold it'": ("no false agreement", "one cell", (Plant(GRANT, "I hold the cell", always(True)),)),
     "grant without 'older claim'": ("no false agreement", "one cell", (
         Plant(GRANT, "I have an older claim", always(True)),)),
@@ -186,7 +189,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(cell_pilot, "SafetyFilter", lambda real: lambda settings: real(strong_brakes(settings))),)),
     "staleness times 100": ("no wait for the silent", "asleep", (traffic(fresh=4000),)),
     "command timeout ignored": ("no body outside", "asleep", (
-        Plant(world, "COMMAND", lambda real: replace(real, timeout=inf)),)),
+        Plant(tasks, "COMMAND", lambda real: replace(real, timeout=inf)),)),
     "claims kept while standing": ("no claim while standing", "claims 0", (
         Plant(RouteProgress, "without_claims", lambda _: lambda self: self),)),
     "ripe at once": ("no hold without a claim", "asleep", (traffic(ripe=0),)),
@@ -196,7 +199,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(RadioModel, "hears", lambda real: lambda self, poses, sent: real(self, poses, of_newest_tick(sent))),)),
     "of several late answers one is not heard": ("broadcasts are heard", "slow", (
         Plant(LastMessages, "take", only_the_newest),)),
-    "a new process counts claims from 1": ("claims numbered once", "away", (Plant(step, "awoken", numbered_from_one),)),
+    "a new process counts claims from 1": ("claims numbered once", "away", (Plant(step, "after_sleep", numbered_from_one),)),
 }
 # fmt: on
 
