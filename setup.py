@@ -15,7 +15,7 @@ HOT = (  # what runs in each tick, and the laws that a storm holds against each 
     "swarm/fuzzy/controller.py",
     "swarm/planning/*.py",
     "swarm/traffic/**/*.py",
-    "swarm/robot/*.py",
+    "swarm/robot/**/*.py",
     "world/*.py",
     "world/[!s]*/*.py",  # all but storm/, and saving/
     "world/saving/*.py",
@@ -31,8 +31,8 @@ HOT = (  # what runs in each tick, and the laws that a storm holds against each 
 LEFT_OUT = {  # of HOT, and why
     "swarm/planning/path_check.py": "the judge of paths: tests and benchmarks call it",
     "swarm/planning/solve.py": "only `swarm plan` calls it",
-    "swarm/robot/process.py": "waits for messages; what it calls is compiled",
-    "swarm/robot/seat.py": "part of the robot's process",
+    "swarm/robot/host/process.py": "waits for messages; what it calls is compiled",
+    "swarm/robot/host/seat.py": "part of the robot's process",
     "world/host/last_messages.py": "part of the world's process",
     "world/host/controls.py": "part of the world's process",
     "world/fleet/membership.py": "part of the world's process",

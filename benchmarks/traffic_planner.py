@@ -19,9 +19,9 @@ from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.check import faults
 from swarm.traffic.mapf.makespan import duration
 from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 HARD = ("tree", "corners", "tunnel", "string")
 LARGE = ("random-32-32-20", "room-32-32-4", "maze-32-32-4", "empty-16-16", "warehouse-10-20-10-2-1")
 ROBOTS = (16, 32, 50, 100)

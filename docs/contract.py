@@ -7,7 +7,7 @@ from typing import Final
 from docs.markdown import rows, said
 from swarm.traffic.joint.protocol import TRANSITIONS
 from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Rule
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 CONSTANT: Final = re.compile(r"^    (\w+): (?:int|float) = (\S+)(?:  # (.*))?$")
 # those that robots must agree on, or that tell when others answer
@@ -40,7 +40,7 @@ def transitions() -> str:
 def constants() -> str:
     """Return the table of the constants that robots must agree on, with their comments in the code."""
     found, comment = {}, ""
-    for line in inspect.getsource(TrafficSettings).splitlines():
+    for line in inspect.getsource(TrafficConstants).splitlines():
         if match := CONSTANT.match(line):
             found[match[1]] = match[2], match[3] or comment.strip()
         comment = f"{comment} {line.strip()[2:]}" if line.strip().startswith("# ") else ""

@@ -60,6 +60,8 @@ SUBROOMS: Final = {
     "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
     "world.storm.history": "plans",
     "world.storm.laws": "history",
+    "swarm.robot.driving": "",
+    "swarm.robot.host": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",
     "swarm.cli.look": "",

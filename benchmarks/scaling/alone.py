@@ -19,7 +19,7 @@ from typing import Final
 from swarm import garbage
 from swarm.bus.codec import decode, encode
 from swarm.messages import RADIO, Broadcast
-from swarm.robot.radio import zone
+from swarm.robot.host.radio import zone
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import load
 from swarm.scenario.shipped import found

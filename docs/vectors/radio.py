@@ -13,7 +13,7 @@ from docs.vectors.writing import Json, metres
 from swarm.bus.losses import Gaps, Numbers
 from swarm.geometry import Pose
 from swarm.messages import RADIO
-from swarm.robot.radio import around, zone
+from swarm.robot.host.radio import around, zone
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
 from swarm.traffic.lattice.placement import traffic_settings

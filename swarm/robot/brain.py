@@ -9,11 +9,11 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
-from swarm.robot.cell_pilot import CellPilot
+from swarm.robot.driving.cell_pilot import CellPilot
+from swarm.robot.driving.pilot import Pilot, PilotInputs, PilotOutputs
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, Stage
 from swarm.robot.navigator import Navigator
-from swarm.robot.pilot import Move, Pilot, PilotInputs
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
@@ -244,7 +244,7 @@ class Robot:
 
     # --- how it drives ---
 
-    def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> Move:
+    def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> PilotOutputs:
         mission = self.mission
         goal = mission.goal
         inputs = PilotInputs(
@@ -261,7 +261,7 @@ class Robot:
 
     # --- what it says ---
 
-    def _outputs(self, sense: Sense, move: Move) -> Outputs:
+    def _outputs(self, sense: Sense, move: PilotOutputs) -> Outputs:
         mission, navigator = self.mission, self._navigator
         replans = max(0, navigator.plans - self._finished - mission.target - 1)
         sends = move.traffic is not None

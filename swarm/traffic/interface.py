@@ -12,7 +12,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.obstacles.tracker import MovingObstacle
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.uncooperative import Spoken
 
 NO_RAYS: Final = Scan()
@@ -66,6 +66,6 @@ class TrafficOutputs(NamedTuple):
     face: Point | None  # m, the point to turn to first
     waits: tuple[str, ...]  # robots that it waits for, or that shut its way
     activity: TrafficActivity
-    events: tuple[Event, ...]
+    events: tuple[TrafficNote, ...]
     way: tuple[int, ...]  # cells to come, held ones first
     members: tuple[str, ...]  # of the joint plan followed

@@ -12,7 +12,7 @@ from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.reservations.presence import VIEW
 from swarm.traffic.reservations.side_cells import way_back
 from swarm.traffic.result import StepResult
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 
 def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
@@ -32,7 +32,7 @@ def stops_in(result: StepResult, ahead: Sequence[int]) -> bool:
 
 
 def waypoints(
-    result: StepResult, ahead: Sequence[int], alone: Collection[int], settings: TrafficSettings
+    result: StepResult, ahead: Sequence[int], alone: Collection[int], settings: TrafficConstants
 ) -> tuple[Point, ...]:
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
     progress, goal, cells = result.progress, result.goal, result.situation.cells
@@ -51,7 +51,7 @@ def waypoints(
     return tuple(points)
 
 
-def looks(result: StepResult, settings: TrafficSettings) -> bool:
+def looks(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
     if not result.progress.route:
         return False
@@ -113,7 +113,7 @@ def outputs_of(
     peers: PeerRecords,
     still: Sequence[Point],
     broadcast: TrafficBroadcast | None,
-    settings: TrafficSettings,
+    settings: TrafficConstants,
 ) -> TrafficOutputs:
     """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` is told."""
     tick, held = result.situation.tick, result.progress.reservations.held

@@ -8,7 +8,7 @@ from swarm.geometry import Pose
 from swarm.messages.traffic import Moving, Record, Sighting
 from swarm.traffic.reservations.rules import Acks, Reservations, acknowledged
 from swarm.traffic.result import StepResult
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
 
@@ -16,7 +16,7 @@ SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard,
 class RecordWriter:
     """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""
 
-    def __init__(self, me: str, settings: TrafficSettings, slot: int, side: float) -> None:
+    def __init__(self, me: str, settings: TrafficConstants, slot: int, side: float) -> None:
         self.me = me
         self._settings = settings
         self._slot = slot

@@ -10,7 +10,7 @@ from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.obstacles.detector import ProtectiveStop
 from swarm.traffic.obstacles.tracker import MovingObstacle
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import RouteProgress
@@ -36,7 +36,7 @@ class Heard(NamedTuple):
     listens: bool  # it has just started or woken, and claims nothing yet
     threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
     fresh: Mapping[str, Record]
-    events: Sequence[Event]
+    events: Sequence[TrafficNote]
 
 
 class Halted(NamedTuple):
@@ -44,7 +44,7 @@ class Halted(NamedTuple):
 
     progress: RouteProgress
     halt: ProtectiveStop
-    events: tuple[Event, ...] = ()
+    events: tuple[TrafficNote, ...] = ()
 
 
 class StepResult(NamedTuple):
@@ -66,4 +66,4 @@ class StepResult(NamedTuple):
     room: tuple[int, ...]  # cells asked for beside the way
     threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
     speaks: bool  # it is its turn to broadcast
-    events: tuple[Event, ...]
+    events: tuple[TrafficNote, ...]

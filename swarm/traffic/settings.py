@@ -15,7 +15,7 @@ def least_range(side: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TrafficSettings:
+class TrafficConstants:
     """The constants that all robots of a fleet share. Times are in ticks of ``tick`` seconds, their only clock."""
 
     tick: float = 0.05  # s

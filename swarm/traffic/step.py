@@ -24,7 +24,7 @@ from swarm.traffic.obstacles.tracker import BlockedByObstacle
 from swarm.traffic.outputs import outputs_of
 from swarm.traffic.own_record import RecordWriter
 from swarm.traffic.own_route import OwnRoute
-from swarm.traffic.peers.records import Event, PeerRecords
+from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.step_aside import StepAside
@@ -32,7 +32,7 @@ from swarm.traffic.reservations.claims import Claimed, Claiming
 from swarm.traffic.reservations.operator_stop import brought_to_rest, kept_cells
 from swarm.traffic.reservations.presence import (
     Footprint,
-    Presence,
+    OffRoute,
     after_sleep,
     footprint_of,
     free_drive_cells,
@@ -43,7 +43,7 @@ from swarm.traffic.reservations.presence import (
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.side_cells import room_beside
 from swarm.traffic.result import Before, Halted, Heard, StepResult
-from swarm.traffic.settings import LEAST_CLAIM, TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
 
 __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 
@@ -51,7 +51,7 @@ __all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
 class Traffic:
     """The traffic of one robot. ``slot`` is its place in the round of broadcasts."""
 
-    def __init__(self, me: str, cells: CellMap, settings: TrafficSettings, *, slot: int = 0) -> None:
+    def __init__(self, me: str, cells: CellMap, settings: TrafficConstants, *, slot: int = 0) -> None:
         if settings.claim_radius < LEAST_CLAIM * cells.side:
             raise ConfigError(
                 f"radio range {settings.radio_range} m is too short for cells of {cells.side} m: a robot claims no "
@@ -62,7 +62,7 @@ class Traffic:
         self.settings = settings
         self._peers = PeerRecords(me, settings)
         self._sightings = Sightings(settings)
-        self._presence = Presence()
+        self._presence = OffRoute()
         self._detector = ObstacleDetector(settings)
         self._joint = JointPlanning(me, settings)
         self._own_route = OwnRoute()
@@ -171,7 +171,7 @@ class Traffic:
         face = self._inspect(claimed, situation, inputs) if may_claim else None
         moved_now = tick if decision.way is not None or claimed.took else moved
         complaint = self._peers.mutes.complain(tick, claimed.waits)
-        complaints = [Event("mute_in_the_way", (self.me, *claimed.waits), complaint)] if complaint else []
+        complaints = [TrafficNote("mute_in_the_way", (self.me, *claimed.waits), complaint)] if complaint else []
 
         # whom it asks to lead, if it speaks now
         speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
@@ -214,7 +214,7 @@ class Traffic:
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
-            return Halted(given_back(progress, body, cells), halt, (Event("halted", (self.me,), text),))
+            return Halted(given_back(progress, body, cells), halt, (TrafficNote("halted", (self.me,), text),))
         if halt.found is None:
             return Halted(progress, halt)
         cell = cells.cell_of(*halt.found)
@@ -224,7 +224,7 @@ class Traffic:
         gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
         text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
         kept = given_back(progress, body, cells) if gives_back else progress
-        return Halted(kept, halt, (Event("halted", (self.me,), text),))
+        return Halted(kept, halt, (TrafficNote("halted", (self.me,), text),))
 
     def _situation(
         self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap

@@ -5,7 +5,7 @@ import pytest
 
 from swarm.motion.sweep import clearance_along, first_clear, line_room, path_room
 from swarm.planning.grid import Grid
-from swarm.robot.safety import AS_IT_IS, NO_BODIES
+from swarm.robot.driving.safety import AS_IT_IS, NO_BODIES
 from swarm.robot.tuning import SAFETY
 from tests.robot.driving import DRIVE, DT, MOST, RADIUS
 from tests.shared import scenario_of

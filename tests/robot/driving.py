@@ -11,7 +11,7 @@ from swarm.maps.occupancy import OBSTACLE, WALL, OccupancyMap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.planning.grid import Grid
-from swarm.robot.safety import NO_BODIES, Constraints, DriveState
+from swarm.robot.driving.safety import NO_BODIES, Constraints, DriveState
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import CellMap
 from tests.shared import scenario_of

@@ -14,10 +14,10 @@ from swarm.maps.occupancy import WALL, OccupancyMap, Point
 from swarm.motion.sweep import gap
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
-from swarm.robot.aim import Aiming, distance_along
+from swarm.robot.driving.aim import Aiming, distance_along
 from swarm.robot.tuning import AIM
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.settings import NEAR, TrafficSettings
+from swarm.traffic.settings import NEAR, TrafficConstants
 from tests.robot.driving import RADIUS, cells_as_shape, room, solid
 from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
 
@@ -293,7 +293,7 @@ def test_the_way_is_measured_from_where_it_is_over_the_waypoints_beyond_the_firs
 
 @given(angle=st.floats(-pi, pi), x=st.floats(-1.0, 1.0), y=st.floats(-1.0, 1.0))
 def test_who_stands_as_near_its_place_as_it_has_to_touches_no_other_cell(angle: float, x: float, y: float) -> None:
-    settings = TrafficSettings()
+    settings = TrafficConstants()
     a = A + 2
     middle = DOOR.cells.centre(a)
     place = DOOR.cells.moved_inside(a, (middle[0] + x, middle[1] + y), settings.standing_room)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose
 from swarm.motion.sweep import LONGEST, path_room
 from swarm.planning.grid import Grid
-from swarm.robot.aim import Aiming
-from swarm.robot.safety import DriveState, SafetyFilter
+from swarm.robot.driving.aim import Aiming
+from swarm.robot.driving.safety import DriveState, SafetyFilter
 from swarm.robot.tuning import SAFETY
 from tests.robot.driving import (
     DRIVE,

@@ -7,8 +7,8 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.planning.grid import Grid
-from swarm.robot.detour import Detour
-from swarm.robot.safety import Constraints, DriveState, SafetyFilter
+from swarm.robot.driving.detour import Detour
+from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
 from swarm.robot.tuning import DETOUR
 from tests.robot.driving import NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
 from tests.shared import scenario_of

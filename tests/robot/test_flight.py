@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, Twist, distance, wrap
 from swarm.planning.grid import Grid
-from swarm.robot.aim import Aiming
-from swarm.robot.flight import Flight
-from swarm.robot.safety import STAND, Constraints, DriveState, SafetyFilter
+from swarm.robot.driving.aim import Aiming
+from swarm.robot.driving.flight import Flight
+from swarm.robot.driving.safety import STAND, Constraints, DriveState, SafetyFilter
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot.driving import (
     DRIVE,

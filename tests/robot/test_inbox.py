@@ -7,9 +7,9 @@ import msgspec
 
 from swarm.bus import Arrival, Link
 from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic
-from swarm.robot.process import Inbox
-from swarm.robot.radio import Ear, Radio
-from swarm.robot.seat import Seat
+from swarm.robot.host.process import Inbox
+from swarm.robot.host.radio import Ear, Radio
+from swarm.robot.host.seat import Seat
 from tests.robot.shared import FITS, robot
 
 MISFIT = msgspec.structs.replace(FITS, rays=[])

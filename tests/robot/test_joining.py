@@ -10,8 +10,8 @@ from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, COMMAND, JOIN, SENSE, Clock, Command, Phase, Topic, Welcome
-from swarm.robot.joining import FIRST, LONGEST, UNSEEN, Place
-from swarm.robot.process import ECHOES, Crew
+from swarm.robot.host.joining import FIRST, LONGEST, UNSEEN, Place
+from swarm.robot.host.process import ECHOES, Crew
 from swarm.scenario.load import Scenario
 from tests.robot.shared import AT, FITS, STOPS, scenario
 

@@ -7,8 +7,8 @@ import pytest
 from swarm.geometry import Pose, Twist
 from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
-from swarm.robot.lateness import DIFFERS, LATEST, Lateness
-from swarm.robot.safety import DriveState, SafetyFilter
+from swarm.robot.driving.lateness import DIFFERS, LATEST, Lateness
+from swarm.robot.driving.safety import DriveState, SafetyFilter
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot import driving
 from tests.robot.driving import SETTINGS, constraints, sense_of

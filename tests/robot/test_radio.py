@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from swarm.messages import RADIO
-from swarm.robot.radio import PATIENCE, Ear, Radio, around, zone
+from swarm.robot.host.radio import PATIENCE, Ear, Radio, around, zone
 from tests.robot.test_seat import broadcast
 
 SIDE: Final = 10.0  # m

@@ -10,10 +10,10 @@ from msgspec.structs import replace
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance
 from swarm.messages import Activity
-from swarm.robot.cell_pilot import CellPilot
+from swarm.robot.driving.cell_pilot import CellPilot
+from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
+from swarm.robot.driving.safety import STAND, DriveState
 from swarm.robot.navigator import Navigator
-from swarm.robot.pilot import Move, PilotInputs
-from swarm.robot.safety import STAND, DriveState
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
 from swarm.traffic.lattice.cell_map import CellMap
@@ -65,7 +65,7 @@ class Driven:
         anywhere: bool = False,
         target: int = 0,
         **granted: Any,  # noqa: ANN401, fields of what traffic grants
-    ) -> Move:
+    ) -> PilotOutputs:
         """Drive for a tick; unless it is said otherwise, two cells are granted and a robot is near."""
         body = DriveState(body, 0.0, 0.0) if isinstance(body, Pose) else body
         held = granted.get("held", self.row(count=2, at=body.pose))

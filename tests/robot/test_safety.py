@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, Twist, distance, from_frame
 from swarm.motion.sweep import GRAZE, TIGHT, clearance_along, first_clear
 from swarm.planning.grid import Grid
-from swarm.robot.aim import Aiming
-from swarm.robot.safety import NO_BODIES, STAND, DriveState, SafetyFilter
+from swarm.robot.driving.aim import Aiming
+from swarm.robot.driving.safety import NO_BODIES, STAND, DriveState, SafetyFilter
 from swarm.robot.tuning import SAFETY
 from swarm.traffic.settings import NEAR
 from tests.robot.driving import (

@@ -8,8 +8,8 @@ import pytest
 from swarm.bus import Bus
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
 from swarm.robot.brain import Inputs
-from swarm.robot.radio import Ear, Radio
-from swarm.robot.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
+from swarm.robot.host.radio import Ear, Radio
+from swarm.robot.host.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)

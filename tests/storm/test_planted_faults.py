@@ -13,20 +13,21 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages.traffic import TrafficBroadcast
-from swarm.robot import brain, cell_pilot, safety
-from swarm.robot.cell_pilot import CellPilot
+from swarm.robot import brain
+from swarm.robot.driving import cell_pilot, safety
+from swarm.robot.driving.cell_pilot import CellPilot
+from swarm.robot.driving.safety import SafetyFilter
 from swarm.robot.mission import Mission
-from swarm.robot.safety import SafetyFilter
 from swarm.settings import Settings
 from swarm.traffic import step
 from swarm.traffic.joint.following import Following
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.obstacles.inspection import Inspection, Inspector
-from swarm.traffic.peers.records import Event, PeerRecords
+from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.reservations.claims import Claimed, Claiming
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import GRANT, TAKE, Case, Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.storm.shared import FLOOR, plan_of
 from world.bodies.radio_model import RadioModel, Spoken
 from world.host.last_messages import LastMessages
@@ -103,12 +104,12 @@ def numbered_from_one(real: Callable[..., RouteProgress]) -> Callable[..., Route
     return after_sleep
 
 
-def without_relayed(real: Callable[..., list[Event]]) -> Callable[..., list[Event]]:
+def without_relayed(real: Callable[..., list[TrafficNote]]) -> Callable[..., list[TrafficNote]]:
     """Leave out of each broadcast what others have said."""
 
     def hear(
         self: PeerRecords, tick: int, cells: CellMap, heard: Sequence[TrafficBroadcast], *rest: object
-    ) -> list[Event]:
+    ) -> list[TrafficNote]:
         return real(self, tick, cells, [changed(one, others=()) for one in heard], *rest)
 
     return hear
@@ -194,7 +195,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(RouteProgress, "without_claims", lambda _: lambda self: self),)),
     "ripe at once": ("no hold without a claim", "asleep", (traffic(ripe=0),)),
     "asks half as far": ("no hold without a claim", "head on", (
-        Plant(TrafficSettings, "asking_distance", lambda _: lambda self, side: min(self.claim_radius, (self.horizon + 1) * side)),)),
+        Plant(TrafficConstants, "asking_distance", lambda _: lambda self, side: min(self.claim_radius, (self.horizon + 1) * side)),)),
     "who answers late is heard by nobody": ("broadcasts are heard", "slow", (
         Plant(RadioModel, "hears", lambda real: lambda self, poses, sent: real(self, poses, of_newest_tick(sent))),)),
     "of several late answers one is not heard": ("broadcasts are heard", "slow", (

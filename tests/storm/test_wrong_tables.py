@@ -7,8 +7,8 @@ from random import Random
 import msgspec
 import pytest
 
-import swarm.robot.cell_pilot as pilot
-from swarm.robot.pilot import fuzzy_speeds
+import swarm.robot.driving.cell_pilot as pilot
+from swarm.robot.driving.pilot import fuzzy_speeds
 from tests.shared import mostly_long
 from world.storm.history.history import record
 from world.storm.laws.judge import LAWS

@@ -10,7 +10,7 @@ from swarm.maps.occupancy import Point
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.peers.step_aside import CLEAR, LASTS, StepAside
 from swarm.traffic.peers.uncooperative import SAYS, Mutes, Spoken
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import Drawn
 
@@ -24,7 +24,7 @@ def goals(
     mute: tuple[float, float], ticks: int, *, rests: bool = False, stands: bool = False, moves: float = 0.0
 ) -> list[Point | None]:
     """Return the place aside in each tick of a robot at ``HERE``; it ``moves`` [m] now and then."""
-    mutes, aside, found = Mutes(TrafficSettings()), StepAside(), list[Point | None]()
+    mutes, aside, found = Mutes(TrafficConstants()), StepAside(), list[Point | None]()
     for tick in range(ticks):
         mutes.hear(tick, [Spoken("f1", tick, Pose(*mute, 0.0), rests)], {})
         there = HERE[0] + moves * (tick // (SAYS // 2) % 2)
@@ -51,7 +51,7 @@ def test_otherwise_it_stays(mute: tuple[float, float], fields: dict[str, Any]) -
 
 
 def test_it_moves_aside_until_it_is_told_to_stop() -> None:
-    mutes, aside, pose = Mutes(TrafficSettings()), StepAside(), Pose(*HERE, 0.0)
+    mutes, aside, pose = Mutes(TrafficConstants()), StepAside(), Pose(*HERE, 0.0)
     for tick in range(2 * SAYS):
         mutes.hear(tick, [Spoken("f1", tick, Pose(*BESIDE, 0.0))], {})
         if aside.decide(tick, pose, mutes, HEAD, (), CELLS, stands=False) is not None:
@@ -64,7 +64,7 @@ def test_it_moves_aside_until_it_is_told_to_stop() -> None:
 
 def test_aside_it_drives_by_any_way_and_is_not_done() -> None:
     """Its planner's path leads elsewhere; its record says where it goes now."""
-    traffic, pose, said = Traffic("r1", CELLS, TrafficSettings()), Pose(*HERE, 0.0), set[tuple[bool, bool]]()
+    traffic, pose, said = Traffic("r1", CELLS, TrafficConstants()), Pose(*HERE, 0.0), set[tuple[bool, bool]]()
     for tick in range(2 * SAYS):
         mute = [Spoken("f1", tick, Pose(*BESIDE, 0.0))]
         inputs = TrafficInputs(tick, pose, HERE, done=True, mute=mute, path=(HERE, BESIDE))
@@ -90,7 +90,7 @@ PLACES: dict[str, tuple[str, str, str, str, str]] = {  # the cells of a hall, wh
 @pytest.mark.parametrize("name", PLACES)
 def test_the_place_aside_is_near_free_and_clear_of_all(name: str) -> None:
     cells, mute, head, taken, expected = PLACES[name]
-    hall, mutes, aside = Drawn(cells), Mutes(TrafficSettings()), StepAside()
+    hall, mutes, aside = Drawn(cells), Mutes(TrafficConstants()), StepAside()
     x, y = hall.points(head)[0]
     pose, found = Pose(x + 0.6 * hall.cells.side * (head == "a"), y, 0.0), ""
     centres = {point: one for one in cells for point in hall.points(one)}

@@ -28,12 +28,12 @@ from swarm.traffic.lattice.placement import (
     traffic_settings,
     with_lattice,
 )
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.shared import scenario_of
 from tests.traffic.maps import Drawn
 from tests.traffic.test_settings import ORDERS
 
-USUAL = TrafficSettings()
+USUAL = TrafficConstants()
 
 
 @pytest.mark.parametrize("every", [1, 4, 10])

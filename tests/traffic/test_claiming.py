@@ -10,15 +10,15 @@ from swarm.traffic.reservations.claims import Claimed, Claiming
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")
 A, B, C, BELOW, BESIDE_B = FLOOR.at("abcij")
 NOW = 1000
-NEAR = TrafficSettings()  # claims reach 3.5 m
-WIDE = TrafficSettings(radio_range=20.0)  # claims reach 9.5 m
-IN_SIGHT = TrafficSettings(in_sight=True)
+NEAR = TrafficConstants()  # claims reach 3.5 m
+WIDE = TrafficConstants(radio_range=20.0)  # claims reach 9.5 m
+IN_SIGHT = TrafficConstants(in_sight=True)
 PLAN = Epoch(900, "r9")
 ACK = (("r1", 1),)  # of the first claim
 
@@ -44,7 +44,7 @@ def step(
     entries: dict[int, Entry] | None = None,
     body: str = "a",
     off: float = 0.0,
-    settings: TrafficSettings = NEAR,
+    settings: TrafficConstants = NEAR,
     floor: Drawn = FLOOR,
 ) -> Claimed:
     """Make one step of r1, whose body is ``off`` [m] to the right of its cell's middle."""

@@ -17,12 +17,12 @@ from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.result import StepResult
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcdefgh", "i.......")
 A, B, C, D, E, F, G, H = ROW.at("abcdefgh")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 HEARD = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=A)
 
 
@@ -108,7 +108,7 @@ def test_what_a_robot_does_is_the_first_that_applies(name: str) -> None:
 
 
 def test_a_robot_needs_an_exact_place_to_look_or_to_be_heard_from() -> None:
-    in_sight = TrafficSettings(in_sight=True)
+    in_sight = TrafficConstants(in_sight=True)
     for decisions, settings, exact in (
         (doing(), SETTINGS, False),
         (doing(), in_sight, True),
@@ -142,7 +142,7 @@ def test_the_way_ahead_ends_at_the_head_or_at_the_next_stop(name: str) -> None:
 
 
 def points(
-    decisions: StepResult, cells: str, alone: str, settings: TrafficSettings = SETTINGS
+    decisions: StepResult, cells: str, alone: str, settings: TrafficConstants = SETTINGS
 ) -> list[tuple[float, float]]:
     return list(waypoints(decisions, ROW.at(cells), ROW.at(alone), settings))
 
@@ -175,7 +175,7 @@ def test_who_leans_drives_on_to_where_it_leans() -> None:
 
 
 def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
-    corner, radio = Drawn("ab#", "#cd"), TrafficSettings(in_sight=True)
+    corner, radio = Drawn("ab#", "#cd"), TrafficConstants(in_sight=True)
     a, b = corner.at("ab")
     way = RouteProgress(Reservations((a,)), (ALONE,), (b,))
     x, y = corner.cells.centre(a)

@@ -11,9 +11,9 @@ from swarm.traffic.joint.problem import RELAXATIONS, Relaxation, Round
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 ROUND = Drawn("a.n......f.b", ".##########.", "............")
@@ -34,7 +34,7 @@ def situation(
 def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_it: bool) -> None:
     (start, goal, cell), (x, y) = ROUND.at("ab" + where), ROUND.points(where)[0]
     silent = Record(robot="r9", stamp=0, x=x, y=y, goal=cell, held=(cell,))
-    joint = JointPlanning("r1", TrafficSettings(radio_range=8.0))
+    joint = JointPlanning("r1", TrafficConstants(radio_range=8.0))
     joint.call = Free(need="r1")
     for tick in range(100, 200):
         joint.step(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
@@ -109,9 +109,9 @@ NO_PLAN = {  # where robots stand, where they want to be: what is said, and of w
 def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_target(name: str) -> None:
     """Where a target was given to somebody else, that there is no plan proves nothing about the mission."""
     heads, wishes, kind, who = NO_PLAN[name]
-    others, joint = {}, JointPlanning("r1", TrafficSettings())
+    others, joint = {}, JointPlanning("r1", TrafficConstants())
     joint.call = Free(need="r1")
-    events: list[Event] = []
+    events: list[TrafficNote] = []
     for tick in range(TICKS):
         for number, (head, wish) in enumerate(zip(ROW_OF_FOUR.at(heads), ROW_OF_FOUR.at(wishes), strict=True), 1):
             x, y = ROW_OF_FOUR.cells.centre(head)
@@ -133,9 +133,9 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
     a, b, c, d = square.at("abcd")
     said: dict[bool, list[tuple[str, bool]]] = {}
     for shut in (True, False):
-        joint = JointPlanning("r1", TrafficSettings())
+        joint = JointPlanning("r1", TrafficConstants())
         joint.call = Free(need="r1")
-        events: list[Event] = []
+        events: list[TrafficNote] = []
         for tick in range(TICKS):
             x, y = square.cells.centre(b)
             other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
@@ -159,7 +159,7 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
     a, e, d, f = square.at("aedf")
     x, y = square.cells.centre(f)
     dead = Record(robot="r3", stamp=0, x=x - square.cells.side / 2 + 0.1, y=y, goal=-1)
-    joint = JointPlanning("r1", TrafficSettings())
+    joint = JointPlanning("r1", TrafficConstants())
     joint.call = Free(need="r1")
     for tick in range(TICKS):
         x, y = square.cells.centre(e)

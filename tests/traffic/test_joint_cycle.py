@@ -11,14 +11,14 @@ from swarm.traffic.joint import protocol as joint_planning
 from swarm.traffic.joint.following import SETTLE
 from swarm.traffic.joint.protocol import TRANSITIONS, JointPlanning, Occasion, Transition
 from swarm.traffic.joint.states import Call, Free, Memory, Move, Published, Speaks
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcd", "....")
 A, B, C, D = FLOOR.at("abcd")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 NOW = 1000
 
 
@@ -351,7 +351,7 @@ def test_a_member_refuses_a_way_that_its_own_map_shuts_and_says_where() -> None:
     assert (decision.way, joint.epoch, joint.frozen) == (None, None, None)
     a, b, c = ROOM.at("abc")
     text = f"refuses the joint plan of r1: no way from cell {a} to {b}"
-    assert decision.events == (Event("plan_refused", ("r2",), text),)
+    assert decision.events == (TrafficNote("plan_refused", ("r2",), text),)
     assert joint.refused(NOW + 1) == Refusal(Epoch(NOW, "r1"), ((a, b), (b, c)))
     assert joint.refused(NOW + 2 + SETTINGS.carry) is None, "its leader has heard it, or never will"
 

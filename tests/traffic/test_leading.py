@@ -11,7 +11,7 @@ from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
 from swarm.traffic.mapf.precedence import After, Precedence
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcd", "efgh")
@@ -22,7 +22,7 @@ COLLECT = Collect(CALL, ("r1", "r2"))
 
 
 def part(**fields: object) -> Memory:
-    return Memory("r1", TrafficSettings(), **fields)  # type: ignore[arg-type]
+    return Memory("r1", TrafficConstants(), **fields)  # type: ignore[arg-type]
 
 
 def record(robot: str = "r2", **fields: object) -> Record:
@@ -99,7 +99,7 @@ def test_the_search_begins_when_all_stand_or_after_20_ticks(name: str) -> None:
 
 def test_a_leader_whose_members_stood_too_late_waits_longer_next_time() -> None:
     """20, 40, 60 and 60 ticks; 20 again once all have stood in time."""
-    memory, settings = part(), TrafficSettings()
+    memory, settings = part(), TrafficConstants()
     stands = record(frozen=CALL)
     for expected in (20, 40, 60, 60):
         assert memory.gather == expected

@@ -19,14 +19,14 @@ from swarm.traffic.obstacles.detector import (
     ProtectiveStop,
     robot_at,
 )
-from swarm.traffic.obstacles.scan import Known, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
+from swarm.traffic.obstacles.scan import KnownBody, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
 from swarm.traffic.obstacles.tracker import COMING, NEARER, NOTED
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn(".....", "..a.b", ".....")
 A, B = FLOOR.at("ab")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 HERE = FLOOR.pose(A)
 STOP, LESS = SETTINGS.stop_distance, SETTINGS.unexpected
 
@@ -67,17 +67,17 @@ def test_what_nobody_told_of_is_where_it_is_seen(yaw: float) -> None:
 
 
 # fmt: off
-EXPLAINED: dict[str, tuple[Known, bool]] = {  # of a body seen 0.4 m ahead
-    "a robot that is there":               (Known(ahead(0.4), 0.2),                               True),
-    "a little off, ahead":                 (Known(ahead(0.55), 0.2),                              True),
-    "a little off, to a side":             (Known(ahead(0.4, 0.15), 0.2),                         True),
-    "too far to a side":                   (Known(ahead(0.4, 0.3), 0.2),                          False),
-    "too far on":                          (Known(ahead(0.7), 0.2),                               False),
-    "behind":                              (Known((HERE.x - 0.7, HERE.y), 0.2),                   False),
-    "held, in that cell":                  (Known(ahead(0.4), 0.2, {cell(*ahead(0.4))}),          True),
-    "held, in another cell":               (Known(ahead(0.4), 0.2, {B}),                          False),
-    "nearer than it can be":               (Known(ahead(0.4), 0.2, nearest=0.5),                  False),
-    "as near as it can be":                (Known(ahead(0.4), 0.2, nearest=0.4),                  True),
+EXPLAINED: dict[str, tuple[KnownBody, bool]] = {  # of a body seen 0.4 m ahead
+    "a robot that is there":               (KnownBody(ahead(0.4), 0.2),                               True),
+    "a little off, ahead":                 (KnownBody(ahead(0.55), 0.2),                              True),
+    "a little off, to a side":             (KnownBody(ahead(0.4, 0.15), 0.2),                         True),
+    "too far to a side":                   (KnownBody(ahead(0.4, 0.3), 0.2),                          False),
+    "too far on":                          (KnownBody(ahead(0.7), 0.2),                               False),
+    "behind":                              (KnownBody((HERE.x - 0.7, HERE.y), 0.2),                   False),
+    "held, in that cell":                  (KnownBody(ahead(0.4), 0.2, {cell(*ahead(0.4))}),          True),
+    "held, in another cell":               (KnownBody(ahead(0.4), 0.2, {B}),                          False),
+    "nearer than it can be":               (KnownBody(ahead(0.4), 0.2, nearest=0.5),                  False),
+    "as near as it can be":                (KnownBody(ahead(0.4), 0.2, nearest=0.4),                  True),
 }
 # fmt: on
 
@@ -85,7 +85,7 @@ EXPLAINED: dict[str, tuple[Known, bool]] = {  # of a body seen 0.4 m ahead
 @pytest.mark.parametrize("name", EXPLAINED)
 def test_what_is_known_explains_what_is_seen_where_it_can_be(name: str) -> None:
     known, explained = EXPLAINED[name]
-    found = unexplained([front(0.4)], HERE, FLOOR.cells, [Known((0.0, 0.0), 0.1), known], SETTINGS)
+    found = unexplained([front(0.4)], HERE, FLOOR.cells, [KnownBody((0.0, 0.0), 0.1), known], SETTINGS)
     assert (found is None) is explained
     both = [front(0.4), Reading(0.3, 1.6, 2.0)]
     assert unexplained(both, HERE, FLOOR.cells, [known], SETTINGS) is not None, "the other ray shows another one"
@@ -123,7 +123,7 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 @pytest.mark.parametrize(("bearing", "stops"), [(0.0, True), (0.5, True), (-0.5, True), (0.55, False), (-1.0, False)])
 def test_a_known_body_very_near_stops_who_drives_at_it_not_who_drives_past(bearing: float, stops: bool) -> None:
     pose = HERE._replace(yaw=-bearing)  # the body is along x
-    known = Known(ahead(0.1), 0.2, nearest=CLOSE)
+    known = KnownBody(ahead(0.1), 0.2, nearest=CLOSE)
     found = unexplained([Reading(0.1, 1.6, bearing)], pose, FLOOR.cells, [known], SETTINGS)
     assert (found is not None) is stops
 
@@ -163,7 +163,7 @@ def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, mea
 
 @pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.81, False), (1.83, True), (3.0, True)])
 def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: bool) -> None:
-    settings = TrafficSettings(radius=0.2, sensor_range=1.6)
+    settings = TrafficConstants(radius=0.2, sensor_range=1.6)
     assert is_out_of_range((HERE.x + away, HERE.y), HERE, settings) is hidden
 
 

@@ -13,12 +13,12 @@ from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 ROW = Drawn("abcde")
 A, B, C, D, E = ROW.at("abcde")
-SETTINGS = TrafficSettings(radius=0.2, sensor_range=1.6, surmise=200)
+SETTINGS = TrafficConstants(radius=0.2, sensor_range=1.6, surmise=200)
 NOW = 201  # the first tick at which a robot last heard at tick 0 has long been silent
 MIDDLE = 1.2  # m, from the middle of b to that of c
 BODY = MIDDLE - 2 * SETTINGS.radius  # m, what a ray measures from there if a body stands in the middle of c

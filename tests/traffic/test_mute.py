@@ -14,12 +14,12 @@ from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import SAYS, STAYS, Mutes, Spoken, covered
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import DOOR
 
 CELLS = DOOR.cells
 A, B = DOOR.at("ab")
-SETTINGS = TrafficSettings(speed=1.6)
+SETTINGS = TrafficConstants(speed=1.6)
 
 
 def spoken(tick: int, cell: int = A, robot: str = "f1") -> Spoken:

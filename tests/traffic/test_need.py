@@ -10,12 +10,12 @@ from swarm.traffic.joint.conflict import named_leader, reason
 from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.states import Free, Memory, Speaks
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 LINE = Drawn("abcdef")
 A, B, C, D, E, F = LINE.at("abcdef")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 NOW = 1000
 PLAN, OTHER = Epoch(5, "r1"), Epoch(6, "r1")
 

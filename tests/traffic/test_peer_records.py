@@ -7,12 +7,12 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Relayed, TrafficBroadcast
 from swarm.traffic.peers.records import SKEW, SLACK, PeerRecords
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import DOOR
 
 CELLS = DOOR.cells
 A, B = DOOR.at("ab")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 
 
 def record(stamp: int, robot: str = "r1", cell: int = A, held: tuple[int, ...] | None = None) -> Record:

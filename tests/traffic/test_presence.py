@@ -10,7 +10,7 @@ from swarm.traffic.lattice.cell_map import OUTSIDE
 from swarm.traffic.reservations.presence import (
     OFF_WAY,
     Footprint,
-    Presence,
+    OffRoute,
     after_sleep,
     footprint_of,
     free_drive_cells,
@@ -20,13 +20,13 @@ from swarm.traffic.reservations.presence import (
 )
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcd", "efg#")
 A, B, C, D, E, F, G = FLOOR.at("abcdefg")
 WALL = FLOOR.cell((1, 3))
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 BODY = SETTINGS.radius + SETTINGS.margin  # m
 
 
@@ -56,7 +56,7 @@ OFF: dict[str, tuple[RouteProgress, Footprint, bool]] = {  # body beside the way
 @pytest.mark.parametrize("name", OFF)
 def test_a_robot_long_off_its_way_begins_again_where_it_is(name: str) -> None:
     way, where, again = OFF[name]
-    presence = Presence()
+    presence = OffRoute()
     for tick in range(100, 100 + OFF_WAY + 1):
         now = body(A, tick=tick) if tick == 100 else where._replace(tick=tick)
         assert presence.keep_on_way(way, now, FLOOR.cells, threatened=False) is way, tick
@@ -72,7 +72,7 @@ def test_who_fled_from_a_threat_into_room_beside_a_plans_way_does_not_come_back(
     threatened: set[int], again: bool
 ) -> None:
     """At tick 100 it is on its way, and beside it from then on."""
-    way, presence = progress((E, A, B), 1, following=True), Presence()
+    way, presence = progress((E, A, B), 1, following=True), OffRoute()
     kept = [
         presence.keep_on_way(way, body(A if tick == 100 else E, tick=tick), FLOOR.cells, threatened=tick in threatened)
         is way
@@ -173,8 +173,8 @@ def test_along_the_other_axis_nearness_is_the_same() -> None:
 def test_the_first_ticks_of_a_robot() -> None:
     way = progress((E, A, B), 1)
     for tick, kept in ((30, True), (31, False)):
-        assert (Presence().keep_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
-    beside, presence = progress((E, A, B), 1, following=True), Presence()
+        assert (OffRoute().keep_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
+    beside, presence = progress((E, A, B), 1, following=True), OffRoute()
     for tick in (0, 31):
         assert presence.keep_on_way(beside, body(E, tick=tick), FLOOR.cells, threatened=False) is beside
     assert after_sleep(None, body(B, tick=6), FLOOR.cells).reservations.number == 385

@@ -12,12 +12,12 @@ from swarm.traffic.joint import problem as questions
 from swarm.traffic.joint.problem import Member, Problem, members_of, problem_of
 from swarm.traffic.mapf.planner import Budget
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")
 A, B, C, D, E, F, G, H = FLOOR.at("abcdefgh")
-SETTINGS = TrafficSettings()  # a radio reaches 8 m
+SETTINGS = TrafficConstants()  # a radio reaches 8 m
 CALL = Epoch(7, "r1")
 NOBODY: Mapping[str, Record] = {}
 
@@ -42,7 +42,7 @@ def member(
 
 
 def asked(number: int, everybody: Mapping[str, Member], now: Situation | None = None, **settings: Any) -> Problem:  # noqa: ANN401
-    return problem_of(number, everybody, now or situation(), FLOOR.cells, TrafficSettings(**settings))
+    return problem_of(number, everybody, now or situation(), FLOOR.cells, TrafficConstants(**settings))
 
 
 def test_those_stand_that_say_so_each_in_a_cell_of_its_own() -> None:

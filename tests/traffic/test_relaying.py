@@ -8,9 +8,9 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.peers.relay import WELCOME, Known, Relaying
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
-SETTINGS: Final = TrafficSettings()  # a range of 8 m: who is 7 m apart may not hear each other
+SETTINGS: Final = TrafficConstants()  # a range of 8 m: who is 7 m apart may not hear each other
 PAUSE: Final = SETTINGS.relay_silent
 EPOCH: Final = Epoch(5, "r9")
 

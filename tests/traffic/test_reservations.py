@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Notice, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
 from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Case, Reservations, acknowledged, obstacle
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
@@ -182,7 +182,7 @@ START, GOAL = HALL.at("ab")
 TICKS = 100
 
 
-def alone_with(away: float, settings: TrafficSettings, *, acks_from: int) -> Iterator[tuple[int, TrafficOutputs]]:
+def alone_with(away: float, settings: TrafficConstants, *, acks_from: int) -> Iterator[tuple[int, TrafficOutputs]]:
     """Step r1, which wants along the hall, with r2 standing so far behind it [m], which acknowledges from a tick on."""
     traffic = Traffic("r1", HALL.cells, settings)
     x, y = HALL.cells.centre(START + 16)
@@ -216,7 +216,7 @@ ASKED = [  # radio range, horizon, and how far off r2 stands [m]: just who has t
 def test_no_cell_is_taken_before_each_robot_that_could_claim_it_has_acknowledged(
     reach: float, horizon: int, asked: float, not_asked: float
 ) -> None:
-    settings = TrafficSettings(radio_range=reach, horizon=horizon)
+    settings = TrafficConstants(radio_range=reach, horizon=horizon)
     for away in (2 * SIDE, 0.6 * asked, asked):
         grown = [tick for tick, granted in alone_with(away, settings, acks_from=TICKS) if len(granted.held) > 1]
         assert grown == [], f"{away} m off, not acknowledged"
@@ -228,7 +228,7 @@ def test_no_cell_is_taken_before_each_robot_that_could_claim_it_has_acknowledged
 
 
 def test_an_acknowledgement_is_said_of_what_is_not_held_and_not_of_what_is() -> None:
-    traffic = Traffic("r1", HALL.cells, TrafficSettings())
+    traffic = Traffic("r1", HALL.cells, TrafficConstants())
     x, y = HALL.cells.centre(START + 4)
     record = Record(robot="r2", stamp=0, x=x, y=y, goal=START, held=(START + 4,))
     said: dict[int, tuple[tuple[str, int], ...]] = {}

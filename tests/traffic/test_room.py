@@ -11,12 +11,12 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages.traffic import Claim, Moving, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.settings import LEANS, TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
 FLOOR = Drawn("........", ".a....b.", "........", "........", "..c.....")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 A, B, C = FLOOR.at("abc")
 GOAL = FLOOR.cells.centre(B)
 UP = FLOOR.cells.columns
@@ -37,7 +37,7 @@ def other(tick: int, answered: Record | None, refused: tuple[int, ...], says: Ma
 class Driven:
     """A robot's traffic that is stepped with r2 in range."""
 
-    def __init__(self, sweeps: tuple[int, ...] = (ROOM,), settings: TrafficSettings = SETTINGS) -> None:
+    def __init__(self, sweeps: tuple[int, ...] = (ROOM,), settings: TrafficConstants = SETTINGS) -> None:
         self.traffic = Traffic("r1", FLOOR.cells, settings)
         self.tick, self.sweeps = 0, sweeps
         self.said: Record | None = None
@@ -252,7 +252,7 @@ def test_a_robot_that_comes_back_soon_keeps_its_way() -> None:
 @pytest.mark.parametrize(("back", "claims"), [(0.0, True), (LEANS - 0.01, True), (LEANS + 0.01, False)])
 def test_where_walls_stop_the_radio_it_claims_from_the_middle_of_its_cell_alone(back: float, claims: bool) -> None:
     """From there it hears all that may claim the next cell."""
-    robot = Driven((), TrafficSettings(in_sight=True))
+    robot = Driven((), TrafficConstants(in_sight=True))
     assert any(A + 1 in robot.claimed() for _ in robot.run(LONG, back=back) if robot.said is not None) is claims
 
 

@@ -18,7 +18,7 @@ from swarm.traffic.own_route import STRAY, OwnRoute, off_line, own_way
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
 
@@ -140,7 +140,7 @@ def test_the_way_is_the_cheapest_in_steps_and_in_what_it_strays(
 def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_path() -> None:
     """Claims are made along it; only another goal, or something in the way, is a reason to look again."""
     start, goal = RING.at("ag")
-    traffic = Traffic("r1", RING.cells, TrafficSettings())
+    traffic = Traffic("r1", RING.cells, TrafficConstants())
     ways = []
     for tick in range(120):
         path = RING.points("a17g" if tick < 20 else "ajpg")

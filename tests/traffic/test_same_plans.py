@@ -54,13 +54,13 @@ PLANS: dict[tuple[str, Ties], tuple[int, int]] = {  # expansions of the search, 
     ("full", Ties.LANES): (100, 880301402),
 }
 JOINT: dict[str, tuple[str, int, int]] = {  # outcome, expansions of all starts, checksum of the plan and its order
-    "bay": ("solved", 200, 2876539279),
-    "tree": ("solved", 45, 3454497340),
-    "ring": ("solved", 8, 2877041064),
-    "door": ("solved", 100, 2344443167),
-    "crowd": ("solved", 86, 3232687239),
-    "rooms": ("solved", 57, 2895268173),
-    "full": ("solved for one", 192, 2809580476),
+    "bay": ("solved", 200, 2259436334),
+    "tree": ("solved", 45, 3265825765),
+    "ring": ("solved", 8, 2785445292),
+    "door": ("solved", 100, 3352839503),
+    "crowd": ("solved", 86, 431179221),
+    "rooms": ("solved", 57, 1204017337),
+    "full": ("solved for one", 192, 3395201688),
 }
 ANY: dict[str, tuple[int, int]] = {  # expansions, checksum of a plan in which one robot moves at a time
     "bay": (79, 1501418535),
@@ -108,7 +108,8 @@ def test_a_leader_finds_the_same_plan(name: str) -> None:
     )  # fmt: skip
     while (result := search.advance(100)) is None:
         pass
-    assert (result.outcome.value, result.expansions, checksum(result.steps, result.order, result.who)) == JOINT[name]
+    order = result.order and tuple(result.order)  # without the name of its class
+    assert (result.outcome.value, result.expansions, checksum(result.steps, order, result.who)) == JOINT[name]
 
 
 @pytest.mark.parametrize("name", ANY)

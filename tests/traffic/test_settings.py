@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from swarm.traffic.settings import LEAST_CLAIM, NEAR, ROLLS_ON, TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, ROLLS_ON, TrafficConstants
 
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 
 # fmt: off
 ORDERS: dict[str, tuple[str, ...]] = {  # each of these is less than the next: why

@@ -4,12 +4,12 @@ import pytest
 
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.peers.sightings import Sightings, keeps
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdef")
 A, B, C, D, E, F = FLOOR.at("abcdef")
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 NOW = 5000
 
 

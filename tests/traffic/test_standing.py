@@ -7,10 +7,10 @@ from swarm.messages.traffic import Collect, Epoch, JointPlan, Record
 from swarm.traffic.joint.member import called, plan_came, stood_in_vain
 from swarm.traffic.joint.states import Call, Free, Frozen, Memory, Move
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
-SETTINGS = TrafficSettings()
+SETTINGS = TrafficConstants()
 NOW = 1000
 MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
 

@@ -15,7 +15,7 @@ from swarm.settings import StartSettings
 from swarm.traffic import step as traffic
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import BAY, CORRIDOR, DOOR, TREE, Drawn
 from world.faults import Faults
@@ -99,7 +99,7 @@ def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
 
 @pytest.mark.parametrize(("listens", "gap"), [(False, 4), (True, 2)])
 def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap: int) -> None:
-    drawn, settings = Drawn("....", "a.cb", "...."), TrafficSettings()
+    drawn, settings = Drawn("....", "a.cb", "...."), TrafficConstants()
     traffic, (x, y) = Traffic("r1", drawn.cells, settings), drawn.points("b")[0]
     spoken = []
     for tick in range(2 * settings.listen):
@@ -118,7 +118,7 @@ def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap
 
 @pytest.mark.parametrize(("pause", "listens"), [(20, False), (21, True)])
 def test_a_robot_that_was_away_for_more_ticks_than_the_gap_listens_again(pause: int, listens: bool) -> None:
-    drawn, settings = Drawn("a.b"), TrafficSettings()
+    drawn, settings = Drawn("a.b"), TrafficConstants()
     traffic, pose, (goal,) = Traffic("r1", drawn.cells, settings), drawn.pose(drawn.at("a")[0]), drawn.points("b")
     for tick in (*range(50), 49 + pause):
         granted = traffic.step(TrafficInputs(tick, pose, goal), drawn.cells)
@@ -127,7 +127,7 @@ def test_a_robot_that_was_away_for_more_ticks_than_the_gap_listens_again(pause: 
 
 def test_halted_with_its_body_in_a_walls_cell_a_robot_keeps_a_way_out() -> None:
     drawn = Drawn("#######", "#a...b#", "#.....#", "#######")
-    traffic = Traffic("r1", drawn.cells, TrafficSettings())
+    traffic = Traffic("r1", drawn.cells, TrafficConstants())
     (x, y), (goal,) = drawn.cells.centre(drawn.at("a")[0]), drawn.points("b")
     pose = Pose(x + 0.5, y + 0.6, 0.0)  # over the wall above, and over two cells of the floor
     for tick in range(200):
@@ -192,7 +192,7 @@ def test_bodies_that_start_in_one_cell_part(places: tuple[tuple[float, float], t
 
 def test_cells_too_large_for_the_radio_are_refused() -> None:
     with pytest.raises(ConfigError, match="too short for cells"):
-        Traffic("r0", BAY.cells, TrafficSettings(radio_range=3.0))
+        Traffic("r0", BAY.cells, TrafficConstants(radio_range=3.0))
 
 
 def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> None:
@@ -200,7 +200,7 @@ def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> 
     ways = {"r1": floor.at("cb"), "r2": floor.at("aefghd")}
     epoch = Epoch(50, "r1")
     plan = JointPlan(epoch=epoch, ways=ways, after={})
-    r2 = Traffic("r2", floor.cells, TrafficSettings())
+    r2 = Traffic("r2", floor.cells, TrafficConstants())
     (c, d), (x, y) = floor.points("cd"), floor.points("a")[0]
     told: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
     for tick in range(70):
@@ -227,7 +227,7 @@ def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_wa
             return b if next(ticks) == 60 else None
 
     monkeypatch.setattr(traffic, "BlockedByObstacle", KeptOnce)
-    r1 = Traffic("r1", floor.cells, TrafficSettings())
+    r1 = Traffic("r1", floor.cells, TrafficConstants())
     outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal), floor.cells) for tick in range(62)]
     assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())
     assert [(event.kind, event.text) for event in outs[60].events] == [

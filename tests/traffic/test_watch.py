@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose
 from swarm.traffic.lattice.cell_map import OUTSIDE
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from tests.traffic.maps import SIDE, Drawn
-from world.measure.cell_watch import STUCK, Fault, Seen, Watch
+from world.measure.cell_watch import STUCK, Fault, Watch, Watched
 
 FLOOR = Drawn("abcd", "efgh", "ijkl")
 CELL = {name: FLOOR.cell(place) for name, place in FLOOR.names.items()}
@@ -36,14 +36,14 @@ def at(
     waits: Sequence[str] = (),
     wants: bool = True,
     moved: bool = True,
-) -> Seen:
+) -> Watched:
     """Put a robot at a cell's centre or a little off; it holds that cell, or those named."""
     x, y = centre(name)
     cells = tuple(CELL[one] for one in (name if held is None else held))
-    return Seen(Pose(x + dx, y + dy, 0.0), cells, wants, moved, tuple(waits))
+    return Watched(Pose(x + dx, y + dy, 0.0), cells, wants, moved, tuple(waits))
 
 
-def fed(ticks: Iterable[dict[str, Seen]], tick: float = 0.05) -> Watch:
+def fed(ticks: Iterable[dict[str, Watched]], tick: float = 0.05) -> Watch:
     """Show a new watch these ticks."""
     watching = watch(tick)
     for number, robots in enumerate(ticks):
@@ -61,7 +61,7 @@ THREE = {"r1": at("a", "ab"), "r2": at("d", "db"), "r3": at("j", "jb")}
 PAIRS = {"r1": at("a", "ab"), "r2": at("e", "eb"), "r3": at("d", "dc"), "r4": at("h", "hc")}
 
 # fmt: off
-OVERLAPS: dict[str, tuple[list[dict[str, Seen]], list[tuple[int, tuple[str, ...], str]]]] = {
+OVERLAPS: dict[str, tuple[list[dict[str, Watched]], list[tuple[int, tuple[str, ...], str]]]] = {
     "none":                          ([APART, APART],        []),
     "as long as it lasts":           ([ONE, ONE, ONE],       [(0, ("r1", "r2"), "b")]),
     "not from the start":            ([APART, ONE],          [(1, ("r1", "r2"), "b")]),
@@ -90,7 +90,7 @@ def test_overlapping_holds_are_counted_as_they_begin(name: str) -> None:
 EDGE = SIDE / 2 - RADIUS  # m, from a cell's centre to where the body touches its edge
 
 # fmt: off
-OUTSIDES: dict[str, tuple[Seen, list[int]]] = {
+OUTSIDES: dict[str, tuple[Watched, list[int]]] = {
     "touches the edge on the right":       (at("f", dx=EDGE),                   []),
     "touches the edge on the left":        (at("f", dx=-EDGE),                  []),
     "touches the edge above":              (at("f", dy=EDGE),                   []),
@@ -125,7 +125,7 @@ def test_a_body_that_leaves_its_cells_again_counts_again() -> None:
     assert [fault.tick for fault in fed([outside, inside, outside, outside]).faults] == [0, 2]
 
 
-def beside(gap: float, dy: float = 0.0) -> dict[str, Seen]:
+def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
     """Put two robots side by side in three cells that each declares for itself; faults of holds are not looked at."""
     half = RADIUS + gap / 2
     return {"r2": at("g", dx=-SIDE / 2 + half, dy=dy), "r1": at("f", dx=SIDE / 2 - half, dy=dy)}
@@ -291,7 +291,7 @@ def test_ten_seconds_of_standing_and_ten_in_a_circle_are_a_deadlock() -> None:
 
 def test_joint_plans_are_counted_by_their_events() -> None:
     watching = watch()
-    plan, refused = Event("joint_plan", ("r1", "r2"), "r1 leads"), Event("refused", ("r1",), "no")
+    plan, refused = TrafficNote("joint_plan", ("r1", "r2"), "r1 leads"), TrafficNote("refused", ("r1",), "no")
     for number, events in enumerate(([plan], [], [refused, plan, plan])):
         watching.look(number, APART, events)
     assert watching.joint_plans == 3

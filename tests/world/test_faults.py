@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.geometry import bearing, distance
-from swarm.robot.safety import SafetyFilter
+from swarm.robot.driving.safety import SafetyFilter
 from swarm.scenario.load import load
 from tests.shared import ROOT, scenario_of
 from tests.traffic.maps import BAY

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import Order, RobotAction, RobotDo
-from world.tasks.orders import FATES, KEPT, MOST_TARGETS, REMEMBERED, Orders, Outcome, Progress
+from world.tasks.orders import FATES, KEPT, MOST_TARGETS, REMEMBERED, OrderChange, Orders, StopProgress
 
 HOME = (0.5, 0.5)
 OWN = [(1.0, 1.0), HOME]
@@ -39,7 +39,7 @@ class Fleet:
         self.book = Orders(("r1", "r2"), [OWN, OWN], returns=True)
         self.reached: list[list[float | None]] = [[None, None], [None, None]]
 
-    def take(self, request: Request, robot: int = 0) -> Outcome:
+    def take(self, request: Request, robot: int = 0) -> OrderChange:
         outcome = self.book.take(robot, request, self.progress(robot), HOME, check)
         if outcome.new_stops:
             self.reached[robot] = [None] * len(self.book.rows[robot].stops)
@@ -48,8 +48,8 @@ class Fleet:
     def arrive(self, robot: int = 0) -> None:
         self.reached[robot] = [1.0] * len(self.reached[robot])
 
-    def progress(self, robot: int) -> Progress:
-        return Progress(self.reached[robot], 0)
+    def progress(self, robot: int) -> StopProgress:
+        return StopProgress(self.reached[robot], 0)
 
     def state(self) -> bytes:
         return msgspec.msgpack.encode((self.book.last, self.book.rows, self.reached))
@@ -151,7 +151,7 @@ def test_nobody_loses_by_an_order_that_was_done_and_its_retry_is_answered() -> N
     text = fleet.take(order("a")).text
     fleet.arrive()
     assert [kind for kind, _ in fleet.take(order("b")).events] == ["order"]
-    assert fleet.take(order("a")) == Outcome(text, 1)
+    assert fleet.take(order("a")) == OrderChange(text, 1)
     assert [one.fate for one in fleet.book.history(0, fleet.progress(0))] == ["superseded", "done", "open"]
 
 
@@ -200,7 +200,7 @@ def test_the_latest_accepted_request_is_in_force_and_the_same_again_changes_noth
         try:
             outcome = fleet.take(request, robot)
         except PeerError:
-            outcome = Outcome("")
+            outcome = OrderChange("")
         stops, stopped = expected[robot]
         match request:
             case Order() if outcome.new_stops:

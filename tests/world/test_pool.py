@@ -12,10 +12,10 @@ from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import PoolTargets
 from world.tasks.orders import REMEMBERED
-from world.tasks.task_pool import MOST_OPEN, MOST_TARGETS, SCENARIO, TRANSITIONS, Errand, Occasion, Pool, Stage
+from world.tasks.task_pool import MOST_OPEN, MOST_TARGETS, SCENARIO, TRANSITIONS, Errand, Pool, TaskChange, TaskStage
 
 WALL = (9.0, 9.0)
-BACK = (Occasion.GIVEN_UP, Occasion.REPLACED, Occasion.LOST, Occasion.STUCK)
+BACK = (TaskChange.GIVEN_UP, TaskChange.REPLACED, TaskChange.LOST, TaskChange.STUCK)
 
 
 def check(targets: Sequence[Point]) -> None:
@@ -40,9 +40,9 @@ def taken(pool: Pool, robot: int = 0, assignment: int = 1) -> Errand:
 # --- stages ---
 
 
-@pytest.mark.parametrize("stage", Stage)
-@pytest.mark.parametrize("occasion", Occasion)
-def test_the_table_is_all_there_is(stage: Stage, occasion: Occasion) -> None:
+@pytest.mark.parametrize("stage", TaskStage)
+@pytest.mark.parametrize("occasion", TaskChange)
+def test_the_table_is_all_there_is(stage: TaskStage, occasion: TaskChange) -> None:
     pool = Pool([(1.0, 1.0)])
     errand = pool.waiting[0]
     errand.stage = stage
@@ -56,20 +56,20 @@ def test_the_table_is_all_there_is(stage: Stage, occasion: Occasion) -> None:
 
 
 def test_what_is_done_stays_done_and_what_is_taken_is_taken_once() -> None:
-    assert TRANSITIONS[Stage.DONE] == {}
-    assert [stage for stage, row in TRANSITIONS.items() if Occasion.TAKEN in row] == [Stage.WAITING]
+    assert TRANSITIONS[TaskStage.DONE] == {}
+    assert [stage for stage, row in TRANSITIONS.items() if TaskChange.TAKEN in row] == [TaskStage.WAITING]
 
 
 @pytest.mark.parametrize("why", BACK)
-def test_an_errand_goes_back_as_it_was_but_is_not_offered_to_who_gave_it_up(why: Occasion) -> None:
+def test_an_errand_goes_back_as_it_was_but_is_not_offered_to_who_gave_it_up(why: TaskChange) -> None:
     pool = Pool([(1.0, 1.0), (2.0, 2.0)])
     errand = taken(pool, robot=1)
     assert (pool.taken, len(pool.waiting)) == ([errand], 1)
     pool.put_back(errand, why)
     assert pool.waiting[0] is errand, "the oldest is the first again"
     assert (errand.robot, errand.assignment) == (None, 0)
-    assert errand.refused == ([1] if why is Occasion.GIVEN_UP else [])
-    assert errand.last == ([1] if why is Occasion.STUCK else [])
+    assert errand.refused == ([1] if why is TaskChange.GIVEN_UP else [])
+    assert errand.last == ([1] if why is TaskChange.STUCK else [])
     pool.forgive()
     assert errand.refused == errand.last == []
 
@@ -163,7 +163,7 @@ def test_every_target_is_done_at_most_once_and_none_vanishes(moves: list[tuple[s
                 pool.close(held, 1.0)
                 done[held.request, held.number] += 1
             else:
-                pool.put_back(held, Occasion(what))
+                pool.put_back(held, TaskChange(what))
         open_ = Counter((errand.request, errand.number) for errand in pool.open.values())
         assert max(done.values(), default=0) <= 1
         assert open_ + done == given_

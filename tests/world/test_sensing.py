@@ -11,7 +11,7 @@ import pytest
 from swarm.geometry import Pose
 from tests.shared import scenario_of, with_settings
 from world.bodies.physics import Physics
-from world.bodies.sensing import Distances, Sensing
+from world.bodies.sensing import FreeDistances, Sensing
 
 NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
 QUIET = scenario_of()
@@ -29,7 +29,7 @@ def rays(scenario_noise: bool, count: int) -> list[list[float]]:
     return [row.rays for row in islice(readings(sensing, physics), count)]
 
 
-def readings(sensing: Sensing, physics: Physics) -> Iterator[Distances]:
+def readings(sensing: Sensing, physics: Physics) -> Iterator[FreeDistances]:
     """Yield what the first robot measures, tick by tick."""
     while True:
         yield sensing.all_distances(physics)[0]

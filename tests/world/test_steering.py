@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.messages import COMMAND, VERSION, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
-from world.bodies.sensing import Distances
+from world.bodies.sensing import FreeDistances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
 from world.tasks.tasks import REST
@@ -83,8 +83,8 @@ def test_odd_tables(name: str) -> None:
 # --- the three weights ---
 
 
-FAR = Distances(1.6, 1.6, 1.6, [])
-TIGHT = Distances(0.5, 0.9, 1.3, [])
+FAR = FreeDistances(1.6, 1.6, 1.6, [])
+TIGHT = FreeDistances(0.5, 0.9, 1.3, [])
 
 
 def command_of(left: float, right: float, **fields: object) -> Command:
@@ -169,7 +169,7 @@ def test_without_a_command_in_force_nothing_is_weighed() -> None:
 # --- what the tables are asked ---
 
 
-def asked(sense: Distances, heading: float, scale: float = 1.0, unit: float = 1.0) -> tuple[float, float]:
+def asked(sense: FreeDistances, heading: float, scale: float = 1.0, unit: float = 1.0) -> tuple[float, float]:
     """Ask the paper's tables, with degrees to the right."""
     paper = Controller(load_profile("paper"))
     by = unit * scale

@@ -15,7 +15,7 @@ from world.bodies.external import External, ExternalState
 from world.bodies.movers import Patrol
 from world.bodies.physics import Numbers, Physics
 from world.bodies.said import Said
-from world.bodies.sensing import Distances, Sensing, SensingState
+from world.bodies.sensing import FreeDistances, Sensing, SensingState
 from world.bodies.shapes import Contact, PhysicsState
 
 PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
@@ -66,7 +66,7 @@ class Bodies:
         self.external = External(external, starts, self._top_speed, self.dt)
         self.edits = edits
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
-        self.distances: list[Distances] = []  # what robots sense at this tick
+        self.distances: list[FreeDistances] = []  # what robots sense at this tick
 
     def add_robot(self, start: Pose) -> None:
         """Put one more robot on the floor, without targets."""

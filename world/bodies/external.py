@@ -13,7 +13,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import BODY, BodyReport
 from swarm.scenario.starts import names as scenario_names
 from world.bodies.said import Said
-from world.bodies.sensing import Distances
+from world.bodies.sensing import FreeDistances
 
 SLACK: Final = 0.02  # m that a body may seem to move beyond its top speed: it measures, too
 
@@ -102,11 +102,11 @@ class External:
                 said.append(Said("body_silent", text, name))
         return Reported(dict(self.poses), wheels, jumped, said)
 
-    def distances(self, rays: int, reach: float) -> dict[int, Distances]:
+    def distances(self, rays: int, reach: float) -> dict[int, FreeDistances]:
         """Return what bodies have measured themselves, of those that tell all their rays; ``reach`` in m."""
         found = {}
         for number, report in self.reports.items():
             if number not in self.silent and len(report.rays) == 3 * rays:
                 told = [min(reach, ray) for ray in report.rays]
-                found[number] = Distances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
+                found[number] = FreeDistances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
         return found

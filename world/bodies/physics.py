@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, Twist, chord, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
 from world.bodies import rays
-from world.bodies.shapes import Contact, Moving, PhysicsState
+from world.bodies.shapes import Contact, Motion, PhysicsState
 
 Numbers = NDArray[np.float64]
 
@@ -273,11 +273,11 @@ def _stay(body: pymunk.Body, dt: float) -> None:
     """Leave the body where it is."""
 
 
-def _moving(body: pymunk.Body) -> Moving:
-    return Moving(*body.position, body.angle, *body.velocity, body.angular_velocity)
+def _moving(body: pymunk.Body) -> Motion:
+    return Motion(*body.position, body.angle, *body.velocity, body.angular_velocity)
 
 
-def _pose(body: Moving) -> Pose:
+def _pose(body: Motion) -> Pose:
     return Pose(body.x, body.y, body.angle)
 
 

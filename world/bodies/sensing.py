@@ -13,7 +13,7 @@ from swarm.settings import SensorSettings
 from world.bodies.physics import Numbers, Physics
 
 
-class Distances(NamedTuple):
+class FreeDistances(NamedTuple):
     """Free distances [m] from the robot's edge, 0..range."""
 
     left: float
@@ -96,21 +96,21 @@ class Sensing:
         drawn: list[float] = self._noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
         return drawn
 
-    def distances(self, physics: Physics, robot: int) -> Distances:
+    def distances(self, physics: Physics, robot: int) -> FreeDistances:
         """Return the nearest hit of each sector's rays, other robots included, and all the rays."""
         return self._read(robot, physics.cast(robot, self._angles, self._settings.range))
 
-    def all_distances(self, physics: Physics) -> list[Distances]:
+    def all_distances(self, physics: Physics) -> list[FreeDistances]:
         """Return the distances of every robot; all rays are cast at once."""
         found = physics.cast_all(self._angles, self._settings.range)
         return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
 
-    def _read(self, robot: int, rays: list[float]) -> Distances:
+    def _read(self, robot: int, rays: list[float]) -> FreeDistances:
         settings, n = self._settings, self._settings.rays
         if settings.noise:
             errors = self._errors[robot].rays
             rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, errors, strict=True)]
-        return Distances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
+        return FreeDistances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
     def bearings(
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers

@@ -13,7 +13,7 @@ class Contact(NamedTuple):
     other: int | None  # the other robot
 
 
-class Moving(NamedTuple):
+class Motion(NamedTuple):
     """The state of one body."""
 
     x: float  # m
@@ -27,8 +27,8 @@ class Moving(NamedTuple):
 class PhysicsState(NamedTuple):
     """The state of all bodies."""
 
-    robots: list[Moving]
-    movers: list[Moving]
+    robots: list[Motion]
+    movers: list[Motion]
     rolled: list[Twist]
     touching: list[Contact]
     disturbed: bool

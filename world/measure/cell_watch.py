@@ -8,13 +8,13 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 
 STUCK: Final = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
 NUMERIC: Final = 1e-6  # m, what rounding may add to a body's radius
 
 
-class Seen(NamedTuple):
+class Watched(NamedTuple):
     """One robot at one tick."""
 
     pose: Pose
@@ -81,7 +81,7 @@ class Watch:
     _under: dict[str, set[int]] = field(default_factory=dict)  # cells that each mute robot was in a tick ago
     _intruders: dict[tuple[str, str], bool] = field(default_factory=dict)  # (mute, holder): the mute one drove in
 
-    def look(self, tick: int, robots: Mapping[str, Seen], events: Iterable[Event] = ()) -> list[Fault]:
+    def look(self, tick: int, robots: Mapping[str, Watched], events: Iterable[TrafficNote] = ()) -> list[Fault]:
         """Check one tick; return the faults that begin in it."""
         mutes = {robot: seen for robot, seen in robots.items() if seen.mute}
         robots = {robot: seen for robot, seen in robots.items() if not seen.mute} if mutes else robots
@@ -121,7 +121,7 @@ class Watch:
         """Return True while a deadlock that has been counted lasts."""
         return bool(self._stuck)
 
-    def _overlaps(self, robots: Mapping[str, Seen]) -> list[Found]:
+    def _overlaps(self, robots: Mapping[str, Watched]) -> list[Found]:
         owner: dict[int, str] = {}
         owners: dict[int, set[str]] = {}  # of cells that several robots hold
         for robot, seen in robots.items():
@@ -134,7 +134,7 @@ class Watch:
             shared.setdefault(tuple(sorted(names)), []).append(cell)
         return [("overlap", names, tuple(where)) for names, where in shared.items()]
 
-    def _outside(self, robots: Mapping[str, Seen]) -> list[Found]:
+    def _outside(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
         for robot, seen in robots.items():
             touched = self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
@@ -143,7 +143,7 @@ class Watch:
                 found.append(("outside", (robot,), strayed))
         return found
 
-    def _intrusions(self, mutes: Mapping[str, Seen], robots: Mapping[str, Seen]) -> list[Found]:
+    def _intrusions(self, mutes: Mapping[str, Watched], robots: Mapping[str, Watched]) -> list[Found]:
         """Compare where mute robots are with what others hold.
 
         An "intrusion" is a mute robot that drove into a cell that another robot held, or began in it. It is an
@@ -170,7 +170,7 @@ class Watch:
         self._held = {robot: set(seen.held) for robot, seen in robots.items()} if mutes else {}
         return found
 
-    def _contacts(self, robots: Mapping[str, Seen]) -> list[Found]:
+    def _contacts(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
         width = 2 * self.radius
         places = sorted((seen.pose.x, seen.pose.y, robot) for robot, seen in robots.items())
@@ -187,7 +187,7 @@ class Watch:
                     found.append(("contact", pair, (self.cells.cell_of(x, y),)))
         return sorted(found)
 
-    def _count_waits(self, robots: Mapping[str, Seen]) -> None:
+    def _count_waits(self, robots: Mapping[str, Watched]) -> None:
         for robot, seen in robots.items():
             held_up = seen.wants_to_move and bool(seen.waits)
             self.conflicts += held_up and not self._waits.get(robot)

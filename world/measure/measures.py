@@ -10,7 +10,7 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Moved
 from world.bodies.said import Said
-from world.bodies.sensing import Distances
+from world.bodies.sensing import FreeDistances
 from world.measure.progress import ProgressState, ProgressWatch
 from world.measure.recorder import WAITING, Recorder, RecorderState
 from world.measure.reservation_check import TrafficState, TrafficWatch
@@ -75,7 +75,7 @@ class Measures:
         self.progress.begin(robot, time)
         self.verdict.clear()
 
-    def sensed(self, tick: int, distances: Sequence[Distances]) -> None:
+    def sensed(self, tick: int, distances: Sequence[FreeDistances]) -> None:
         """Take in what robots sense at a tick."""
         self.steering.sensed(tick, distances)
 

@@ -8,8 +8,8 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Activity, Command
 from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
-from swarm.traffic.peers.records import Event
-from world.measure.cell_watch import Fault, Seen, Watch, WatchState
+from swarm.traffic.peers.records import TrafficNote
+from world.measure.cell_watch import Fault, Watch, Watched, WatchState
 from world.measure.steering import IDLE
 
 
@@ -59,9 +59,9 @@ class TrafficWatch:
                 continue  # the robot has not sent a command yet
             wants = command.activity not in IDLE
             moved = poses[number] != before[number]
-            robots[name] = Seen(
+            robots[name] = Watched(
                 poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held
             )
             if name in fresh:
-                events += [Event(kind, (name,), text) for kind, text in command.notes]
+                events += [TrafficNote(kind, (name,), text) for kind, text in command.notes]
         return self.watch.look(tick, robots, events)

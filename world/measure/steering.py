@@ -12,7 +12,7 @@ from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Steering
 from swarm.scenario.load import Scenario
-from world.bodies.sensing import Distances
+from world.bodies.sensing import FreeDistances
 
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
 IDLE: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot has nowhere to go
@@ -49,7 +49,7 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
 class SteeringState(NamedTuple):
     """The state of `SteeringWatch`."""
 
-    sensed: dict[tuple[int, int], Distances]
+    sensed: dict[tuple[int, int], FreeDistances]
     poses: Sequence[Pose]
     weights: dict[Steering, list[float]]
     scaled: int
@@ -65,7 +65,7 @@ class SteeringWatch:
         self._robot = scenario.settings.robot
         self._dt = 1.0 / scenario.settings.rate
         self._kept = round(COMMAND.timeout / self._dt) + 1  # ticks: an older command is not in force
-        self._sensed: dict[tuple[int, int], Distances] = {}  # in the last ticks, by robot and tick
+        self._sensed: dict[tuple[int, int], FreeDistances] = {}  # in the last ticks, by robot and tick
         self._poses = starts
         self.weights = {label: [0.0, 0.0, 0.0] for label in Steering}  # robot ticks, m, rad
         self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
@@ -85,7 +85,7 @@ class SteeringWatch:
         self._poses = [*self._poses, start]
         self.labels.append(None)
 
-    def sensed(self, tick: int, distances: Sequence[Distances]) -> None:
+    def sensed(self, tick: int, distances: Sequence[FreeDistances]) -> None:
         """Take in what robots sense at a tick."""
         for number, one in enumerate(distances):
             self._sensed[number, tick] = one

@@ -16,9 +16,9 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast
 from swarm.motion.drive import DifferentialDrive
 from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
+from swarm.robot.driving.safety import NO_BODIES, STAND, Constraints, SafetyFilter
 from swarm.robot.ground import Block
-from swarm.robot.pilot import Move, PilotInputs
-from swarm.robot.safety import NO_BODIES, STAND, Constraints, SafetyFilter
 from swarm.settings import Settings
 from world.simulate import Simulation
 
@@ -57,11 +57,11 @@ class StraightPilot:
         self._filter = SafetyFilter(settings)
         self._brake = settings.robot.wheel_acceleration
 
-    def drive(self, inputs: PilotInputs) -> Move:
+    def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick."""
         path, sense = inputs.navigator.path, inputs.sense
         if path is None or inputs.done:
-            return Move(STAND, 0.0, Activity.DONE if inputs.done else Activity.BLOCKED)
+            return PilotOutputs(STAND, 0.0, Activity.DONE if inputs.done else Activity.BLOCKED)
         along = path.stations[-1] - inputs.navigator.remaining
         error = bearing(inputs.pose, path.point_at(min(along + AHEAD, path.stations[-1])))
         room = max(0.0, min(sense.front - KEEPS, sense.left - BESIDE, sense.right - BESIDE))
@@ -70,7 +70,7 @@ class StraightPilot:
         limits = Constraints(
             inputs.navigator.grid, NOTHING_SHUT, inputs.pose, NO_BODIES, distance(inputs.pose, inputs.goal)
         )
-        return Move(self._filter.check(sense, wanted, limits), error, Activity.DRIVE)
+        return PilotOutputs(self._filter.check(sense, wanted, limits), error, Activity.DRIVE)
 
     def can_reach(self, here: Point, goal: Point) -> bool:
         """Return True: its path decides."""

@@ -28,7 +28,7 @@ def looked_ahead(tasks: Tasks, bodies: Bodies, edit: Edit, *, sensed: bool) -> t
     floor = bodies.edited(edit, tasks.robots, sensed=sensed)
     if edit.kind is Kind.FREE or floor == bodies.floor:
         return floor != bodies.floor, []
-    before, after = Ways(tasks.settings, bodies.floor), Ways(tasks.settings, floor)
+    before, after = FloorWays(tasks.settings, bodies.floor), FloorWays(tasks.settings, floor)
     here = [(pose.x, pose.y) for pose in bodies.poses()]
     lost = list(islice(_lost(tasks, after, here), LOOKS))
     led = [(who, what) for who, what, starts, there in lost if any(before.lead(start, there) for start in starts)]
@@ -53,7 +53,7 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0]
 
 
-class Ways:
+class FloorWays:
     """The ways on one floor, by the same check as an order's targets."""
 
     def __init__(self, settings: Settings, floor: OccupancyMap) -> None:
@@ -65,7 +65,7 @@ class Ways:
         return self._reachable.leads(here, there, self._floor, self.cells)
 
 
-def _lost(tasks: Tasks, ways: Ways, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
+def _lost(tasks: Tasks, ways: FloorWays, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
     """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
     for number, (name, row) in enumerate(zip(tasks.robots, tasks.missions.orders.rows, strict=True)):
         reached, given_up = tasks.missions.reached_at[number], tasks.commands[number].unreachable

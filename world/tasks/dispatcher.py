@@ -20,9 +20,9 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import comes_near
 from world.bodies.said import Said
 from world.tasks.missions import Missions
-from world.tasks.orders import Outcome
+from world.tasks.orders import OrderChange
 from world.tasks.pairing import cheapest_pairs
-from world.tasks.task_pool import Errand, Occasion, Pool
+from world.tasks.task_pool import Errand, Pool, TaskChange
 
 EVERY: Final = 0.25  # s between two looks for pairs
 WINDOW: Final = 64  # errands that are matched at once, the oldest of those that a free robot can reach
@@ -44,7 +44,7 @@ class Dispatcher:
 
     def add(
         self, request: PoolTargets, poses: Sequence[Pose], floor: OccupancyMap, cells: CellMap, time: float
-    ) -> Outcome:
+    ) -> OrderChange:
         """Put targets into the pool.
 
         Raises:
@@ -103,27 +103,27 @@ class Dispatcher:
             assert robot is not None
             why = self._over(errand, robot, commands[robot], tick)
             if why is None and STUCK < standing[robot] < inf and self._could_take_another(robot, poses[robot], cells):
-                why = Occasion.STUCK
-            if why is Occasion.REACHED:
+                why = TaskChange.STUCK
+            if why is TaskChange.REACHED:
                 self.pool.close(errand, tick / self._settings.rate)
             elif why is not None:
                 self.pool.put_back(errand, why)
-                if why is not Occasion.REPLACED:
+                if why is not TaskChange.REPLACED:
                     self._missions.hand(robot, None)
                 text = f"pool target {errand.name} goes back to the pool: {self._robots[robot]} had it, and {why.value}"
                 said.append(Said("errand_back", text, self._robots[robot]))
         return said
 
-    def _over(self, errand: Errand, robot: int, command: Command, tick: int) -> Occasion | None:
+    def _over(self, errand: Errand, robot: int, command: Command, tick: int) -> TaskChange | None:
         """Return why a robot no longer has an errand; None: it has it."""
         missions = self._missions
         if missions.orders.rows[robot].number != errand.assignment:
-            return Occasion.REPLACED
+            return TaskChange.REPLACED
         if missions.been_everywhere(robot):
-            return Occasion.REACHED
+            return TaskChange.REACHED
         if command.unreachable:
-            return Occasion.GIVEN_UP
-        return Occasion.LOST if self._silent(command, tick) > GONE else None
+            return TaskChange.GIVEN_UP
+        return TaskChange.LOST if self._silent(command, tick) > GONE else None
 
     def _could_take_another(self, robot: int, pose: Pose, cells: CellMap) -> bool:
         """Return True if an errand waits that the robot can reach and has not been stuck with."""

@@ -14,7 +14,7 @@ from swarm.robot.mission import LEAST
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import CellMap
 from world.measure.recorder import Recorder
-from world.tasks.orders import Orders, OrdersState, Outcome, Past, Progress
+from world.tasks.orders import OrderChange, Orders, OrdersState, Past, StopProgress
 from world.tasks.reachable import Reachable
 
 Told = tuple[str, str]  # kind and text of an event
@@ -131,7 +131,7 @@ class Missions:
 
     def take(
         self, number: int, request: Order | RobotAction, here: Point, floor: OccupancyMap, cells: CellMap
-    ) -> Outcome:
+    ) -> OrderChange:
         """Carry out a request to a robot that is at ``here`` [m].
 
         Raises:
@@ -152,7 +152,7 @@ class Missions:
         """Return True if a robot has been at all the stops that it has now."""
         return self._progress(number).done
 
-    def hand(self, number: int, errand: str | None, *targets: Point) -> Outcome:
+    def hand(self, number: int, errand: str | None, *targets: Point) -> OrderChange:
         """Give a robot an errand of the pool, a name and its target [m], or take back the one that it has."""
         outcome = self.orders.hand(number, self._progress(number), errand, targets)
         self._begin(number)
@@ -168,8 +168,8 @@ class Missions:
         self.reached_at[number], self.laps[number] = [None] * len(self.orders.rows[number].stops), 0
         self.left[number] = self._next_stop(number, ())
 
-    def _progress(self, number: int) -> Progress:
-        return Progress(self.reached_at[number], self.laps[number])
+    def _progress(self, number: int) -> StopProgress:
+        return StopProgress(self.reached_at[number], self.laps[number])
 
     # --- what robots say, and where they are ---
 

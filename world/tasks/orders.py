@@ -23,7 +23,7 @@ Fate = Literal["open", "done", "superseded", "cancelled"]
 FATES: Final[tuple[Fate, ...]] = ("done", "superseded", "cancelled")
 
 
-class Given(Struct, kw_only=True, forbid_unknown_fields=True):
+class LastUpdate(Struct, kw_only=True, forbid_unknown_fields=True):
     """The newest update of an order that was accepted."""
 
     update: int
@@ -43,7 +43,7 @@ class Past(Struct, kw_only=True, forbid_unknown_fields=True):
     fate: Fate
 
 
-class Row(Struct, kw_only=True, forbid_unknown_fields=True):
+class RobotOrder(Struct, kw_only=True, forbid_unknown_fields=True):
     """The stops that one robot has now."""
 
     number: int = 0
@@ -54,12 +54,12 @@ class Row(Struct, kw_only=True, forbid_unknown_fields=True):
     pooled: bool = False  # they are an errand of the pool, or none because it was taken back
     stopped: bool = False
     dropped: str = ""  # "order" or "mission": what was cancelled, and no order has replaced
-    given: dict[str, Given]  # by id, the newest last
+    given: dict[str, LastUpdate]  # by id, the newest last
     past: list[Past]
     older: dict[str, int]  # how many stops of each fate are no longer in ``past``
 
 
-class Outcome(NamedTuple):
+class OrderChange(NamedTuple):
     """What a request has changed."""
 
     text: str  # for who asked
@@ -69,7 +69,7 @@ class Outcome(NamedTuple):
     events: tuple[tuple[str, str], ...] = ()  # kind, text
 
 
-class Progress(NamedTuple):
+class StopProgress(NamedTuple):
     """How far a robot is with its stops."""
 
     reached: Sequence[float | None]  # s
@@ -85,7 +85,7 @@ class OrdersState(NamedTuple):
     """The state of `Orders`."""
 
     last: int
-    rows: list[Row]
+    rows: list[RobotOrder]
 
 
 class Orders:
@@ -95,7 +95,7 @@ class Orders:
         self._robots = robots
         self.last = 0  # the newest number
         self.rows = [
-            Row(what="the scenario's targets", stops=list(row), home=returns, given={}, past=[], older={})
+            RobotOrder(what="the scenario's targets", stops=list(row), home=returns, given={}, past=[], older={})
             for row in stops
         ]
 
@@ -112,7 +112,9 @@ class Orders:
         """Add a robot that has no stops; unlike one that was cancelled, it takes errands."""
         self.last += 1
         self.rows.append(
-            Row(number=self.last, what="no targets yet", stops=[], home=False, pooled=True, given={}, past=[], older={})
+            RobotOrder(
+                number=self.last, what="no targets yet", stops=[], home=False, pooled=True, given={}, past=[], older={}
+            )
         )
 
     def assigned(self, robot: int) -> Assigned | None:
@@ -124,10 +126,10 @@ class Orders:
         self,
         robot: int,
         request: Order | RobotAction,
-        now: Progress,
+        now: StopProgress,
         home: Point,
         check: Callable[[Sequence[Point]], None],
-    ) -> Outcome:
+    ) -> OrderChange:
         """Carry out a request; ``home`` [m] is the robot's, ``check`` raises for targets that it cannot reach.
 
         A request that was carried out before changes nothing and has the same answer.
@@ -145,22 +147,22 @@ class Orders:
     # --- orders ---
 
     def _order(
-        self, robot: int, order: Order, now: Progress, home: Point, check: Callable[[Sequence[Point]], None]
-    ) -> Outcome:
+        self, robot: int, order: Order, now: StopProgress, home: Point, check: Callable[[Sequence[Point]], None]
+    ) -> OrderChange:
         row = self.rows[robot]
         order = replace(order, id=meant(order.id, row.given))
         known = row.given.get(order.id)
         name, what = self._robots[robot], _named(order.id, order.update)
         if known is not None and order.update <= known.update:
             self._again(robot, order, known)
-            return Outcome(_accepted(name, what, known), known.number)
+            return OrderChange(_accepted(name, what, known), known.number)
         if not 1 <= len(order.targets) <= MOST_TARGETS:
             raise PeerError(
                 f"{name}: {what}: expected 1 to {MOST_TARGETS} targets, got {len(order.targets)}; "
                 "send the others in a later order"
             )
         check(order.targets)
-        given = Given(update=order.update, number=self.last + 1, targets=list(order.targets), home=order.home)
+        given = LastUpdate(update=order.update, number=self.last + 1, targets=list(order.targets), home=order.home)
         stops = [*order.targets, *((home,) if order.home else ())]
         events = self._replace(robot, now, what, stops, order.home, "superseded")
         row = self.rows[robot]
@@ -173,9 +175,9 @@ class Orders:
         told = text.removeprefix(f"{name}: ") + (
             f"; it is stopped, and waits for `swarm go-on {name}`" if row.stopped else ""
         )
-        return Outcome(text, given.number, new_stops=True, changed=True, events=(*events, ("order", told)))
+        return OrderChange(text, given.number, new_stops=True, changed=True, events=(*events, ("order", told)))
 
-    def _again(self, robot: int, order: Order, known: Given) -> None:
+    def _again(self, robot: int, order: Order, known: LastUpdate) -> None:
         """Check an order whose id is known and whose update is not newer.
 
         Raises:
@@ -201,33 +203,35 @@ class Orders:
 
     # --- actions ---
 
-    def _act(self, robot: int, do: RobotDo, now: Progress, home: Point) -> Outcome:
+    def _act(self, robot: int, do: RobotDo, now: StopProgress, home: Point) -> OrderChange:
         row, name = self.rows[robot], self._robots[robot]
         match do:
             case RobotDo.STOP | RobotDo.GO_ON:
                 stop = do is RobotDo.STOP
                 said, already = ("stops", "is stopped already") if stop else ("goes on", "is not stopped")
                 if row.stopped is stop:
-                    return Outcome(f"{name} {already}")
+                    return OrderChange(f"{name} {already}")
                 row.stopped = stop
-                return Outcome(f"{name} {said}", changed=True, events=((do.value, f"{said} by request"),))
+                return OrderChange(f"{name} {said}", changed=True, events=((do.value, f"{said} by request"),))
             case RobotDo.HOME:
                 if row.home and len(row.stops) == 1 and row.number and not row.order:
-                    return Outcome(f"{name} drives home already, or is there")
+                    return OrderChange(f"{name} drives home already, or is there")
                 what, stops = "the way home", [home]
             case RobotDo.CANCEL:
                 if None not in now.reached:  # a patrol has stops left in each lap
-                    return Outcome(f"{name} has no target left")
+                    return OrderChange(f"{name} has no target left")
                 what, stops = "no targets", []
         dropped = "" if row.pooled else "order" if row.order else "mission"
         events = self._replace(robot, now, what, stops, bool(stops), "cancelled")
         if do is RobotDo.CANCEL and events:
             row.dropped = row.dropped or dropped
         text = f"{name} has {what} now, number {self.last}"
-        return Outcome(text, new_stops=True, changed=True, events=(*events, (do.value, text.removeprefix(f"{name} "))))
+        return OrderChange(
+            text, new_stops=True, changed=True, events=(*events, (do.value, text.removeprefix(f"{name} ")))
+        )
 
     def _replace(
-        self, robot: int, now: Progress, what: str, stops: Sequence[Point], home: bool, fate: Fate
+        self, robot: int, now: StopProgress, what: str, stops: Sequence[Point], home: bool, fate: Fate
     ) -> tuple[tuple[str, str], ...]:
         """Give a robot new stops; return the event that names those it had, if some of them are left."""
         row = self.rows[robot]
@@ -251,13 +255,13 @@ class Orders:
 
     # --- errands of the pool ---
 
-    def hand(self, robot: int, now: Progress, errand: str | None, stops: Sequence[Point]) -> Outcome:
+    def hand(self, robot: int, now: StopProgress, errand: str | None, stops: Sequence[Point]) -> OrderChange:
         """Give a robot an errand of the pool, or take back the one that it has: then it has no stops."""
         events = self._replace(
             robot, now, f"pool target {errand}" if errand else "no pool target", stops, False, "superseded"
         )
         self.rows[robot].pooled = True
-        return Outcome(self.rows[robot].what, new_stops=True, changed=True, events=events)
+        return OrderChange(self.rows[robot].what, new_stops=True, changed=True, events=events)
 
     def withdrawn(self, robot: int) -> bool:
         """Return True if a robot was sent home or cancelled: it takes no errands until it is given an order."""
@@ -266,7 +270,7 @@ class Orders:
 
     # --- the report ---
 
-    def history(self, robot: int, now: Progress) -> list[Past]:
+    def history(self, robot: int, now: StopProgress) -> list[Past]:
         """Return all stops that a robot has had, in order; the last ones are those of now."""
         row = self.rows[robot]
         present = Past(
@@ -280,6 +284,6 @@ def _named(name: str, update: int) -> str:
     return f"order {name} update {update}"
 
 
-def _accepted(robot: str, what: str, given: Given) -> str:
+def _accepted(robot: str, what: str, given: LastUpdate) -> str:
     count = len(given.targets)
     return f"{robot}: {what} is number {given.number}: {count} target{'s' * (count > 1)}{', then home' * given.home}"

@@ -13,14 +13,14 @@ from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import PoolCounts, PoolTargets
 from swarm.messages.naming import meant
-from world.tasks.orders import REMEMBERED, Outcome
+from world.tasks.orders import REMEMBERED, OrderChange
 
 MOST_TARGETS: Final = 100  # of a request; each is checked between two ticks
 MOST_OPEN: Final = 1000  # errands that are not done; each snapshot has them all
 SCENARIO: Final = "scenario"  # name of the request that stands in the scenario
 
 
-class Stage(StrEnum):
+class TaskStage(StrEnum):
     """What has become of an errand."""
 
     WAITING = "waiting"
@@ -28,7 +28,7 @@ class Stage(StrEnum):
     DONE = "done"
 
 
-class Occasion(StrEnum):
+class TaskChange(StrEnum):
     """What changes the stage of an errand. The texts say why an errand goes back."""
 
     TAKEN = "a robot takes it"
@@ -40,11 +40,12 @@ class Occasion(StrEnum):
 
 
 # fmt: off
-TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
-    Stage.WAITING: {Occasion.TAKEN: Stage.TAKEN},
-    Stage.TAKEN:   {Occasion.REACHED: Stage.DONE, Occasion.GIVEN_UP: Stage.WAITING, Occasion.REPLACED: Stage.WAITING,
-                    Occasion.LOST: Stage.WAITING, Occasion.STUCK: Stage.WAITING},
-    Stage.DONE:    {},
+TRANSITIONS: Final[dict[TaskStage, dict[TaskChange, TaskStage]]] = {
+    TaskStage.WAITING: {TaskChange.TAKEN: TaskStage.TAKEN},
+    TaskStage.TAKEN:   {TaskChange.REACHED: TaskStage.DONE, TaskChange.GIVEN_UP: TaskStage.WAITING,
+                        TaskChange.REPLACED: TaskStage.WAITING, TaskChange.LOST: TaskStage.WAITING,
+                        TaskChange.STUCK: TaskStage.WAITING},
+    TaskStage.DONE:    {},
 }
 # fmt: on
 
@@ -56,7 +57,7 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
     number: int  # in that request, from 1
     at: Point  # m
     given: float  # s
-    stage: Stage = Stage.WAITING
+    stage: TaskStage = TaskStage.WAITING
     robot: int | None = None  # who has it, or has done it
     assignment: int = 0  # number of the robot's stops while it has this errand
     ended: float | None = None  # s, when it was done
@@ -103,12 +104,12 @@ class Pool:
     @property
     def waiting(self) -> list[Errand]:
         """Errands that no robot has, oldest first."""
-        return [errand for errand in self.open.values() if errand.stage is Stage.WAITING]
+        return [errand for errand in self.open.values() if errand.stage is TaskStage.WAITING]
 
     @property
     def taken(self) -> list[Errand]:
         """Errands that robots have, oldest first."""
-        return [errand for errand in self.open.values() if errand.stage is Stage.TAKEN]
+        return [errand for errand in self.open.values() if errand.stage is TaskStage.TAKEN]
 
     @property
     def counts(self) -> PoolCounts | None:
@@ -117,7 +118,7 @@ class Pool:
             return None
         return PoolCounts(given=self.given, done=self.done, taken=len(self.taken), waiting=len(self.waiting))
 
-    def add(self, request: PoolTargets, time: float, check: Callable[[Sequence[Point]], None]) -> Outcome:
+    def add(self, request: PoolTargets, time: float, check: Callable[[Sequence[Point]], None]) -> OrderChange:
         """Put targets into the pool at a time [s]; ``check`` raises for targets that no robot can reach.
 
         The same request said again changes nothing and has the same answer.
@@ -132,7 +133,7 @@ class Pool:
                 raise PeerError(
                     f"pool {name}: expected the targets that were accepted with it, got others; use a new id"
                 )
-            return Outcome(_accepted(name, known))
+            return OrderChange(_accepted(name, known))
         if not 1 <= len(targets) <= MOST_TARGETS:
             raise PeerError(
                 f"pool {name}: expected 1 to {MOST_TARGETS} targets, got {len(targets)}; send the others later"
@@ -145,7 +146,7 @@ class Pool:
         check(targets)
         self._enter(name, targets, time)
         text = _accepted(name, targets)
-        return Outcome(text, changed=True, events=(("pool", text.removeprefix("pool ")),))
+        return OrderChange(text, changed=True, events=(("pool", text.removeprefix("pool ")),))
 
     def _enter(self, name: str, targets: Sequence[Point], time: float) -> None:
         for number, at in enumerate(targets, start=1):
@@ -158,7 +159,7 @@ class Pool:
         for one in over[: max(0, len(self.requests) - REMEMBERED)]:
             del self.requests[one]
 
-    def take(self, errand: Errand, occasion: Occasion) -> None:
+    def take(self, errand: Errand, occasion: TaskChange) -> None:
         """Change the stage of an errand as the table says.
 
         Raises:
@@ -174,22 +175,22 @@ class Pool:
 
     def hand_to(self, errand: Errand, robot: int, assignment: int) -> None:
         """Record that a robot has an errand, as the stops of that number."""
-        self.take(errand, Occasion.TAKEN)
+        self.take(errand, TaskChange.TAKEN)
         errand.robot, errand.assignment = robot, assignment
 
-    def put_back(self, errand: Errand, why: Occasion) -> None:
+    def put_back(self, errand: Errand, why: TaskChange) -> None:
         """Record that an errand waits again."""
         robot = errand.robot
         self.take(errand, why)
-        if why is Occasion.GIVEN_UP and robot is not None:
+        if why is TaskChange.GIVEN_UP and robot is not None:
             errand.refused.append(robot)
-        if why is Occasion.STUCK and robot is not None and robot not in errand.last:
+        if why is TaskChange.STUCK and robot is not None and robot not in errand.last:
             errand.last.append(robot)
         errand.robot, errand.assignment = None, 0
 
     def close(self, errand: Errand, time: float) -> None:
         """Record that an errand was done at a time [s]."""
-        self.take(errand, Occasion.REACHED)
+        self.take(errand, TaskChange.REACHED)
         errand.ended = time
         del self.open[errand.name]
         self.closed[errand.name] = errand

@@ -13,7 +13,7 @@ from world.bodies.said import Said
 from world.measure.recorder import Recorder
 from world.tasks.dispatcher import Dispatcher
 from world.tasks.missions import Missions, MissionsState
-from world.tasks.orders import Outcome
+from world.tasks.orders import OrderChange
 from world.tasks.places import Book, Occupant, Spots
 from world.tasks.schedule import Planned
 from world.tasks.task_pool import PoolState
@@ -143,7 +143,7 @@ class Tasks:
 
     def request(
         self, number: int, request: Order | RobotAction, pose: Pose, floor: OccupancyMap, cells: CellMap
-    ) -> Outcome:
+    ) -> OrderChange:
         """Carry out a request to a robot.
 
         Raises:
@@ -154,7 +154,7 @@ class Tasks:
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         return outcome
 
-    def put_in(self, targets: PoolTargets, bodies: Bodies, cells: CellMap, time: float) -> Outcome:
+    def put_in(self, targets: PoolTargets, bodies: Bodies, cells: CellMap, time: float) -> OrderChange:
         """Put targets into the pool.
 
         Raises:

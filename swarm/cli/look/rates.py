@@ -64,7 +64,7 @@ class KeyRow(NamedTuple):
 
 
 @dataclass(slots=True)
-class Heard:
+class KeyHeard:
     """What was heard on one key."""
 
     messages: int = 0
@@ -78,12 +78,12 @@ class KeyTraffic:
 
     def __init__(self, since: float) -> None:
         self._since = since
-        self._heard: dict[str, Heard] = {}
+        self._heard: dict[str, KeyHeard] = {}
         self._kept: dict[str, KeyRow] = {}
 
     def take(self, sample: Sample) -> None:
         """Count a sample."""
-        heard = self._heard.setdefault(sample.key, Heard())
+        heard = self._heard.setdefault(sample.key, KeyHeard())
         heard.messages += 1
         heard.bytes += len(sample.payload)
         heard.newest = sample.at

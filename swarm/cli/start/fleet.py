@@ -127,7 +127,7 @@ def robot(options: argparse.Namespace) -> int:
     from swarm.compiled import announce
 
     announce()
-    from swarm.robot.process import run as be_robots
+    from swarm.robot.host.process import run as be_robots
 
     count = _at_least_one("--count", options.count)
     if options.id is not None and count > 1:

@@ -25,7 +25,7 @@ from swarm.messages import (
     Status,
 )
 from swarm.messages.naming import shortened
-from swarm.robot.joining import AWAY
+from swarm.robot.host.joining import AWAY
 
 if TYPE_CHECKING:
     from swarm.bus import Bus

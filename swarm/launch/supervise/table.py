@@ -56,8 +56,8 @@ def world() -> Callable[..., int]:
 
 
 def robot() -> Callable[..., int]:
-    """`swarm.robot.process`."""
-    from swarm.robot.process import run
+    """`swarm.robot.host.process`."""
+    from swarm.robot.host.process import run
 
     return run
 

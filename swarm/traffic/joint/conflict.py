@@ -6,7 +6,7 @@ from typing import Final
 from swarm.messages.traffic import Record
 from swarm.traffic.joint.states import NEVER, Free, Memory, Move, Speaks
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 AT_REST: Final = 20  # ticks a robot has stood at its goal before it counts as resting there
 
@@ -34,7 +34,7 @@ def named_leader(memory: Memory, free: Free, situation: Situation) -> Free:
     return Free(leader, {**free.asked, leader: times})
 
 
-def reason(own: Speaks, settings: TrafficSettings) -> str | None:
+def reason(own: Speaks, settings: TrafficConstants) -> str | None:
     """Return why a robot that is about to speak needs a joint plan, or None."""
     if not own.ahead:
         return None
@@ -62,7 +62,7 @@ def reason(own: Speaks, settings: TrafficSettings) -> str | None:
     return "plan stuck" if _plan_stands(own, settings) else None
 
 
-def _patience(own: Speaks, settings: TrafficSettings) -> int:
+def _patience(own: Speaks, settings: TrafficConstants) -> int:
     """Return how long a robot may stand before it is stuck [ticks]: longer if all robots waited for are silent.
 
     The robot first looks then: no plan makes a dead robot move, but its cell may be empty.
@@ -90,7 +90,7 @@ def _will_meet(own: Speaks, record: Record) -> bool:
     return abs(first - other) < len(shared)
 
 
-def _rests(record: Record, tick: int, settings: TrafficSettings) -> bool:
+def _rests(record: Record, tick: int, settings: TrafficConstants) -> bool:
     """Return True if a robot rests at its goal. One with stops left rests only after longer: it may go on by itself."""
     lasts = AT_REST if record.done or record.idle else settings.stuck
     standing = not record.ahead and not record.claims and len(record.held) == 1
@@ -111,7 +111,7 @@ def _circle(own: Speaks, robot: str) -> bool:
     return False
 
 
-def _plan_stands(own: Speaks, settings: TrafficSettings) -> bool:
+def _plan_stands(own: Speaks, settings: TrafficConstants) -> bool:
     """Return True if the robot has waited long and, as far as it hears, no member of its plan has made progress."""
     limit = own.situation.tick - settings.plan_stuck
     members = [record for record in own.situation.fresh.values() if record.epoch == own.epoch]

@@ -10,7 +10,7 @@ from swarm.traffic.joint.states import Collecting, Free, Memory, Move, Published
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
 from swarm.traffic.mapf.precedence import Precedence
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 
 
@@ -60,7 +60,7 @@ def found(memory: Memory, call: Searching, situation: Situation) -> Move | None:
     memory.published = memory.unconfirmed = Published(plan, situation.tick)
     memory.leads_from = situation.tick + memory.settings.again
     names, ticks = call.problem.members, situation.tick - call.epoch.tick
-    said = Event("joint_plan", names, f"made a joint plan for {len(names)} robots in {ticks} ticks")
+    said = TrafficNote("joint_plan", names, f"made a joint plan for {len(names)} robots in {ticks} ticks")
     return Move(Free(), plan, (said,))
 
 
@@ -85,11 +85,11 @@ def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | Non
     proven, names = _is_proof(call, call.answer), call.problem.members
     who = tuple(names[number] for number in call.answer.who) if proven else names
     if proven:
-        return Move(Free(), events=(Event("unsolvable", who, _proof(who, situation.cells)),))
+        return Move(Free(), events=(TrafficNote("unsolvable", who, _proof(who, situation.cells)),))
     if who in memory.reported:
         return Move(Free())
     memory.reported.add(who)
-    said = Event("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
+    said = TrafficNote("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
     return Move(Free(), events=(said,))
 
 
@@ -103,7 +103,7 @@ def _proof(who: tuple[str, ...], cells: CellMap) -> str:
     )
 
 
-def ignored(memory: Memory, situation: Situation) -> tuple[Event, ...]:
+def ignored(memory: Memory, situation: Situation) -> tuple[TrafficNote, ...]:
     """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
     if memory.unconfirmed is None or situation.tick - memory.unconfirmed.tick <= 2 * SETTLE:
         return ()
@@ -117,7 +117,8 @@ def ignored(memory: Memory, situation: Situation) -> tuple[Event, ...]:
         and record.frozen is None
     ]
     return tuple(
-        Event("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan") for robot in ignoring
+        TrafficNote("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan")
+        for robot in ignoring
     )
 
 

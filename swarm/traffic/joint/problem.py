@@ -11,7 +11,7 @@ from swarm.traffic.joint.assignment import Displaced, assign
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Budget, JointSearch
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 
 class Round(Enum):
@@ -72,7 +72,7 @@ class Problem(NamedTuple):
         """What distinguishes it from other problems."""
         return self.members, self.goals, self.blocked
 
-    def search(self, epoch: Epoch, cells: CellMap, settings: TrafficSettings) -> JointSearch:
+    def search(self, epoch: Epoch, cells: CellMap, settings: TrafficConstants) -> JointSearch:
         """Return a search for the answer."""
         blocked, expansions = self.blocked, settings.expansions // (2 if self.relaxation else 1)
         return JointSearch(
@@ -101,7 +101,7 @@ def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]
 
 
 def problem_of(
-    number: int, everybody: Mapping[str, Member], situation: Situation, cells: CellMap, settings: TrafficSettings
+    number: int, everybody: Mapping[str, Member], situation: Situation, cells: CellMap, settings: TrafficConstants
 ) -> Problem:
     """Return the problem of a relaxation."""
     relaxation = RELAXATIONS[number]
@@ -158,7 +158,7 @@ def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[in
 
 
 def _strangers(
-    situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficSettings
+    situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficConstants
 ) -> frozenset[int]:
     """Return the cells of robots that are near the members but take no memory."""
     return frozenset(
@@ -170,7 +170,7 @@ def _strangers(
     )
 
 
-def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficSettings) -> bool:
+def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
     """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
 
     A robot that was farther away has driven out of hearing, and its place is not known.

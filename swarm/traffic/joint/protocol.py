@@ -39,10 +39,10 @@ from swarm.traffic.joint.states import (
     Speaks,
     Wakes,
 )
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import shut_joins
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 Occasion = Situation | Speaks | Leaves | Wakes  # Situation: what is known in each tick
 
@@ -87,13 +87,13 @@ class Decision(NamedTuple):
     """The decisions of one step."""
 
     way: tuple[int, ...] | None = None  # of a plan adopted in this step, from the head on
-    events: tuple[Event, ...] = ()
+    events: tuple[TrafficNote, ...] = ()
 
 
 class JointPlanning:
     """The two state machines of one robot."""
 
-    def __init__(self, me: str, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficConstants) -> None:
         self.call: Call = Free()
         self.following: Following | None = None
         self.memory = Memory(me, settings)
@@ -157,10 +157,10 @@ class JointPlanning:
 
     # ---- from state to state
 
-    def _take(self, occasion: Occasion) -> tuple[JointPlan | None, tuple[Event, ...]]:
+    def _take(self, occasion: Occasion) -> tuple[JointPlan | None, tuple[TrafficNote, ...]]:
         """Go through the table on an occasion; return the plan that came and the events."""
         plan: JointPlan | None = None
-        events: tuple[Event, ...] = ()
+        events: tuple[TrafficNote, ...] = ()
         for on, state, happens, _ in TRANSITIONS:
             if isinstance(self.call, state) and isinstance(occasion, on):
                 move = happens(self.memory, self.call, occasion)
@@ -191,10 +191,10 @@ class JointPlanning:
             memory.published = None
         return Decision(way)
 
-    def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> Event:
+    def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> TrafficNote:
         """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
         memory, cells = self.memory, situation.cells
         shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, cells)))
         memory.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
         text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-        return Event("plan_refused", (memory.me,), text)
+        return TrafficNote("plan_refused", (memory.me,), text)

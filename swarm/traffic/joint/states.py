@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.joint.problem import Problem
 from swarm.traffic.mapf.planner import JointSearch, Result
-from swarm.traffic.peers.records import Event
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import Join
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 NEVER: Final = -(10**9)  # tick
 NOBODY: Final[Mapping[str, int]] = MappingProxyType({})
@@ -87,7 +87,7 @@ class Move(NamedTuple):
 
     to: Call
     plan: JointPlan | None = None  # to be adopted
-    events: tuple[Event, ...] = ()
+    events: tuple[TrafficNote, ...] = ()
 
 
 class Published(NamedTuple):
@@ -109,7 +109,7 @@ class Memory:
     """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str
-    settings: TrafficSettings
+    settings: TrafficConstants
     asks_from: int = NEVER  # tick; a robot that has just adopted a plan asks for no other
     leads_from: int = NEVER  # tick
     gather: int = field(init=False)  # ticks for which its next call waits for the members

@@ -15,7 +15,7 @@ from swarm.settings import Settings
 from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.line_of_sight import without_unheard
-from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficSettings
+from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
@@ -209,10 +209,10 @@ def best_offset(
     return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
 
 
-def traffic_settings(settings: Settings) -> TrafficSettings:
+def traffic_settings(settings: Settings) -> TrafficConstants:
     """Return traffic's constants for a scenario."""
     robot, radio = settings.robot, settings.radio
-    constants = TrafficSettings(
+    constants = TrafficConstants(
         tick=1.0 / settings.rate,
         every=radio.every,
         radius=robot.radius,

@@ -9,9 +9,9 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.obstacles.scan import Known, Reading, hit_by, strange, unexplained
+from swarm.traffic.obstacles.scan import KnownBody, Reading, hit_by, strange, unexplained
 from swarm.traffic.obstacles.tracker import WATCH, MovingObstacle, Tracker
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 HALTED: Final = 10  # ticks stopped before an unexpected obstacle, after which it is taken to stay
 STILL: Final = 0.1  # m; an obstacle that moves farther in HALTED ticks does not stay: the ticks are counted again
@@ -23,7 +23,9 @@ MOVES: Final = 1.5  # s for which a robot that is not heard is assumed to drive 
 RESTS: Final = 0.6  # s for which a robot long silent is assumed to have driven on before it came to rest
 
 
-def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: TrafficSettings) -> Callable[[Point], bool]:
+def robot_at(
+    others: Iterable[Record], tick: int, cells: CellMap, settings: TrafficConstants
+) -> Callable[[Point], bool]:
     """Return a test: True if the body of a robot that was heard may be at a point [m] at ``tick``.
 
     The body is near where it was heard last, in cells that it holds. If the record is old, the cells that the robot was
@@ -36,7 +38,7 @@ def robot_at(others: Iterable[Record], tick: int, cells: CellMap, settings: Traf
         kept = set(record.held)
         if age > 2 * settings.every:
             kept.update(record.ahead[: settings.horizon], (claim.cell for claim in record.claims))
-        known.append(Known((record.x, record.y), settings.radius + ABOUT + settings.speed * drove, kept))
+        known.append(KnownBody((record.x, record.y), settings.radius + ABOUT + settings.speed * drove, kept))
     return lambda place: any(body.may_be_at(place, cells) for body in known)
 
 
@@ -51,7 +53,7 @@ class ProtectiveStop(NamedTuple):
 class ObstacleDetector:
     """The obstacle detector of one robot."""
 
-    def __init__(self, settings: TrafficSettings) -> None:
+    def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
         self._since: int | None = None  # tick at which it stopped
         self._still: tuple[int, Point] = (0, (0.0, 0.0))  # since when an obstacle is at one place [tick, m]
@@ -74,7 +76,7 @@ class ObstacleDetector:
         return halt._replace(threats=self._tracker.track(tick, inputs.pose, hits, inputs.scan, told))
 
     def _stop(
-        self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[Known], cells: CellMap
+        self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[KnownBody], cells: CellMap
     ) -> ProtectiveStop:
         """Return whether to stop for what is near, and where it stays."""
         tick, settings = inputs.tick, self._settings
@@ -101,11 +103,11 @@ class ObstacleDetector:
         """Return where obstacles stay that were found lately [m]."""
         return tuple([place for until, place in self._found if until > tick])
 
-    def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[Known]:
+    def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[KnownBody]:
         """List bodies that are expected: robots near where they were last heard, and obstacles found before."""
         (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
         farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at
-        known = [Known(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        known = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
         for record in others:
             age = (tick - record.stamp) * settings.tick
             within = settings.radius + ABOUT + settings.speed * age
@@ -113,6 +115,6 @@ class ObstacleDetector:
                 continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it
             known.append(
-                Known((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)
+                KnownBody((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)
             )
         return known

@@ -12,7 +12,7 @@ from swarm.traffic.obstacles.scan import View, has_gone, is_out_of_range, view
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
-from swarm.traffic.settings import LEANS, TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficConstants
 
 FACING: Final = 0.1  # rad, how far off its heading a cell may be for a look
 CENTRED: Final = 0.25  # m, how far a robot may be from the middle of its cell for a look
@@ -28,7 +28,7 @@ class Inspection(NamedTuple):
 class Inspector:
     """Looks at cells that only silent robots keep, for one robot."""
 
-    def __init__(self, settings: TrafficSettings) -> None:
+    def __init__(self, settings: TrafficConstants) -> None:
         self.leans_to: int | None = None  # the cell that cannot be judged from the middle of this one
         self._settings = settings
         self._gone: dict[str, int] = {}  # robots that left where they were heard last -> stamp of that record

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose, bearing, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 SHORT: Final = 0.05  # m; readings that differ by less count as equal
 TO_A_SIDE: Final = pi / 6  # rad; the robot drives past what is farther to a side, not into it
@@ -24,7 +24,7 @@ class Reading(NamedTuple):
     expected: float  # m
     bearing: float  # rad, left positive
 
-    def is_body(self, settings: TrafficSettings) -> bool:
+    def is_body(self, settings: TrafficConstants) -> bool:
         """Return True if it shows something that is not on the map."""
         return self.measured <= self.expected - settings.unexpected
 
@@ -60,7 +60,7 @@ class Scan:
                 sides.add(off > 0)
         return len(sides) > 1
 
-    def bodies(self, settings: TrafficSettings, within: float) -> list[Reading]:
+    def bodies(self, settings: TrafficConstants, within: float) -> list[Reading]:
         """Return the rays that show something nearer than ``within`` [m] that is not on the map."""
         if self.nearest >= within:
             return []
@@ -70,7 +70,7 @@ class Scan:
         return [reading for reading in readings if reading.is_body(settings)]
 
 
-class Known(NamedTuple):
+class KnownBody(NamedTuple):
     """A body that was reported, or found before: somewhere around a point."""
 
     at: Point  # m, its centre
@@ -86,7 +86,7 @@ class Known(NamedTuple):
 
 
 def unexplained(
-    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
+    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[KnownBody], settings: TrafficConstants
 ) -> Point | None:
     """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
 
@@ -98,7 +98,7 @@ def unexplained(
 
 
 def strange(
-    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[Known], settings: TrafficSettings
+    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[KnownBody], settings: TrafficConstants
 ) -> Iterator[Reading]:
     """Yield those of ``bodies`` that no ``known`` one explains."""
     for reading in bodies:
@@ -148,7 +148,7 @@ def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float
     return False
 
 
-def is_out_of_range(body: Point, pose: Pose, settings: TrafficSettings) -> bool:
+def is_out_of_range(body: Point, pose: Pose, settings: TrafficConstants) -> bool:
     """Return True if a body [m, its centre] is so far away that no ray shows whether it has gone."""
     near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest hit on it
     return near_edge + 2 * SHORT > settings.sensor_range
@@ -175,6 +175,6 @@ def hit_by(pose: Pose, reading: Reading, radius: float) -> Point:
     return pose.x + reach * cos(heading), pose.y + reach * sin(heading)
 
 
-def _hit(pose: Pose, reading: Reading, settings: TrafficSettings) -> Point:
+def _hit(pose: Pose, reading: Reading, settings: TrafficConstants) -> Point:
     """Return where the body that a ray shows has its middle [m], if its radius is half a robot's."""
     return hit_by(pose, reading, 1.5 * settings.radius)

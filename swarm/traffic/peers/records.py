@@ -12,7 +12,7 @@ from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.relay import Known, Relaying
 from swarm.traffic.peers.uncooperative import Mutes, Spoken
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 SKEW: Final = 20  # ticks by which clocks may differ before a record counts as from the future
 MOST_CELLS: Final = 64  # cells in one record's lists
@@ -21,7 +21,7 @@ SLACK: Final = 0.5  # m; a robot that moved farther than it can drive by more th
 FOREVER: Final = 1 << 60  # ticks
 
 
-class Event(NamedTuple):
+class TrafficNote(NamedTuple):
     """Something to report: its kind, the robots concerned, and a sentence."""
 
     kind: str
@@ -46,7 +46,7 @@ NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)
 class PeerRecords:
     """Everything heard so far, merged: the newest stamp wins, however the record came."""
 
-    def __init__(self, me: str, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficConstants) -> None:
         self.me = me
         self.others: dict[str, Record] = {}  # in the order of their ids
         self._live = NOBODY
@@ -61,10 +61,10 @@ class PeerRecords:
 
     def hear(
         self, tick: int, cells: CellMap, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()
-    ) -> list[Event]:
+    ) -> list[TrafficNote]:
         """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
         had_mutes = bool(self.mutes)
-        refused: list[Event] = []
+        refused: list[TrafficNote] = []
         for broadcast in broadcasts:
             self._hear_one(tick, cells, broadcast, refused)
         self.mutes.hear(tick, mute, self._direct)
@@ -161,7 +161,7 @@ class PeerRecords:
             return ()
         return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
 
-    def _hear_one(self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[Event]) -> None:
+    def _hear_one(self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[TrafficNote]) -> None:
         own = broadcast.own
         if own.robot == self.me:
             self._name(tick, own.robot, "another robot uses my id", refused)
@@ -185,7 +185,7 @@ class PeerRecords:
             if known is None or (stamp >= known.record.stamp and (known.record is not record or hops + 1 < known.hops)):
                 self._merge(tick, cells, record, hops + 1, refused)
 
-    def _merge(self, tick: int, cells: CellMap, record: Record, hops: int, refused: list[Event]) -> None:
+    def _merge(self, tick: int, cells: CellMap, record: Record, hops: int, refused: list[TrafficNote]) -> None:
         known = self._known.get(record.robot)
         if known is not None:
             if record.stamp < known.record.stamp:
@@ -203,11 +203,11 @@ class PeerRecords:
         else:
             self._name(tick, record.robot, fault, refused)
 
-    def _name(self, tick: int, robot: str, fault: str, refused: list[Event]) -> None:
+    def _name(self, tick: int, robot: str, fault: str, refused: list[TrafficNote]) -> None:
         key = (robot, fault.split(" of tick ")[0])
         if tick - self._told.get(key, -SILENCE) >= SILENCE:
             self._told[key] = tick
-            refused.append(Event("refused", (robot,), f"dropped a record of {robot}: {fault}"))
+            refused.append(TrafficNote("refused", (robot,), f"dropped a record of {robot}: {fault}"))
 
     def _fault(self, tick: int, cells: CellMap, record: Record, before: Record | None) -> str | None:
         """Return why a record cannot be true, or None."""

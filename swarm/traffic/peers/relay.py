@@ -14,7 +14,7 @@ import numpy as np
 
 from swarm.messages.traffic import Record, Relayed
 from swarm.traffic.peers.radio_range import missed
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 ENOUGH: Final = 2  # others that have relayed a record, after which I need not
 WELCOME: Final = 12  # ticks after meeting a robot in which it is told of all silent ones
@@ -42,7 +42,7 @@ NO_TURN: Final = Turn(NEVER, None, held_back=False)
 class Relaying:
     """Chooses what one robot relays."""
 
-    def __init__(self, settings: TrafficSettings) -> None:
+    def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
         self._turns: dict[str, Turn] = {}
         self._echoes: dict[str, dict[str, int]] = {}  # by robot and relayer: stamp of the record relayed last

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from swarm.messages.traffic import Notice, Record, Sighting
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 Cleared = frozenset[tuple[str, int]]  # (silent robot, cell that was seen empty since it spoke last)
 
@@ -11,7 +11,7 @@ Cleared = frozenset[tuple[str, int]]  # (silent robot, cell that was seen empty 
 class Sightings:
     """The newest sighting of each cell, the robot's own and those heard."""
 
-    def __init__(self, settings: TrafficSettings) -> None:
+    def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
         self._newest: dict[int, Sighting] = {}
         self._cleared: Cleared = frozenset()

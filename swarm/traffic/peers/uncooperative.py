@@ -15,7 +15,7 @@ from swarm.geometry import Pose, Twist, distance, integrate, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 STANDS: Final = 0.05  # m/s; a robot that was slower between its last two broadcasts stands
 STEP: Final = 0.1  # m, between two points of a path
@@ -36,7 +36,7 @@ class Spoken(NamedTuple):
 class Mutes:
     """The mute robots that one robot hears."""
 
-    def __init__(self, settings: TrafficSettings) -> None:
+    def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
         self._last: dict[str, tuple[Spoken, Spoken]] = {}  # by robot: the last broadcast but one, and the last
         self._since: dict[int, int] = {}  # covered cells, and since when without a break [tick]
@@ -113,7 +113,7 @@ class Mutes:
         return frozenset([cell for cell, since in self._since.items() if tick - since >= STAYS])
 
 
-def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: TrafficSettings) -> frozenset[int]:
+def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: TrafficConstants) -> frozenset[int]:
     """Return the cells under a mute robot's body and its brake, ``age`` ticks after it spoke ``last``.
 
     While it stands, these are the cells under its body; one that wants to go on may stray a little. While it moves, it
@@ -139,7 +139,7 @@ def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: Tr
     return cells.swept(points, room + STEP / 2)
 
 
-def _motion(before: Spoken, last: Spoken, settings: TrafficSettings) -> Twist:
+def _motion(before: Spoken, last: Spoken, settings: TrafficConstants) -> Twist:
     """Return how a robot moved between two broadcasts; unknown at the first one, and at rest."""
     ticks = last.tick - before.tick
     if ticks <= 0:

@@ -12,7 +12,7 @@ from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import ASK, TAKE, Case, obstacle
-from swarm.traffic.settings import LEANS, TrafficSettings
+from swarm.traffic.settings import LEANS, TrafficConstants
 
 MOST_BESIDE: Final = 4  # cells beside the way claimed at a time
 UNANSWERED: Final = 40  # ticks after which a robot names those that have not acknowledged as the ones it waits for
@@ -40,7 +40,7 @@ class Claimed(NamedTuple):
 class Claiming:
     """Applies the rules of ``reservations`` to the cells a robot wants next, in the order of its way and its plan."""
 
-    def __init__(self, me: str, settings: TrafficSettings) -> None:
+    def __init__(self, me: str, settings: TrafficConstants) -> None:
         self.me = me
         self.settings = settings
 

@@ -10,7 +10,7 @@ from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.settings import TrafficSettings
+from swarm.traffic.settings import TrafficConstants
 
 VIEW: Final = 2  # cells around the body that count while no robot is near
 OFF_WAY: Final = 30  # ticks off its way after which a robot begins its way again where it is
@@ -85,7 +85,7 @@ def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> Rout
 
 
 def spread(
-    progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficSettings
+    progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficConstants
 ) -> tuple[RouteProgress, Footprint]:
     """Hold all cells that the body could reach within two ticks: in free drive it may leave the cells held so far."""
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
@@ -101,7 +101,7 @@ def free_drive_cells(
     others: Mapping[str, Record],
     fresh: Mapping[str, Record],
     cells: CellMap,
-    settings: TrafficSettings,
+    settings: TrafficConstants,
 ) -> tuple[int, ...]:
     """List the free-drive cells: those around the body, if no robot is near enough to ask for any of them, else ().
 
@@ -116,7 +116,7 @@ def free_drive_cells(
     return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
 
 
-class Presence:
+class OffRoute:
     """Notices when a robot has been off its way for long."""
 
     def __init__(self) -> None:

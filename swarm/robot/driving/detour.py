@@ -6,7 +6,7 @@ only the inputs of the tables. It commands no wheel, so it does not help tables 
 
 from swarm.geometry import distance
 from swarm.messages import Sense
-from swarm.robot.safety import Constraints, SafetyFilter
+from swarm.robot.driving.safety import Constraints, SafetyFilter
 from swarm.robot.tuning import DETOUR
 from swarm.traffic.progress_checker import PlaceChecker
 

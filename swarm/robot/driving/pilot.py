@@ -9,9 +9,9 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.messages.traffic import TrafficBroadcast
+from swarm.robot.driving.safety import WheelSpeeds
 from swarm.robot.ground import Block
 from swarm.robot.navigator import Navigator
-from swarm.robot.safety import WheelSpeeds
 from swarm.settings import RobotSettings
 
 
@@ -28,7 +28,7 @@ class PilotInputs(NamedTuple):
     heard: Sequence[Broadcast]  # broadcasts that arrived at this tick
 
 
-class Move(NamedTuple):
+class PilotOutputs(NamedTuple):
     """What the robot does at one tick, and what others are told about it."""
 
     speeds: WheelSpeeds
@@ -46,7 +46,7 @@ class Move(NamedTuple):
 class Pilot(Protocol):
     """What a brain needs of its pilot."""
 
-    def drive(self, inputs: PilotInputs) -> Move:
+    def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick; call it once a tick."""
 
     def can_reach(self, here: Point, goal: Point) -> bool:

@@ -13,14 +13,14 @@ from swarm.messages import COMMAND, Activity, Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
-from swarm.robot.aim import Aiming, distance_along
-from swarm.robot.detour import Detour
-from swarm.robot.flight import Flight
+from swarm.robot.driving.aim import Aiming, distance_along
+from swarm.robot.driving.detour import Detour
+from swarm.robot.driving.flight import Flight
+from swarm.robot.driving.lateness import Lateness, RimSpeeds
+from swarm.robot.driving.pilot import PilotInputs, PilotOutputs, fuzzy_speeds
+from swarm.robot.driving.rollout import Rollout
+from swarm.robot.driving.safety import NO_BODIES, STAND, Constraints, DriveState, SafetyFilter, WheelSpeeds
 from swarm.robot.ground import Block
-from swarm.robot.lateness import Lateness, RimSpeeds
-from swarm.robot.pilot import Move, PilotInputs, fuzzy_speeds
-from swarm.robot.rollout import Rollout
-from swarm.robot.safety import NO_BODIES, STAND, Constraints, DriveState, SafetyFilter, WheelSpeeds
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
@@ -87,7 +87,7 @@ class CellPilot:
         self._progress_checker = ProgressChecker(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
-    def drive(self, inputs: PilotInputs) -> Move:
+    def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick."""
         sense, pose, before = inputs.sense, inputs.pose, self._before
         kept_away = self._kept_away(inputs, before)
@@ -124,7 +124,7 @@ class CellPilot:
         )
         self._lateness.command(driven.speeds)
         self._before = Before(driven, rolled, kept_away, granted.unconstrained)
-        return Move(
+        return PilotOutputs(
             driven.speeds,
             driven.heading,
             self._activity(inputs, granted, idle=idle),

@@ -13,7 +13,7 @@ from swarm.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_siz
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.motion.sweep import advance
-from swarm.robot.safety import DriveState
+from swarm.robot.driving.safety import DriveState
 from swarm.robot.tuning import ROLLOUT, RolloutTuning
 from swarm.settings import Settings
 

@@ -25,9 +25,9 @@ from swarm.messages import (
     Welcome,
 )
 from swarm.robot.brain import Robot
-from swarm.robot.joining import FIRST, Ending, Place
-from swarm.robot.radio import Ear, Radio
-from swarm.robot.seat import Given, Seat
+from swarm.robot.host.joining import FIRST, Ending, Place
+from swarm.robot.host.radio import Ear, Radio
+from swarm.robot.host.seat import Given, Seat
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop

@@ -7,7 +7,7 @@ import msgspec
 
 from swarm.messages import Map, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.robot.radio import Ear, Zone
+from swarm.robot.host.radio import Ear, Zone
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard

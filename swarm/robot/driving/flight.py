@@ -16,7 +16,7 @@ from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import Boxes, advance, clearance_along, gap
-from swarm.robot.safety import STAND, Constraints
+from swarm.robot.driving.safety import STAND, Constraints
 from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
 from swarm.settings import Settings
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
