@@ -57,7 +57,7 @@ SUBROOMS: Final = {
     "world.views": "fleet tasks",
     "world.saving": "fleet tasks",
     "world.host": "bodies fleet saving tasks views",
-    "world.storm.plans": "history laws",  # a plan is made simpler by running it: history goes back and forth
+    "world.storm.plans": "",
     "world.storm.history": "plans",
     "world.storm.laws": "history",
     "swarm.robot.driving": "",

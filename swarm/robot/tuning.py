@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 class SafetyTuning(NamedTuple):
     """The safety filter: see docs/fuzzy.md."""
 
-    gap: float = 0.03  # m, between the footprint and everything that it must not touch; equal to TrafficConstants.margin
+    gap: float = 0.03  # m, between the footprint and what it must not touch; equal to TrafficConstants.margin
     # s for which a command is simulated, before braking; longer than COMMAND.timeout (0.25 s), for which the wheels
     # obey the last command of a process that falls asleep
     look: float = 0.4

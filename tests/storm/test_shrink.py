@@ -14,8 +14,8 @@ from world.storm.laws import judge as laws
 from world.storm.plans.draw import can_be_driven, draw
 from world.storm.plans.plan import StormPlan
 from world.storm.plans.profiles import PROFILES
-from world.storm.plans.shrink import Trial, breaks, first_broken, first_of, shrink
 from world.storm.plans.simpler import CUTS, faults, lanes, robots, simpler, size
+from world.storm.shrink import Trial, breaks, first_broken, first_of, shrink
 
 PLANTED = "nobody east of 5 m"
 

@@ -13,8 +13,8 @@ from world.storm import summary
 from world.storm.output import Lines, Say, shown, write_plan
 from world.storm.plans.draw import draw
 from world.storm.plans.plan import StormPlan, only_simulated, read
-from world.storm.plans.shrink import deadline, first_broken, first_of, shrink
 from world.storm.results import Job, RunResult, lost, perform
+from world.storm.shrink import deadline, first_broken, first_of, shrink
 from world.storm.workers import Lost, answers
 
 INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell

@@ -1,1 +1,1 @@
-"""Plans of storms: drawn, read, made simpler. Imports nothing of the storm but the search of `history`."""
+"""Plans of storms: drawn, read, made simpler. Imports nothing else of the storm."""
