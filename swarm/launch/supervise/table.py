@@ -49,7 +49,7 @@ def proxy() -> Callable[..., int]:
 
 
 def world() -> Callable[..., int]:
-    """`world.process`."""
+    """`world.host.process`."""
     from world.host.process import run
 
     return run
