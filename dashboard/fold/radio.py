@@ -1,4 +1,4 @@
-"""What is heard of the radio: as little as somebody looks at, since relayed records are most of a fleet's bytes.
+"""Listen only to the broadcasts that are on screen: relayed records are most of a fleet's bytes.
 
 Where robots learn the floor, all robots are heard; else only the members of the joint plans of those looked at.
 """

@@ -114,7 +114,7 @@ class Processes:
         self._fleet.await_end(DASHBOARD, FAREWELL, stop)
 
     def _share(self, sessions: int) -> None:
-        """Count the fleet anew: each session opened from now on is waited for as long as so many of them need."""
+        """Set the lease of the sessions that are opened from now on, by how many there are."""
         self._sessions, self.endpoint = sessions, self.endpoint.shared_by(sessions)
         self._fleet.amend(lambda arguments: arguments | {"endpoint": arguments["endpoint"].shared_by(sessions)})
 

@@ -40,7 +40,7 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
             f"  the fuzzy tables steered {summary['steering']['angle']['tables']:.0%} of all turning",
         ]
     if summary.get("robots_per_process", 1) > 1:
-        lines.append(f"  not a process for each robot: up to {summary['robots_per_process']} robots shared one")
+        lines.append(f"  robots per process: up to {summary['robots_per_process']}")
     if (pool := summary.get("pool")) is not None:
         lines.append(
             f"  pool: {pool['done']} of {pool['given']} targets done, {pool['per_minute']:.1f} a minute; "

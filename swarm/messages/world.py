@@ -75,7 +75,7 @@ class Seen(NamedTuple):
 
 
 class PoolCounts(Message, frozen=True, kw_only=True):
-    """How far the pool is."""
+    """How many targets of the pool are given, under way, waiting and done."""
 
     given: Annotated[Count, says("targets that were ever put in")]
     done: Annotated[Count, says("those that a robot has been at")]

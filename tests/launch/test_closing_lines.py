@@ -185,7 +185,7 @@ def test_of_many_robots_that_lack_stops_only_the_first_are_told() -> None:
 
 def test_robots_that_shared_a_process_are_said() -> None:
     lines = closing_lines(SUMMARY | {"robots_per_process": 8}, [])
-    assert lines[5] == "  not a process for each robot: up to 8 robots shared one"
+    assert lines[5] == "  robots per process: up to 8"
     assert lines[6].startswith("  r1: ")
 
 

@@ -34,7 +34,7 @@ def test_robots_that_share_processes_drive_the_very_run_that_objects_drive(
     report = fleet.report()
     assert report["digest"] == Simulation.of(load(noisy), 3, 1).run()["digest"]
     assert report["robots_per_process"] == min(size, 3)
-    assert ("robots shared one" in fleet.text) == (size > 1)
+    assert ("robots per process: up to" in fleet.text) == (size > 1)
 
 
 @pytest.mark.long("a whole mission")

@@ -68,7 +68,7 @@ class Roll:
         self._silent = dict.fromkeys(self.seen, 0.0) | self._silent
 
     def begin(self) -> None:
-        """Begin a new run: what is so now has been so since its beginning."""
+        """Begin a new run: the present liveness counts from its time 0."""
         self.seen = {name: Seen(seen.liveness, 0.0) for name, seen in self.seen.items()}
         self._silent = dict.fromkeys(self._silent, 0.0)
 

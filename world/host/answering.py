@@ -149,7 +149,7 @@ def _join(join: Join, course: Course, bus: Bus) -> Welcome:
         course.repeatable.no_longer(f"{name} has started again without its memory", course.world.time)
         if join.world is not None:  # somebody removed the snapshot, or the robot has outlived its fleet
             course.tell(
-                "other_world", "goes on from what is saved here: it was in the run of a world that is no more", name
+                "other_world", "goes on from the state that is saved here: the world of its last run has ended", name
             )
     return welcome(name, course.world, course.speaker, bus.id, bus.sender)
 

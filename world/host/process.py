@@ -273,7 +273,7 @@ class Host:
         lobby = self._course.lobby
         if robot not in self._impostors and lobby.knows(robot) and lobby.is_present(robot):
             self._impostors.add(robot)
-            self._course.tell("impostor", "is spoken for by another process; what that says is ignored", robot)
+            self._course.tell("impostor", "has another process that sends in its name; that is ignored", robot)
 
     def _look_who_has_gone(self) -> None:
         course = self._course

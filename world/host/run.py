@@ -94,7 +94,7 @@ class Course:
 
     @property
     def stands(self) -> bool:
-        """True if the clock stands: in its phase, until robots are back, or in lockstep until the next order."""
+        """True if the clock is stopped: the run is not running, robots are expected back, or nothing is left to do."""
         return self.phase is not Phase.RUNNING or self.lobby.expected or self._rests
 
     @property

@@ -53,7 +53,7 @@ class Missions:
         self._places: list[tuple[int, NDArray[np.float64]] | None] = [None] * len(starts)
 
     def add_robot(self, start: Pose) -> None:
-        """Add a robot with its home; it has no stops, and is told so as of other stops that it does not know."""
+        """Add a robot with its home and without stops; its first sense says so."""
         self._homes.append((start.x, start.y))
         self.orders.add_robot()
         self.left.append(None)

@@ -1,4 +1,4 @@
-"""Layer 0: stops before an unexpected obstacle: a body that is not where a robot, even a silent one, said it is."""
+"""Layer 0: stops before an unexpected obstacle, which neither the map nor any robot's last record explains."""
 
 from collections.abc import Callable, Collection, Iterable
 from math import hypot

@@ -132,7 +132,7 @@ class _Track:
 
 
 class BlockedByObstacle:
-    """Detects that a threat has long kept the robot from its next cell, though the robot holds that cell."""
+    """Detects that a moving obstacle has long blocked the next cell, which the robot holds."""
 
     def __init__(self) -> None:
         self._progress_checker = ProgressChecker(OTHER)

@@ -152,7 +152,7 @@ class Claiming:
         return distance(cells.leaning(head, cell, self.settings.leaning_room), pose) <= LEANS
 
     def _queues(self, against: str, case: Case, situation: Situation) -> bool:
-        """Return True if the next cell is to be claimed although it is held: I get it as soon as it is released."""
+        """Return True if the robot may queue for the next cell, which another robot holds."""
         cell = case.claim.cell
         held_by_others = [
             robot for robot, notice in case.others.items() if cell in notice.held and (robot, cell) not in case.cleared

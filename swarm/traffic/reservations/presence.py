@@ -70,7 +70,7 @@ def after_sleep(progress: RouteProgress | None, body: Footprint, cells: CellMap)
 
 
 def hold_under_body(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> RouteProgress:
-    """Hold also the cells that the body is in without holding them: the robot was pushed, or drove badly."""
+    """Add the cells under the body to the held cells: the robot was pushed, or drove badly."""
     if body.touched.issubset(progress.reservations.held):
         return progress
     under = frozenset(cells.touched(body.pose.x, body.pose.y, radius)) - {OUTSIDE}

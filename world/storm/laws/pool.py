@@ -16,7 +16,7 @@ LATER: Final = 1.0  # s after which an errand must be back
 
 
 def pool_is_kept(history: History) -> Found:
-    """Check by events, poses and commands: one robot at a time, there when it counts, back from who is gone."""
+    """Check that each target has one robot at a time, counts only when that is there, and comes back if it is lost."""
     settings = history.settings
     at = {f"scenario/{number}": target for number, target in enumerate(settings.pool, start=1)}
     has: dict[str, str] = {}  # errand -> robot
