@@ -49,7 +49,7 @@ class Driven(NamedTuple):
     target: int = -1  # the stop for which this was counted
 
 
-class Before(NamedTuple):
+class LastTick(NamedTuple):
     """What the driver keeps of the last tick."""
 
     driven: Driven = Driven()
@@ -83,7 +83,7 @@ class CellPilot:
         self._flight = Flight(settings)
         self._rollout = Rollout(controller, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
-        self._before = Before()
+        self._before = LastTick()
         self._progress_checker = ProgressChecker(PILOT.longer)
         self._aiming = Aiming(cells, robot.radius)
 
@@ -123,7 +123,7 @@ class CellPilot:
             else self._wheels(inputs, granted, body, scan, late, before.driven)
         )
         self._lateness.command(driven.speeds)
-        self._before = Before(driven, rolled, kept_away, granted.unconstrained)
+        self._before = LastTick(driven, rolled, kept_away, granted.unconstrained)
         return PilotOutputs(
             driven.speeds,
             driven.heading,
@@ -137,7 +137,7 @@ class CellPilot:
             traffic=granted.broadcast,
         )
 
-    def _under_way(self, late: tuple[RimSpeeds, ...], before: Before) -> tuple[RimSpeeds, ...]:
+    def _under_way(self, late: tuple[RimSpeeds, ...], before: LastTick) -> tuple[RimSpeeds, ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
@@ -221,7 +221,7 @@ class CellPilot:
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-    def _rolled(self, inputs: PilotInputs, body: DriveState, before: Before) -> tuple[int, ...]:
+    def _rolled(self, inputs: PilotInputs, body: DriveState, before: LastTick) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
         last = before.driven
         if last.drawn_to is None or last.circles or inputs.sense.tick % PILOT.rolled_every:
@@ -263,7 +263,7 @@ class CellPilot:
         ticks = self._progress_checker.check(len(granted.way), counts=granted.may_drive, new=new)
         return ticks / self._settings.rate
 
-    def _kept_away(self, inputs: PilotInputs, before: Before) -> int:
+    def _kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.
 
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other
