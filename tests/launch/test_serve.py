@@ -35,6 +35,7 @@ def await_first(bus: Bus, robot: str, number: int) -> None:
     )
 
 
+@pytest.mark.costs("whoever is the first in a process imports all that a fleet needs")
 def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(waiting), "--dashboard", "off"]) == 2
     assert "expected either `targets` (for all) or `own_targets`" in capsys.readouterr().err

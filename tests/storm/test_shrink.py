@@ -53,6 +53,7 @@ CROWDED = plan_of(
 )
 
 
+@pytest.mark.costs("each step of the shrinking runs a storm")
 def test_a_planted_fault_is_shrunk_to_the_one_robot_that_makes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(laws.LAWS, PLANTED, nobody_east)
     time = breaks(Trial(CROWDED, PLANTED))
