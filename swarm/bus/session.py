@@ -172,8 +172,9 @@ class Bus:
             self._declared[key] = self._session.liveliness().declare_token(key)
 
     def withdraw(self, role: str, name: str) -> None:
-        """End the announcement of a name."""
-        self._declared.pop(f"{self._prefix}alive/{role}/{name}/{self.id}").undeclare()
+        """End the announcement of a name, if there is one."""
+        if (token := self._declared.pop(f"{self._prefix}alive/{role}/{name}/{self.id}", None)) is not None:
+            token.undeclare()
 
     # --- in ---
 

@@ -241,7 +241,7 @@ def differences(one: Any, other: Any, where: str = "world") -> Iterator[str]:  #
 
 
 def test_a_world_from_a_file_has_every_attribute_of_the_one_that_was_saved(tmp_path: Path) -> None:
-    """Whoever adds an attribute decides: it is part of a state, or computed anew, which is a word in ``CACHES``."""
+    """A new attribute is part of a state, or it is computed again and has a word in ``CACHES``."""
     pool = {"pool": [[7.5, 2.5], [4.5, 4.5], [2.5, 2.5]], "targets": []}
     for fields in (NOISE | {"movers": FAST, "edits": EDITS, "orders": ORDERS}, NOISE | pool):
         simulation = Simulation.of(scenario_of(**fields), 4, 1, Faults(held_up=6.0, suspended=9.0))

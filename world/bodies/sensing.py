@@ -63,7 +63,7 @@ class Sensing:
         self._shown: dict[int, Shown] = {}  # a robot that stands sees the same bearings again
 
     def add_robot(self, targets: int = 0) -> None:
-        """Give one more robot its noise generator, and draw its first noise."""
+        """Add the noise generator of one more robot, and draw its first noise."""
         robot = len(self._noise)
         self._noise.append(np.random.default_rng([self._seed, 1, robot]))
         self._errors.append(self._drawn(robot, targets))

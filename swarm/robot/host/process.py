@@ -178,7 +178,7 @@ class Crew:
                     self._say(*again)
 
     def _hear_clock(self, clock: Clock, now: float) -> None:
-        """Take in the clock of the world; a robot that it leaves out for long announces itself anew."""
+        """Take in the clock of the world; a robot that it has not listed for long joins again."""
         if said := self._ending.hear(clock):
             self._log(said)
         for place in self._places:
