@@ -3,8 +3,8 @@
 `make compiled` calls it. Without the variable the package is plain Python, and pyproject.toml says all about it.
 """
 
+import ast
 import os
-import runpy
 import sys
 from pathlib import Path
 
@@ -46,11 +46,18 @@ LEFT_OUT = {  # of HOT, and why
 }
 
 
+def kernels() -> set[str]:
+    """Read which files are left to numba; pip builds where this package cannot be imported."""
+    for line in ast.parse(Path("swarm/compiled.py").read_text(encoding="utf-8")).body:
+        if isinstance(line, ast.AnnAssign) and ast.unparse(line.target) == "KERNELS" and line.value is not None:
+            return {f"{name.replace('.', '/')}.py" for name in ast.literal_eval(line.value)}
+    raise SystemExit("swarm/compiled.py: expected a table KERNELS, found none")
+
+
 def sources() -> list[str]:
-    """List the files that mypyc compiles; the kernels are left to numba."""
-    kernels = {f"{name.replace('.', '/')}.py" for name in runpy.run_path("swarm/compiled.py")["KERNELS"]}
+    """List the files that mypyc compiles."""
     found = {file.as_posix() for pattern in HOT for file in Path().glob(pattern) if file.name != "__init__.py"}
-    return sorted(found - kernels - LEFT_OUT.keys())
+    return sorted(found - kernels() - LEFT_OUT.keys())
 
 
 if os.environ.get("SWARM_COMPILE") == "1" and "dist_info" not in sys.argv:  # pip asks for the name and version first

@@ -26,6 +26,7 @@ from swarm.scenario.load import Scenario, checked
 from world.faults import Faults
 from world.simulate import Simulation
 from world.storm.history.drawing import FINE, SPARE, Grid, gaps, spaces, steps
+from world.storm.workers import Lost, answers
 
 At = tuple[float, float]  # m
 
@@ -37,6 +38,7 @@ LIMIT: Final = 300.0  # s, and besides the time that the robots need one after t
 SLOWEST: Final = 0.2  # m/s along the shortest ways, if the robots drive one after the other: half of what they drive
 IDLE: Final = 120.0  # s in which nobody arrives or comes to another square metre: the run is over
 OVER: Final = 90.0  # s after the last arrival in which a run has to end: robots make way for 60 s, then stay
+PROGRESS: Final = 100  # worlds between two lines
 PROVEN: Final = ("no way exists", "no plan exists")  # a jam that the robots have proven and said ends a run
 NAMES: Final = frozenset({"stalled", "unsolvable", "no_plan_found", "unreachable"})  # events that say who is stuck
 
@@ -219,16 +221,21 @@ def judge(seed: int) -> Judged | None:
 
 
 def main() -> None:
-    """Judge worlds and print what was broken."""
+    """Judge worlds and print what was broken, and every 100 worlds how many were judged."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--start", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=1, help="worlds that are driven side by side")
     asked = parser.parse_args()
     found: list[Judged] = []
-    for judged in filter(None, map(judge, range(asked.start, asked.start + asked.seeds))):
-        found.append(judged)
-        if judged.broken or not judged.driven:
-            print(f"{judged.seed}: {', '.join(judged.broken) or 'refused'}: {judged.why[:200]}", flush=True)
+    seeds = range(asked.start, asked.start + asked.seeds)
+    for seed, got in answers(judge, seeds, workers=asked.workers):
+        if (judged := Judged(seed, True, ("lost",), got.why) if isinstance(got, Lost) else got) is not None:
+            found.append(judged)
+            if judged.broken or not judged.driven:
+                print(f"{seed}: {', '.join(judged.broken) or 'refused'}: {judged.why[:200]}", flush=True)
+            if len(found) % PROGRESS == 0:
+                print(f"{len(found)} judged, {sum(bool(one.broken) for one in found)} broken", flush=True)
     driven, broken = sum(judged.driven for judged in found), sum(bool(judged.broken) for judged in found)
     kinds = ", ".join(f"{kind} {n}" for kind, n in Counter(kind for judged in found for kind in judged.broken).items())
     jams = sum(any(proof in judged.why for proof in PROVEN) for judged in found if judged.driven)

@@ -18,7 +18,7 @@ from typing import Any, Final, Self, TypeVar
 import psutil
 
 from swarm.bus import Arrival, Bus, Endpoint, Presence
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, SwarmError
 from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
@@ -27,6 +27,7 @@ T = TypeVar("T")
 
 PATIENCE: Final = 40.0  # s; the longest silence before the test fails
 LONGEST: Final = 3 * PATIENCE  # s; the longest wait for what fits, if other things come meanwhile
+SHOWN: Final = 12  # lines of each log, below a failed test
 FAREWELL: Final = 60.0  # s; the longest wait for processes that were told to end
 
 SMALL: Final = """\
@@ -94,6 +95,7 @@ class Command:
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=as_started,
             env=os.environ | {"XDG_RUNTIME_DIR": str(runtime), "PYTHONWARNINGS": warnings, "COLUMNS": "400"},
         )  # fmt: skip
+        self.runtime = runtime
         self.lines: list[str] = []
         self._deaf = Flag()
         self._queue: Queue[str | None] = Queue()
@@ -176,6 +178,13 @@ class Command:
         """Wait for its end and give the exit status; a mission in real time takes longer than any step of it."""
         return self.process.wait(LONGEST)
 
+    def show(self) -> None:
+        """Print what it said and the end of each log: pytest shows that below a failed test."""
+        print(f"-- said\n{self.text}")
+        for log in sorted(self.runtime.glob("zenoh-swarm-*/*/*.log")):
+            lines = log.read_text().splitlines()
+            print("\n".join([f"-- {log.name}", *lines[-SHOWN:]]))
+
     def assert_nobody_is_left(self) -> None:
         """Every process noted by ``remember_family`` has to be gone."""
         assert len(self.family) > 2
@@ -188,7 +197,9 @@ class Command:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End what a failed test left over."""
+        """End what a failed test left over, after it has shown where each process stood."""
+        if fault is not None:
+            self.show()
         if self.process.poll() is None:
             family = psutil.Process(self.process.pid).children(recursive=True)
             self.process.send_signal(signal.SIGTERM)
@@ -253,6 +264,12 @@ class Fleet(Command):
         except AssertionError:
             raise AssertionError(f"not there: {missing}\n{self.text}") from None
         self.remember_family()
+
+    def show(self) -> None:
+        """Print what the fleet said, its status and the end of each log: pytest shows that below a failed test."""
+        super().show()
+        with suppress(SwarmError), Bus(self.endpoint, self.name, print) as bus:
+            print(f"-- status\n{bus.fetch(STATUS)}")
 
     def report(self) -> dict[str, Any]:
         """Read what it reported."""
