@@ -82,13 +82,22 @@ def opened(prefix: str, item: Item) -> Arrival | Presence | Link | Request:
                 raise
             return Request(topic, message, query, prefix + topic.key.format(**ids), ids)
         case ("token", key, alive):
-            parts = key.removeprefix(prefix).split("/")
-            if len(parts) != 4 or not all(ID.match(part) for part in parts):
-                raise PeerError(f"{key}: expected alive/<role>/<id>/<session>")
-            return Presence(parts[1], parts[2], parts[3], alive)
+            return presence(prefix, key, alive=alive)
         case ("link", up):
             return Link(up)
     raise SwarmError(f"inbox: unknown item {item!r}")
+
+
+def presence(prefix: str, key: str, *, alive: bool) -> Presence:
+    """Return what a token says.
+
+    Raises:
+        PeerError: its key is not that of a token.
+    """
+    parts = key.removeprefix(prefix).split("/")
+    if len(parts) != 4 or not all(ID.match(part) for part in parts):
+        raise PeerError(f"{key}: expected alive/<role>/<id>/<session>")
+    return Presence(parts[1], parts[2], parts[3], alive)
 
 
 def _ids(prefix: str, topic: Topic[Any], key: str) -> dict[str, str]:

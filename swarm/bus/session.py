@@ -21,7 +21,7 @@ from swarm.bus.codec import decode, encode
 from swarm.bus.connecting import channel, connect
 from swarm.bus.losses import Gaps, Ledger, Numbers
 from swarm.bus.mailbox import Mailbox
-from swarm.bus.opening import ID, Item, browses, lost_before, opened, sampled
+from swarm.bus.opening import ID, Item, browses, lost_before, opened, presence, sampled
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import REPLIES, Accepted, Message, Topic
 from swarm.messages.topic import below
@@ -160,10 +160,20 @@ class Bus:
                     self._ledger.refuse(topic.key, fault)
         return found
 
+    def announced(self, role: str, timeout: float = 2.0) -> list[Presence]:
+        """Ask who announces a role now; wait for the answer for ``timeout`` [s] at most."""
+        found = []
+        for reply in self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout):
+            if reply.ok is not None:
+                try:
+                    found.append(presence(self._prefix, str(reply.ok.key_expr), alive=True))
+                except PeerError as fault:
+                    self._ledger.refuse("alive", fault)
+        return found
+
     def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
-        """Return the sessions that announce a role now."""
-        replies = self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout)
-        return {str(reply.ok.key_expr).rsplit("/", 1)[1] for reply in replies if reply.ok is not None}
+        """Ask which sessions announce a role now."""
+        return {one.session for one in self.announced(role, timeout)}
 
     def announce(self, role: str, name: str) -> None:
         """Announce this process under a name until ``withdraw`` or the end of the session."""

@@ -47,6 +47,7 @@ class Rig:
 
     def __init__(self, pace: Pace = "max") -> None:
         self.bus = Mock(spec=Bus, id="w", sender=1)
+        self.bus.announced.return_value = []
         self.course = course_of(bus=self.bus, pace=pace)
         self.host = Host(self.bus, self.course, lambda line: None)
 
@@ -102,6 +103,26 @@ def test_a_robot_has_left_when_its_token_goes() -> None:
     rig.take(Presence("robot", "r1", "session-r1", alive=False))
     assert (rig.course.lobby.present, rig.told()) == ([], [("left", "r1")])
     assert rig.course.roll.left == {"r1"}
+
+
+def test_a_robot_whose_token_came_before_the_old_links_end_is_asked_for() -> None:
+    """Zenoh tells tokens and links by threads of their own, so either may be first."""
+    rig, now = Rig(), [0.0]
+    rig.course.awake = Awake(lambda: now[0])
+    rig.join("r1", 7)
+    rig.bus.announced.return_value = [
+        Presence("robot", name, f"session-{name}", alive=True) for name in ("r1", "r2", "r9")
+    ]
+    rig.take(Presence("robot", "r1", "session-r1", alive=True), Link(up=False), Link(up=True))
+    assert (rig.course.lobby.present, rig.course.lobby.awaited) == ([], ["r1"])
+    rig.bus.announced.assert_not_called()
+    for now[0] in (1.0, 2.0):
+        rig.take(None)
+        rig.bus.announced.assert_not_called()
+    now[0] += 0.5
+    rig.take(None, None)
+    rig.bus.announced.assert_called_once_with("robot", LOOK)
+    assert (rig.course.lobby.present, rig.told()) == (["r1"], []), "r2 has not joined, and there is no r9"
 
 
 def test_a_run_ends_when_its_keys_have_expired_and_not_when_only_the_router_is_away() -> None:

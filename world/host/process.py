@@ -34,6 +34,7 @@ from world.saving.snapshot_file import make_room
 from world.views.report import write
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
+FIND: Final = 2.0  # s between two looks for robots that are away
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
 BODY_OF: Final = "the body of {}".format
 TAKEN: Final = 5000  # arrivals taken in after the time of a tick is up, at most
@@ -95,6 +96,7 @@ class Host:
         self._requests = Requests(course.world.dt)
         self._linked = True
         self._looked_at = float("-inf")  # s, for robots that have gone
+        self._found_at = 0.0  # s, when robots that are away were looked for last
         self._asked = Asked([], 0.0)
         self._senses: Mapping[str, Sense] = {}
         self._worlds = {bus.id}  # sessions that announce a world and are no rivals
@@ -250,6 +252,7 @@ class Host:
         often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
         if self._linked and not often:
             self._look_who_has_gone()
+            self._find_absent()
         return arrived is not None
 
     def _take_presence(self, presence: Presence) -> None:
@@ -267,6 +270,15 @@ class Host:
         if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
             self._asked.forget(presence.id)
             course.tell_clock()
+
+    def _find_absent(self) -> None:
+        """Ask for the tokens of robots that are away: one that came before the old link's end was told is forgotten."""
+        lobby, now = self._course.lobby, self._course.awake.now()
+        if now - self._found_at > FIND and lobby.absent:
+            self._found_at = now
+            for presence in self._bus.announced("robot", LOOK):
+                if presence.id in lobby.absent:
+                    self._take_presence(presence)
 
     def _name_impostor(self, robot: str) -> None:
         """Tell once for each robot that somebody else speaks in its name."""
