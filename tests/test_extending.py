@@ -1,4 +1,4 @@
-"""Each progress of docs/extending.md, followed: its files are written, its changes made in a copy of the code, and tried."""
+"""Each walk of docs/extending.md, followed: its files are written, its changes made in a copy of the code, and tried."""
 
 import re
 import shutil
@@ -21,15 +21,15 @@ from world.storm.plans.plan import read
 PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WALKS: Final = {  # title: language: the block in it
-    progress.split("\n", 1)[0]: dict(BLOCK.findall(progress)) for progress in PAGE.split("\n## ")[1:]
+    walk.split("\n", 1)[0]: dict(BLOCK.findall(walk)) for walk in PAGE.split("\n## ")[1:]
 }
 ROOMS: Final = ("swarm", "world", "dashboard", "docs")
 
 
-def apply(progress: str, folder: Path, *how: str) -> str:
-    """Apply the diff of a progress to the code in a folder, as the page says; return what git has against it."""
+def apply(walk: str, folder: Path, *how: str) -> str:
+    """Apply the diff of a walk to the code in a folder, as the page says; return what git has against it."""
     done = subprocess.run(
-        ["git", "apply", *how], input=WALKS[progress]["diff"], cwd=folder, capture_output=True, text=True, timeout=60
+        ["git", "apply", *how], input=WALKS[walk]["diff"], cwd=folder, capture_output=True, text=True, timeout=60
     )
     return done.stderr if done.returncode else ""
 
@@ -41,28 +41,28 @@ def copy_of_the_code(folder: Path) -> Path:
     return folder
 
 
-def follow(progress: str, folder: Path) -> None:
-    """Make a progress's changes in a folder; those of who has made them in this checkout are there already."""
-    if apply(progress, folder, "--reverse", "--check"):
-        assert not (fault := apply(progress, folder)), f"the progress '{progress}' has to follow the code: {fault}"
+def follow(walk: str, folder: Path) -> None:
+    """Make a walk's changes in a folder; those of who has made them in this checkout are there already."""
+    if apply(walk, folder, "--reverse", "--check"):
+        assert not (fault := apply(walk, folder)), f"the walk '{walk}' has to follow the code: {fault}"
 
 
-DIFFS: Final = [progress for progress in WALKS if "diff" in WALKS[progress]]
+DIFFS: Final = [walk for walk in WALKS if "diff" in WALKS[walk]]
 
 
 def test_the_changes_of_the_page_are_taken_by_git_and_found_again(tmp_path: Path) -> None:
     """Whoever follows the page in a checkout has the changes there: they are no reason for a red test."""
     code = copy_of_the_code(tmp_path)
-    for progress in DIFFS:
-        follow(progress, code)
+    for walk in DIFFS:
+        follow(walk, code)
         before = {file: file.read_bytes() for file in code.rglob("*.py")}
-        follow(progress, code)
+        follow(walk, code)
         assert {file: file.read_bytes() for file in code.rglob("*.py")} == before
 
 
-def followed(progress: str, tmp_path: Path, code: str) -> str:
-    """Make a progress's changes in a copy of the code, run some Python there, and return what it prints."""
-    follow(progress, copy_of_the_code(tmp_path))
+def followed(walk: str, tmp_path: Path, code: str) -> str:
+    """Make a walk's changes in a copy of the code, run some Python there, and return what it prints."""
+    follow(walk, copy_of_the_code(tmp_path))
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -134,7 +134,7 @@ place, over = Endpoint("127.0.0.1", 0).claim(), threading.Event()
 router = threading.Thread(target=run, args=(place, over.wait))
 router.start()
 try:
-    with Bus(place, "progress", log=str) as listener, Bus(place, "progress") as robot:
+    with Bus(place, "walk", log=str) as listener, Bus(place, "walk") as robot:
         listener.listen(BATTERY)
         heard, deadline = None, monotonic() + 60.0
         while (heard is None or not listener.refused) and monotonic() < deadline:  # a busy machine may drop one

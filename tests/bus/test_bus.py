@@ -1,6 +1,7 @@
 """Real Zenoh sessions through a router in this process: what one bus sends, the other receives, checked."""
 
 import ctypes
+from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
 
 import msgpack
@@ -338,6 +339,19 @@ def test_what_is_kept_is_fetched_all_or_one(make_bus: MakeBus) -> None:
     assert other.fetch(STATE, robot="r2") == [state("r2")]
     assert other.fetch(STATE, robot="r9") == []
     assert other.fetch(CLOCK) == []
+
+
+def test_who_is_there_is_answered_each_time_also_to_who_watches(make_bus: MakeBus) -> None:
+    """Zenoh answers some of these questions with nothing at once, if sessions that watch ask side by side."""
+    keeper, *askers = (make_bus(fleet="asked-often") for _ in range(3))
+    keeper.announce("world", "world")
+    for asker in askers:
+        asker.watch_presence("world")
+        assert next_of(asker, Presence) == Presence("world", "world", keeper.id, alive=True)
+    with ThreadPoolExecutor(len(askers)) as pool:
+        found = list(pool.map(lambda number: askers[number % 2].sessions("world"), range(1000)))
+    assert found == [{keeper.id}] * 1000
+    assert askers[0].sessions("robot") == set()
 
 
 def test_presence_comes_goes_is_told_to_latecomers_and_tells_twins_apart(make_bus: MakeBus, endpoint: Endpoint) -> None:
