@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from swarm.bus import Bus
+from swarm.geometry import Pose
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
 from swarm.robot.brain import Inputs
 from swarm.robot.host.radio import Ear, Radio
@@ -194,6 +195,29 @@ def test_a_robot_does_not_step_back_in_time_when_its_world_goes_on_from_before()
     assert one.seat.sense is not None, "a new run begins before any tick"
 
 
+@pytest.mark.parametrize(
+    ("moved", "same"),
+    [({}, True), ({"x": 0.009}, True), ({"y": 0.011}, False), ({"yaw": 0.04}, True), ({"yaw": -0.06}, False)],
+)
+def test_in_real_time_a_robot_that_is_not_where_it_was_stands_until_the_ticks_are_new(
+    moved: dict[str, float], same: bool
+) -> None:
+    """A world that goes on from before gets the same answers in other ticks, so the bodies go other ways."""
+    one = resumed()
+    before = [one.seat.repeat(later(LIVE, ticks)) for ticks in (0, 2, 3)]
+    for ticks, first in zip((0, 2, 3), before, strict=True):
+        sense = later(LIVE, ticks)
+        given = one.seat.repeat(later(sense, 0, **{name: getattr(sense, name) + by for name, by in moved.items()}))
+        assert given is not None
+        assert first is not None
+        assert (given == first) is same
+        if not same:
+            command = given.outputs.command
+            assert (command.tick, command.left, command.right, command.sent) == (sense.tick, 0.0, 0.0, False)
+            assert given.outputs[1:] == (None, None, None)
+    assert one.robot.step.call_count == 3  # type: ignore[attr-defined]
+
+
 def test_in_lockstep_a_robot_stands_at_a_tick_that_it_left_out() -> None:
     one = resumed()
     given = one.seat.repeat(later(FITS, 1))
@@ -259,7 +283,7 @@ def test_a_flood_of_wrong_senses_fills_no_log() -> None:
 
 def test_only_the_last_answers_are_kept() -> None:
     repeats = Repeats(most=3)
-    answer = Given(robot().step(Inputs(FITS, [])), (0, 0), sure=True)
+    answer = Given(robot().step(Inputs(FITS, [])), (0, 0), sure=True, pose=Pose(FITS.x, FITS.y, FITS.yaw))
     for tick in range(5):
         repeats.keep(msgspec.structs.replace(FITS, tick=tick), answer)
     kept = [tick for tick in range(5) if repeats.to(msgspec.structs.replace(FITS, tick=tick)) is not None]

@@ -1,6 +1,6 @@
 """Getting out of the threats' way: simulated ways out are compared with standing, on each course threats may take.
 
-Tracker may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
+Threats may go on, turn, turn back or stop, all alike. The robot takes a way out only if it is no worse than standing on
 every such course, and better on the likely ones. Otherwise the robot stands.
 """
 

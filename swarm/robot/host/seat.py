@@ -5,12 +5,15 @@ from typing import Final, NamedTuple
 
 import msgspec
 
+from swarm.geometry import Pose, distance, wrap
 from swarm.messages import Map, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.robot.host.radio import Ear, Zone
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
+OFF: Final = 0.01  # m; a third of the gap that the safety filter keeps to walls
+TURNED: Final = 0.05  # rad
 SAID_AGAIN: Final = 3  # last answers, said again after the router was away: others are a tick behind at most
 EARLIER: Final = "the robot has answered a later one; the world goes on from before that"
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
@@ -22,6 +25,18 @@ class Given(NamedTuple):
     outputs: Outputs
     zone: Zone
     sure: bool  # in lockstep the broadcast waits for room in the queue
+    pose: Pose  # of the sense
+
+    def fits(self, sense: Sense) -> bool:
+        """Return True if the robot is where it was when it gave this answer, or nearly so."""
+        away, turned = distance((sense.x, sense.y), self.pose[:2]), abs(wrap(sense.yaw - self.pose.yaw))
+        return away <= OFF and turned <= TURNED
+
+    def standing(self, tick: int) -> "Given":
+        """Return the answer to an earlier tick that stands, and else says what the robot says in this one."""
+        still = {"tick": tick, "left": 0.0, "right": 0.0, "sent": False, "notes": []}
+        command = msgspec.structs.replace(self.outputs.command, **still)
+        return self._replace(outputs=Outputs(command, None, None, None))
 
 
 class Repeats:
@@ -97,23 +112,16 @@ class Seat:
         """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it.
 
         A robot never steps back in time. A tick that it left out before the world came back it leaves out again. In
-        lockstep, where the world waits, it answers that it stands.
+        lockstep, where the world waits, it answers that it stands. In real time answers come back in other ticks than
+        the first time, so a robot may be elsewhere than it was: then it stands too, until the ticks are new.
         """
         if sense.world != self._world:
             return None
         given = self._repeats.to(sense)
         if given is None and sense.lockstep and (sense.run, sense.tick) < self._newest:
-            given = self._standing(sense)
-        return given
-
-    def _standing(self, sense: Sense) -> Given | None:
-        """Return an answer that stands, and else says what the robot said next; None if nothing later was kept."""
-        later = self._repeats.after(sense)
-        if later is None:
-            return None
-        still = {"tick": sense.tick, "left": 0.0, "right": 0.0, "sent": False, "notes": []}
-        command = msgspec.structs.replace(later.outputs.command, **still)
-        return later._replace(outputs=Outputs(command, None, None, None))
+            later = self._repeats.after(sense)
+            return later and later.standing(sense.tick)
+        return given.standing(sense.tick) if given is not None and not given.fits(sense) else given
 
     def said(self) -> list[Given]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
@@ -162,7 +170,7 @@ class Seat:
             self._log(f"{self.name}: tick {sense.tick}: {text}")
             notes = [*outputs.command.notes, ("overdue", text)]
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, notes=notes))
-        given = Given(outputs, zone, sure=sense.lockstep)
+        given = Given(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw))
         self._repeats.keep(sense, given)
         return given
 
