@@ -25,7 +25,7 @@ start:
   poses: [[2.5, 6.5, 0.0], [2.5, 4.5, 0.0]]
 targets: [[9.5, 6.5], [2.5, 2.5]]
 robot: {{distance_scale: 0.5}}
-limit: 300
+limit: 1500
 """
 
 

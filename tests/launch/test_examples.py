@@ -93,7 +93,7 @@ def test_send_waits_until_the_robot_is_there_and_may_be_run_again(small: Path, t
 @pytest.mark.long("a whole mission")
 @pytest.mark.processes
 def test_clerk_keeps_all_robots_busy_until_its_list_is_done(tmp_runtime: Path) -> None:
-    (file := tmp_runtime / "long.yaml").write_text(SMALL.replace("limit: 300", "limit: 3000"))
+    (file := tmp_runtime / "long.yaml").write_text(SMALL.replace("limit: 1500", "limit: 3000"))
     places = ("9.5,4.0", "9.5,6.0", "2.5,2.0", "5.5,3.5", "9.5,4.0", "9.5,2.0", "2.5,4.0")
     with Fleet(file, "--pace", "10", "--wait", runtime=tmp_runtime, robots=3) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

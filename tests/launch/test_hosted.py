@@ -18,7 +18,7 @@ from world.simulate import Simulation
 def noisy(tmp_runtime: Path) -> Path:
     """Write a scenario in which robots hear each other from other zones, and not always."""
     path = tmp_runtime / "noisy.yaml"
-    path.write_text(SMALL.replace("limit: 300", "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3, range: 5.0}"))
+    path.write_text(SMALL.replace("limit: 1500", "limit: 1500\nsensors: {noise: 0.02}\nradio: {loss: 0.3, range: 5.0}"))
     return path
 
 

@@ -22,7 +22,7 @@ from world.simulate import Simulation
 pytestmark = pytest.mark.processes
 ROBOTS = 3
 PLANNED = """\
-limit: 300
+limit: 1500
 radio: {loss: 0.3}
 orders:
 - {at: 3.0, robot: r1, targets: [[9.5, 4.0], [2.5, 6.0]]}
@@ -51,7 +51,7 @@ REFUSED: Final = {  # by a fleet that waits: the command, and the sentence
 @pytest.fixture
 def planned(tmp_runtime: Path) -> Path:
     path = tmp_runtime / "planned.yaml"
-    path.write_text(SMALL.replace("limit: 300\n", PLANNED))
+    path.write_text(SMALL.replace("limit: 1500\n", PLANNED))
     return path
 
 

@@ -146,7 +146,7 @@ def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Pa
 @pytest.mark.long("a whole mission")
 def test_a_pause_changes_nothing_of_a_lockstep_run(tmp_runtime: Path) -> None:
     path = tmp_runtime / "noisy.yaml"
-    path.write_text(SMALL.replace("limit: 300", "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"))
+    path.write_text(SMALL.replace("limit: 1500", "limit: 1500\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"))
     with Fleet(path, "--pace", "max", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         assert main(["go"]) == 0

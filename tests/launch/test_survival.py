@@ -34,14 +34,14 @@ from tests.launch.actors import (
 )
 
 pytestmark = pytest.mark.processes
-HARD = "limit: 300\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"  # all that is drawn at random
+HARD = "limit: 1500\nsensors: {noise: 0.02}\nradio: {loss: 0.3}"  # all that is drawn at random
 ROBOTS = 3
 
 
 @pytest.fixture
 def noisy(tmp_runtime: Path) -> Path:
     path = tmp_runtime / "noisy.yaml"
-    path.write_text(SMALL.replace("limit: 300", HARD))
+    path.write_text(SMALL.replace("limit: 1500", HARD))
     return path
 
 
