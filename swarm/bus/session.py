@@ -9,7 +9,7 @@ from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
-from time import monotonic
+from time import monotonic, sleep
 from types import TracebackType
 from typing import Any, Final, TypeVar
 
@@ -26,7 +26,7 @@ from swarm.errors import ConfigError, PeerError
 from swarm.messages import REPLIES, Accepted, Message, Topic
 from swarm.messages.topic import below
 
-ASKED: Final = 5  # times that one asks who is there, if the answer is nobody
+AGAIN: Final = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # s between two questions who is there, if the answer is nobody
 INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
 
 M = TypeVar("M", bound=Message)
@@ -48,6 +48,7 @@ class Bus:
         self._declared: dict[str, Any] = {}
         self._readers: list[tuple[Any, Thread]] = []
         self._publishers: dict[str, Any] = {}
+        self._watching = False  # who is present
         self._ledger = Ledger(log)
         self._numbers = Numbers()
         self.overflowed = 0  # arrivals dropped because the inbox was full
@@ -164,19 +165,24 @@ class Bus:
     def announced(self, role: str, timeout: float = 2.0) -> list[Presence]:
         """Ask who announces a role now; wait for each answer for ``timeout`` [s] at most.
 
-        In a session that also watches presence, Zenoh 1.10 answers one question in a hundred at once with nothing, so
-        an empty answer is asked for again. None was in part.
+        Zenoh 1.10 sometimes answers nobody at once, and goes on so for some milliseconds, if this session watches
+        presence and another one asks too. Then it is asked again, a little later each time. None answers in part.
         """
-        found: list[Presence] = []
-        for _ in range(ASKED):
-            for reply in self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout):
-                if reply.ok is not None:
-                    try:
-                        found.append(presence(self._prefix, str(reply.ok.key_expr), alive=True))
-                    except PeerError as fault:
-                        self._ledger.refuse("alive", fault)
-            if found:
+        for pause in (*AGAIN, None):
+            found = self._announced(role, timeout)
+            if found or pause is None or not self._watching:
                 break
+            sleep(pause)
+        return found
+
+    def _announced(self, role: str, timeout: float) -> list[Presence]:
+        found = []
+        for reply in self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout):
+            if reply.ok is not None:
+                try:
+                    found.append(presence(self._prefix, str(reply.ok.key_expr), alive=True))
+                except PeerError as fault:
+                    self._ledger.refuse("alive", fault)
         return found
 
     def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
@@ -247,6 +253,7 @@ class Bus:
 
     def watch_presence(self, role: str = "*") -> None:
         """Put ``Presence`` of one role, or of all, into the inbox, also of processes that are already present."""
+        self._watching = True
         tokens = self._session.liveliness().declare_subscriber(
             f"{self._prefix}alive/{role}/*/*", channel(), history=True
         )
