@@ -21,7 +21,7 @@ from swarm.errors import SwarmError
 from swarm.launch.drill.judge import Observed
 from swarm.messages import CLOCK, EVENT, TRUTH, Truth
 
-PATIENCE: Final = 60.0  # s, for the run and for each thing that is waited for
+PATIENCE: Final = 180.0  # s, for the run and for each thing that is waited for; a busy machine takes five times as long
 LEAVING: Final = 8.0  # s for the last processes to end after `swarm run` has
 LOOK: Final = 0.02  # s
 MARK: Final = "SWARM_DRILL"  # environment variable by which the processes of one fleet are found
