@@ -53,7 +53,7 @@ class Plant(NamedTuple):
 
 
 def traffic(**constants: object) -> Plant:
-    """Give the robots other traffic constants than those of the world and the laws."""
+    """Let the robots drive with other traffic constants than those of the world and the laws."""
     return Plant(brain, "traffic_settings", lambda real: lambda settings: replace(real(settings), **constants))
 
 
