@@ -137,7 +137,10 @@ def braking_points(
     return points[:found].copy()
 
 
-@njit("f8(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
+@njit(
+    "UniTuple(f8, 2)(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
+    cache=True,
+)
 def clearance_along(
     field: NDArray[np.float32],
     side: float,
@@ -157,14 +160,14 @@ def clearance_along(
     most: float,
     dt: float,
     ticks: int,
-) -> float:
-    """Return the centre's least distance [m] to walls, by the clearance ``field`` [m], and to round bodies.
+) -> tuple[float, float]:
+    """Return the centre's least distances [m] to walls, by the clearance ``field`` [m], and to round bodies.
 
-    The wheels get ``left`` and ``right`` [m/s] for ``ticks``, then they stop. The clearance outside the field is 0.
+    The wheels get ``left`` and ``right`` [m/s] for ``ticks``, then they stop. Outside the field both are 0.
     """
     rows, columns = field.shape
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
-    least = np.inf
+    walls = others = np.inf
     step = 0
     while True:
         want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
@@ -175,17 +178,23 @@ def clearance_along(
         up = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side - 0.5
         row, column = floor(up), floor(along)
         if row < 0 or column < 0 or row + 1 >= rows or column + 1 >= columns:
-            return 0.0
+            return 0.0, 0.0
         u, v = up - row, along - column
         room = (1 - u) * ((1 - v) * field[row, column] + v * field[row, column + 1]) + u * (
             (1 - v) * field[row + 1, column] + v * field[row + 1, column + 1]
         )
+        walls = min(walls, room)
         for body in range(bodies.shape[0]):
-            room = min(room, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
-        least = min(least, room)
+            others = min(others, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
         step += 1
         if step >= ticks and left_now == 0.0 and right_now == 0.0:
-            return float(least)
+            return walls, others
+
+
+@njit("f8(f8, f8, f8)", cache=True)
+def needed(need: float, here: float, body_radius: float) -> float:
+    """Return the clearance [m] to keep where ``need`` is wanted and ``here`` is left; see ``first_clear``."""
+    return min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
 
 
 @njit(
@@ -226,17 +235,16 @@ def first_clear(
     Each of ``remedies`` (n, 2) is a forward share and a yaw share of the twist (linear, angular). The forward speed is
     limited to ``fastest`` [m/s]; if both shares are equal, the limited twist follows the same arc, and it is skipped if
     ``fastest`` is below ``creep`` [m/s]. The required clearance of the centre is ``need`` [m], to the boxes in their
-    own frame and to the walls and bodies of ``clearance_along``. A robot that has less already may lose at most
-    ``GRAZE``, and nothing below ``TIGHT``.
+    own frame, to the walls and to the bodies of ``clearance_along``. A robot that has less already, to one of the
+    three, may lose at most ``GRAZE`` of that, and nothing below ``TIGHT``; a body that came near takes nothing from
+    what is due to the boxes.
     """
-    here = min(
-        gap(boxes, box_x, box_y),
-        clearance_along(
-            field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
-            0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
-        ),
+    walls, others = clearance_along(
+        field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+        0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
     )  # fmt: skip
-    need = min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
+    to_boxes = needed(need, gap(boxes, box_x, box_y), body_radius)
+    to_walls, to_others = needed(need, walls, body_radius), needed(need, others, body_radius)
     for number in range(remedies.shape[0]):
         share, turn = remedies[number]
         forward, rate = share * linear, turn * angular
@@ -250,13 +258,15 @@ def first_clear(
         left, right = forward - half, forward + half
         clear = True
         for told in (1, ticks):
-            clear = clear and need <= path_room(
+            clear = clear and to_boxes <= path_room(
                 boxes, box_x, box_y, box_yaw, left_now, right_now, left, right, track_width, most, dt, told
             )
-            clear = clear and need <= clearance_along(
-                field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
-                left_now, right_now, left, right, track_width, most, dt, told,
-            )  # fmt: skip
+            if clear:
+                walls, others = clearance_along(
+                    field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+                    left_now, right_now, left, right, track_width, most, dt, told,
+                )  # fmt: skip
+                clear = to_walls <= walls and to_others <= others
         if clear:
             return float(number), left, right
     return -1.0, 0.0, 0.0

@@ -431,18 +431,22 @@ def field_by_hand(grid: Grid, x: float, y: float) -> float:
     return float((1 - u) * ((1 - v) * a + v * b) + u * ((1 - v) * c + v * d))
 
 
-def room_by_hand(grid: Grid, boxes: list[list[float]], bodies: list[list[float]], pose: Pose) -> float:
-    """Return the room of a centre [m]: the lattice lies as the map does."""
+def rooms_by_hand(
+    grid: Grid, boxes: list[list[float]], bodies: list[list[float]], pose: Pose
+) -> tuple[float, float, float]:
+    """Return a centre's distances [m] to cells, walls and bodies: the lattice lies as the map does."""
     nearest = min((distance(pose, tuple(body)) - RADIUS for body in bodies), default=inf)
-    return min(gap_by_hand(boxes, *pose[:2]), field_by_hand(grid, *pose[:2]), nearest)
+    return gap_by_hand(boxes, *pose[:2]), field_by_hand(grid, *pose[:2]), nearest
 
 
 def first_by_hand(
     grid: Grid, boxes: list[list[float]], bodies: list[list[float]], body: DriveState, wanted: Speeds, fastest: float
 ) -> tuple[int, Speeds, float]:
     """Find the first clear remedy, and by how much [m] the nearest decision was made."""
-    here = room_by_hand(grid, boxes, bodies, body.pose)
-    need = min(RADIUS + SAFETY.gap, max(here - GRAZE, min(here, RADIUS + TIGHT)))
+    needs = [
+        min(RADIUS + SAFETY.gap, max(here - GRAZE, min(here, RADIUS + TIGHT)))
+        for here in rooms_by_hand(grid, boxes, bodies, body.pose)
+    ]
     surest = inf
     for number, (share, turn) in enumerate(SAFETY.remedies.tolist()):
         forward, rate = share * wanted[0], turn * wanted[1]
@@ -454,9 +458,10 @@ def first_by_hand(
             forward = fastest
         speeds = DRIVE.rim_speeds(Twist(forward, rate))
         ways = [told(body, speeds, ticks) for ticks in (1, TICKS)]
-        least = min(room_by_hand(grid, boxes, bodies, pose) for way in ways for pose in way)
-        surest = min(surest, abs(least - need))
-        if least >= need:
+        rooms = [rooms_by_hand(grid, boxes, bodies, pose) for way in ways for pose in way]
+        spares = [min(leasts) - need for leasts, need in zip(zip(*rooms, strict=True), needs, strict=True)]
+        surest = min(surest, *map(abs, spares))
+        if min(spares) >= 0.0:
             return number, speeds, surest
     return -1, (0.0, 0.0), surest
 
@@ -500,12 +505,11 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
 def clearance(
     grid: Grid, body: DriveState, wanted: Speeds, bodies: NDArray[np.float64], radius: float, ticks: int
 ) -> float:
-    return float(
-        clearance_along(
-            grid.clearance, grid.resolution, *grid.origin, bodies, radius, *body.pose, body.left, body.right, *wanted,
-            DRIVE.track_width, MOST, DT, ticks,
-        )
+    rooms = clearance_along(
+        grid.clearance, grid.resolution, *grid.origin, bodies, radius, *body.pose, body.left, body.right, *wanted,
+        DRIVE.track_width, MOST, DT, ticks,
     )  # fmt: skip
+    return min(rooms)
 
 
 @given(starts, wishes, wishes, st.integers(1, 12))

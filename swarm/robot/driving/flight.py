@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
-from swarm.motion.sweep import Boxes, advance, clearance_along, gap
+from swarm.motion.sweep import GRAZE, Boxes, advance, clearance_along, gap
 from swarm.robot.driving.safety import STAND, Constraints
 from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
 from swarm.settings import Settings
@@ -63,7 +63,7 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
         turned = local[2] - yaw
         cos_l, sin_l = cos(turned), sin(turned)
         least[:] = np.inf
-        need = 0.0
+        to_boxes = to_walls = to_others = 0.0
         for tick in range(ticks):
             want_left, want_right = 0.0, 0.0
             if tick < drive:
@@ -74,16 +74,15 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
                     forward = flight.speed * max(0.0, cos(off))
                     want_left, want_right = forward - half, forward + half
             dx, dy = x - pose[0], y - pose[1]
-            room = min(
-                gap(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy),
-                clearance_along(
-                    field, side, origin[0], origin[1], origin[2], bodies, radius, x, y, yaw,
-                    0.0, 0.0, 0.0, 0.0, width, most, dt, 1,
-                ),
+            room = gap(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy)
+            walls, others = clearance_along(
+                field, side, origin[0], origin[1], origin[2], bodies, radius, x, y, yaw,
+                0.0, 0.0, 0.0, 0.0, width, most, dt, 1,
             )  # fmt: skip
             if tick == 0:
-                need = min(radius + spare, room - 1e-3)
-            if room < need:
+                to_boxes, to_walls = min(radius + spare, room - GRAZE), min(radius + spare, walls - GRAZE)
+                to_others = min(radius + spare, others - GRAZE)
+            if room < to_boxes or walls < to_walls or others < to_others:
                 return False
             time = tick * dt
             for course in range(flight.courses.shape[0]):
