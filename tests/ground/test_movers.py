@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm.scenario.load import Scenario, load
 from swarm.settings import MoverSettings
-from tests.shared import ROOT
+from tests.shared import ROOT, with_settings
 from world.bodies.movers import Patrol
 from world.simulate import Simulation
 
@@ -75,3 +75,13 @@ def test_a_mover_never_leaps(time: float, speed: float, loop: bool) -> None:
     patrol = Patrol(MoverSettings(waypoints=WAY, speed=speed, radius=0.3, loop=loop))
     a, b = patrol.at(time), patrol.at(time + 0.05)
     assert hypot(b.x - a.x, b.y - a.y) <= speed * 0.05 + 1e-6
+
+
+def test_noise_alone_shows_no_robot_an_obstacle() -> None:
+    """Four noisy robots pass walls and each other; nothing is there that map and radio do not explain."""
+    scenario = with_settings(load(ROOT / "scenarios" / "paper.yaml"), sensors={"noise": 0.03})
+    simulation = Simulation.of(scenario, 4, 1)
+    said = [broadcast.traffic for _ in range(800) for broadcast in simulation.step().spoken.values()]
+    records = [one.own for one in said if one is not None]
+    assert len(records) > 400
+    assert [(record.moving, record.seen) for record in records if record.moving or record.seen] == []

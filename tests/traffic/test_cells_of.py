@@ -79,6 +79,12 @@ def test_how_long_robots_wait_for_each_other_in_ticks(name: str) -> None:
     assert (got.in_sight, got.horizon, got.ripe) == ((True, 1, 20) if sight else (False, 3, 8))
 
 
+@pytest.mark.parametrize(("noise", "unexpected"), [(0.0, 0.05), (0.01, 0.05), (0.02, 0.1), (0.03, 0.15)])
+def test_the_noisier_the_rays_the_more_a_reading_must_fall_short_of_a_wall(noise: float, unexpected: float) -> None:
+    got = traffic_settings(scenario_of(sensors={"noise": noise}).settings)
+    assert got.unexpected == pytest.approx(unexpected)
+
+
 def test_what_a_scenario_says_of_its_robots_traffic_takes_over() -> None:
     fields: dict[str, Any] = {
         "rate": 10.0,

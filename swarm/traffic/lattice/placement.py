@@ -29,6 +29,7 @@ OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
 DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
 UNHEARD: Final = 3e-5  # chance that a robot listens and hears nothing from a robot in range
+SURE: Final = 5  # standard deviations; a ray of the map's wall reads shorter by more once in 3 million
 LOSSY: Final = 0.9  # share lost; a radio that loses more is not supported
 # if walls stop the radio: a robot claims one cell at a time and waits for five broadcasts; silence is common there
 IN_SIGHT: Final[dict[str, Any]] = {
@@ -228,6 +229,7 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         constants,
         ripe=max(constants.ripe, 2 * constants.every),
         fresh=fresh,
+        unexpected=max(constants.unexpected, SURE * settings.sensors.noise),
         absent=constants.absent + later,
         plan_stuck=constants.plan_stuck + later,
         surmise=constants.surmise + later,
