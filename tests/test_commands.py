@@ -69,7 +69,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
     "swarm logs r1 --follow": "goes on until the run is over; tests/cli/test_looking.py runs it",
     "swarm order r1 4,3 6,3 --wait": "stays until the robot is there; the same",
-    "swarm box":   "stays until it is stopped; tests/dashboard/test_box_page.py runs its fleet",
+    "swarm box":   "stays until it is stopped; tests/dashboard/box/test_page.py runs its fleet",
     "swarm run paper --dashboard box": "drives for two minutes; the same",
     "docker compose run --build --rm keys": "the same",
     "docker compose up --build --exit-code-from secure-world secure-world": "the same",

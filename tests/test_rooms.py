@@ -86,7 +86,7 @@ LIBRARIES: Final = {
 PRIVATE: Final = {
     "_fields", "_replace", "_asdict", "_make",  # of named tuples: public, in spite of their names
     "_exit", "_current_frames", "_forkserver", "_forkserver_pid",  # of Python's library: there is no other way
-    "_session", "_prefix",  # a stranger sends what no bus would, in the fleet of one (tests/world/test_wire_fuzz.py)
+    "_session", "_prefix",  # a stranger sends what no bus would, in the fleet of one (tests/world/host/test_wire_fuzz.py)
     "_streams",  # Rerun sends what it has every now and then: a test makes it (tests/dashboard)
 }  # fmt: skip
 FILES: Final = sorted(file for top in TOPS for file in (ROOT / top).rglob("*.py"))

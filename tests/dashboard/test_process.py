@@ -18,7 +18,7 @@ from dashboard.frames import is_whole
 from swarm.bus import Bus, Endpoint, Presence
 from swarm.errors import ConfigError
 from tests.dashboard.actors import World, router
-from tests.dashboard.recording import Recording
+from tests.dashboard.recorded import Recording
 from tests.dashboard.rehearsal import Rehearsal
 from tests.launch.actors import LONGEST
 

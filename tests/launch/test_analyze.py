@@ -15,7 +15,7 @@ from dashboard.rerun.reader import read_texts
 from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase
-from tests.dashboard.recording import Recording
+from tests.dashboard.recorded import Recording
 from tests.launch.actors import Fleet, await_clock, await_event, await_phase, await_presence
 from tests.shared import PAPER, mostly_long
 

@@ -7,7 +7,7 @@ from swarm.motion.sweep import clearance_along, first_clear, line_room, path_roo
 from swarm.planning.grid import Grid
 from swarm.robot.driving.safety import AS_IT_IS, NO_BODIES
 from swarm.robot.tuning import SAFETY
-from tests.robot.driving import DRIVE, DT, MOST, RADIUS
+from tests.robot.driving.shared import DRIVE, DT, MOST, RADIUS
 from tests.shared import scenario_of
 
 HALL = Grid.grown(scenario_of("#" * 9 + "\n" + ("#" + "." * 7 + "#\n") * 7 + "#" * 9 + "\n").map, RADIUS, 0.8, 0.1)

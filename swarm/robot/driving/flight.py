@@ -24,8 +24,11 @@ from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 NO_WAY: Final = np.nan
 
 
-def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable[..., bool]:
+def _compiled(flight: FlightTuning, spare: float, graze: float, half_width: float) -> Callable[..., bool]:
     """Return the kernel with these values compiled in; ``half_width`` [m] is the radius of a threat.
+
+    A way keeps ``spare`` [m] besides the robot's radius to cells, walls and bodies; where it has less of one of them at
+    the start, it may lose ``graze`` [m].
 
     The kernel computes the ``least`` gap [m] to the threats on each of their courses; it returns False if the way is
     not clear. The robot drives for ``drive`` ticks, towards a heading [rad] or, if that is NaN, at ``left`` and
@@ -80,8 +83,8 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
                 0.0, 0.0, 0.0, 0.0, width, most, dt, 1,
             )  # fmt: skip
             if tick == 0:
-                to_boxes, to_walls = min(radius + spare, room - GRAZE), min(radius + spare, walls - GRAZE)
-                to_others = min(radius + spare, others - GRAZE)
+                to_boxes, to_walls = min(radius + spare, room - graze), min(radius + spare, walls - graze)
+                to_others = min(radius + spare, others - graze)
             if room < to_boxes or walls < to_walls or others < to_others:
                 return False
             time = tick * dt
@@ -101,7 +104,7 @@ def _compiled(flight: FlightTuning, spare: float, half_width: float) -> Callable
     return compiled
 
 
-_gaps: Final = _compiled(FLIGHT, SAFETY.gap, HALF_WIDTH)
+_gaps: Final = _compiled(FLIGHT, SAFETY.gap, GRAZE, HALF_WIDTH)
 
 
 class Flight:

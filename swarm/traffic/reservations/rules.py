@@ -2,8 +2,8 @@
 
 One-way broadcasts cannot exclude another robot: of two claimants each can miss the other. So a claim becomes a hold
 only when every robot in reach has acknowledged that very claim. The rules are tables:
-``tests/traffic/test_claim_model.py`` takes them, tries every order and loss of messages, and shows an overlap for each
-rule that is left out.
+``tests/traffic/reservations/test_claim_model.py`` takes them, tries every order and loss of messages, and shows an
+overlap for each rule that is left out.
 
 Claims are ordered by (stamp, robot). Safety needs no common clock: any order works if all robots agree on it.
 """

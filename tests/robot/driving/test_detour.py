@@ -1,0 +1,148 @@
+"""The detour where the tables make no progress: which aim they get, from when, and until when."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from swarm.geometry import Pose
+from swarm.planning.grid import Grid
+from swarm.robot.driving.detour import Detour
+from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
+from swarm.robot.tuning import DETOUR
+from tests.robot.driving.shared import NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
+from tests.shared import scenario_of
+
+HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
+WIDE = Grid.grown(HALL, RADIUS, 0.8, 0.1)
+MIDDLE = Pose(15.0, 10.0, 0.0)
+PATIENT = 60  # ticks: 3 s
+FREE = constraints(WIDE, MIDDLE)
+BLOCKED = 0.05  # m, sensed in front
+LOW, HIGH = (14.5, 9.0, 15.6, 9.74), (14.5, 10.26, 15.6, 11.0)  # cells not held, to its right and to its left
+AHEAD = (15.26, 9.0, 15.6, 11.0)
+
+
+def told(
+    detour: Detour, tick: int, pose: Pose = MIDDLE, front: float = BLOCKED, limits: Constraints = FREE
+) -> float | None:
+    """Ask what the tables are told of a robot that stands at a pose."""
+    sense = sense_of(DriveState(pose, 0.0, 0.0), tick, front=front)
+    return detour.heading(sense, limits._replace(local=pose))
+
+
+def begun() -> Detour:
+    """Return a detour that is under way at tick ``PATIENT + 2``."""
+    detour = Detour(SafetyFilter(SETTINGS))
+    assert [told(detour, tick) for tick in range(PATIENT + 3)][-1] is not None
+    return detour
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "shut", "side"),
+    [
+        (1.0, 0.2, (), 1),
+        (0.2, 1.0, (), -1),
+        (0.5, 0.4, (), 1),
+        (0.4, 0.5, (), -1),
+        (0.2, 1.0, (AHEAD, LOW), 1),
+        (1.0, 0.2, (AHEAD, HIGH), -1),
+    ],
+)
+def test_where_it_gets_nowhere_the_tables_are_told_to_turn_to_the_freer_side(
+    left: float, right: float, shut: tuple[tuple[float, ...], ...], side: int
+) -> None:
+    detour, limits = Detour(SafetyFilter(SETTINGS)), constraints(WIDE, MIDDLE, np.array(shut or NO_BOXES, np.float64))
+    elsewhere = Pose(10.0, 10.0, 0.0)
+    for tick in range(5):  # what was free before shortens no patience
+        told(detour, tick - 5, elsewhere)
+    stands = DriveState(MIDDLE, 0.0, 0.0)
+    found = [detour.heading(sense_of(stands, tick, left, BLOCKED, right), limits) for tick in range(2 * PATIENT)]
+    began = next(tick for tick, heading in enumerate(found) if heading is not None)
+    assert PATIENT <= began <= PATIENT + 3, "the tables have the time to turn out of it themselves"
+    assert found[began:] == [side * DETOUR.aside] * len(found[began:]), "and to one side alone"
+
+
+def test_once_there_is_a_way_ahead_it_leads_a_little_along_it() -> None:
+    detour, tick = begun(), PATIENT + 3
+    for yaw in (0.2, 0.4, 0.6):
+        assert told(detour, tick, MIDDLE._replace(yaw=yaw)) == DETOUR.aside
+    turned = MIDDLE._replace(yaw=pi / 2)
+    for share in (0.0, 0.5, 0.9):
+        assert told(detour, tick, turned._replace(y=10.0 + share * DETOUR.done), front=1.6) == 0.0
+    assert told(detour, tick, turned._replace(y=10.0 + 1.1 * DETOUR.done), front=1.6) is None
+    assert told(detour, tick + 1, turned._replace(y=10.0 + 1.1 * DETOUR.done)) is None, "and patience begins anew"
+
+
+@pytest.mark.parametrize("front", [BLOCKED, 1.6])
+def test_it_ends_though_nothing_came_of_it(front: float) -> None:
+    detour = begun()
+    found = [told(detour, PATIENT + 3 + tick, front=front) for tick in range(PATIENT + 5)]
+    assert None in found
+    ended = found.index(None)
+    assert ended == pytest.approx(PATIENT + 1 if front > BLOCKED else PATIENT - 1, abs=1), "3 s after its phase began"
+    assert found[:5] == [0.0 if front > BLOCKED else DETOUR.aside] * 5
+
+
+def test_who_has_a_way_ahead_needs_none() -> None:
+    """Its wheels do not obey: it is held up."""
+    detour = Detour(SafetyFilter(SETTINGS))
+    assert {told(detour, tick, front=1.6) for tick in range(3 * PATIENT)} == {None}
+
+
+def test_who_gets_on_a_little_all_the_time_needs_none() -> None:
+    detour = Detour(SafetyFilter(SETTINGS))
+    for tick in range(3 * PATIENT):
+        assert told(detour, tick, MIDDLE._replace(x=10.0 + 1.1 * DETOUR.progress * (tick // (PATIENT // 2)))) is None
+
+
+def test_who_shall_not_drive_on_waits_without_one() -> None:
+    """The cells ahead are not granted yet."""
+    detour, limits = Detour(SafetyFilter(SETTINGS)), FREE._replace(stop_within=0.0)
+    assert {told(detour, tick, limits=limits) for tick in range(3 * PATIENT)} == {None}
+    detour = begun()
+    assert told(detour, PATIENT + 3, limits=limits) is None
+    assert told(detour, PATIENT + 4) is None, "and one under way is over"
+
+
+def test_who_is_stopped_before_a_body_turns_away_from_it() -> None:
+    """The tables, so near to it, may turn to where they ask for no turn (storm, ``dead`` 9100)."""
+    detour, stopped = Detour(SafetyFilter(SETTINGS)), FREE._replace(may_drive=False)
+    found = [told(detour, tick, front=1.6, limits=stopped) for tick in range(PATIENT + 3)]
+    assert (found[PATIENT], found[-1]) == (None, DETOUR.aside)
+    assert told(detour, PATIENT + 3, front=1.6) == 0.0, "and drives on once it no longer faces it"
+
+
+def test_after_a_detour_patience_begins_anew_and_then_another_detour() -> None:
+    detour = begun()
+    found = [told(detour, PATIENT + 3 + tick) for tick in range(3 * PATIENT)]
+    waits = [heading is None for heading in found]
+    assert waits.count(True) == pytest.approx(PATIENT, abs=3)
+    assert not waits[-1]
+
+
+def test_who_has_a_little_way_to_drive_begins_one_all_the_same() -> None:
+    detour, limits = Detour(SafetyFilter(SETTINGS)), FREE._replace(stop_within=0.2)
+    assert [told(detour, tick, limits=limits) for tick in range(PATIENT + 3)][-1] == DETOUR.aside
+
+
+@pytest.mark.parametrize(("moves", "begins"), [(0.0, True), (0.09, True), (0.11, False)])
+def test_after_3_s_with_no_decimetre_of_progress_a_quarter_turn_is_asked_for(moves: float, begins: bool) -> None:
+    """The robot stands for 2.9 s, moves, and stands for 0.3 s more."""
+    detour = Detour(SafetyFilter(SETTINGS))
+    assert {told(detour, tick) for tick in range(58)} == {None}
+    there = MIDDLE._replace(x=MIDDLE.x + moves)
+    found = [told(detour, tick, there) for tick in range(58, 64)]
+    assert found[-1] == (pytest.approx(1.5708, abs=1e-4) if begins else None)
+
+
+@pytest.mark.parametrize(("away", "over"), [(0.39, False), (0.41, True)])
+def test_a_detour_is_over_40_cm_from_its_beginning(away: float, over: bool) -> None:
+    found = told(begun(), PATIENT + 3, MIDDLE._replace(y=MIDDLE.y + away))
+    assert (found is None) is over
+
+
+def test_who_rests_forgets_it() -> None:
+    detour = begun()
+    detour.end()
+    assert told(detour, PATIENT + 3) is None

@@ -1,0 +1,110 @@
+"""Detection of late wheels, from the commands and the wheels' speeds."""
+
+from math import inf
+
+import pytest
+
+from swarm.geometry import Pose, Twist
+from swarm.motion.drive import ramp
+from swarm.planning.grid import Grid
+from swarm.robot.driving.lateness import DIFFERS, LATEST, Lateness
+from swarm.robot.driving.safety import DriveState, SafetyFilter
+from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
+from tests.robot.driving import shared as driving
+from tests.robot.driving.shared import SETTINGS, constraints, sense_of
+from tests.shared import scenario_of
+
+DT, ACCELERATION = 0.05, 2.0
+MOST = ACCELERATION * DT
+KEPT = round(LATEST / DT)
+HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
+WIDE = Grid.grown(HALL, driving.RADIUS, 0.8, 0.1)
+
+
+def drive(late: int, ticks: int, wanted: tuple[float, float] = (0.6, 0.5)) -> list[int]:
+    """Command the same speeds each tick to wheels that obey so many ticks late; count the commands under way."""
+    lateness, wheels, queue = Lateness(ACCELERATION, DT), (0.0, 0.0), [(0.0, 0.0)] * late
+    counted = []
+    for tick in range(ticks):
+        counted.append(len(lateness.compare(tick, wheels)))
+        lateness.command(wanted)
+        queue.append(wanted)
+        left, right = queue.pop(0)
+        wheels = (ramp(wheels[0], left, MOST), ramp(wheels[1], right, MOST))
+    return counted
+
+
+def test_wheels_that_obey_at_once_leave_nothing_under_way() -> None:
+    assert drive(0, 40) == [0] * 40
+
+
+@pytest.mark.parametrize("late", [1, 2, 4])
+def test_wheels_that_obey_late_are_found_out_at_the_first_command_and_remembered(late: int) -> None:
+    counted = drive(late, 40)
+    assert counted == [0, *(min(tick, KEPT) for tick in range(1, 40))]
+
+
+def test_they_are_trusted_again_20_s_after_the_last_late_command() -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    lateness.compare(0, (0.0, 0.0))
+    lateness.command((0.6, 0.6))
+    assert lateness.compare(1, (0.0, 0.0)) == ((0.6, 0.6),), "it should have begun to turn"
+    counted = []
+    for tick in range(2, 406):
+        lateness.command((0.0, 0.0))
+        counted.append(bool(lateness.compare(tick, (0.0, 0.0))))
+    assert counted == [True] * 399 + [False] * 5, "20 s are 400 ticks, the first of them is that of the late command"
+
+
+@pytest.mark.parametrize(("off", "late"), [(0.0, False), (0.9 * DIFFERS, False), (1.1 * DIFFERS, True)])
+@pytest.mark.parametrize("side", [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_a_small_difference_of_either_wheel_is_none(off: float, late: bool, side: tuple[int, int]) -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    lateness.compare(0, (0.3, 0.3))
+    lateness.command((0.3, 0.3))
+    assert bool(lateness.compare(1, (0.3 + off * side[0], 0.3 + off * side[1]))) is late
+
+
+def test_the_newest_commands_are_given_oldest_first() -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    for tick in range(9):
+        lateness.compare(tick, (0.0, 0.0))
+        lateness.command((0.1 * tick, 0.0))
+    assert [round(left, 3) for left, _ in lateness.compare(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+
+
+@pytest.mark.parametrize(("pause", "kept"), [(1, KEPT), (KEPT + 1, KEPT), (KEPT + 2, 0)])
+def test_after_a_pause_in_which_all_commands_ran_out_none_is_under_way(pause: int, kept: int) -> None:
+    lateness = Lateness(ACCELERATION, DT)
+    for tick in range(KEPT):
+        lateness.compare(tick, (0.0, 0.0))
+        lateness.command((0.6, 0.6))
+    assert len(lateness.compare(KEPT - 1 + pause, (0.0, 0.0))) == kept
+
+
+def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
+    """Drive straight at a threat that comes on, with answers 0.2 s late; list the gap [m] and the speed [m/s] then.
+
+    The tables want to drive on all the time. ``limited`` says whether the limit near threats holds.
+    """
+    safety, lateness, queue = SafetyFilter(SETTINGS), Lateness(driving.ACCELERATION, driving.DT), [(0.0, 0.0)] * 4
+    body, shown, seen = DriveState(Pose(3.0, 10.0, 0.0), 0.0, 0.0), 7.0, []
+    for tick in range(200):
+        gap = shown - body.pose.x - driving.RADIUS - HALF_WIDTH
+        seen.append((gap, (body.left + body.right) / 2))
+        late = lateness.compare(tick, (body.left, body.right))
+        fastest = safety.near_threats(body, late, [MovingObstacle(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
+        limits = constraints(WIDE, body.pose)._replace(fastest=fastest)
+        front = max(0.0, min(gap, driving.NOTHING))
+        wanted = safety.out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)
+        lateness.command(wanted)
+        queue.append(wanted)
+        body, shown = driving.rolled(body, queue.pop(0)), shown - 0.4 * driving.DT
+    return seen
+
+
+def test_a_robot_that_answers_late_has_stopped_when_a_threat_that_it_sees_is_near() -> None:
+    within = {limited: [v for gap, v in towards_a_threat(limited=limited) if gap < 0.1] for limited in (False, True)}
+    assert max(within[False]) > 0.4, "without the limit it should drive at the threat"
+    assert max(within[True]) < 0.1
+    assert max(v for _, v in towards_a_threat(limited=True)) > 0.55, "far from the threat it drives as fast as ever"
