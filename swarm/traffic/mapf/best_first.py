@@ -2,9 +2,8 @@
 
 LaCAM searches depth first. It sometimes takes very long where two or three robots have to let each other pass. This
 search keeps every configuration that it has seen. It is slow for many robots, but it ends: with a plan, or with the
-proof that there is none. Robots that are not ``eager`` may end anywhere: configurations that differ only in which of
-them stands where count as one. The configuration with the fewest steps left in total is expanded first (greedy
-best-first search, Pearl 1984).
+proof that there is none. The configuration with the fewest steps left in total is expanded first (greedy best-first
+search, Pearl 1984).
 
 Configurations are kept as bytes: tuples and sets took five times the memory, and a process did not give it back.
 """
@@ -24,21 +23,18 @@ NUMBERS: Final = 1 << 20  # more than the numbers of configurations
 class BestFirst:
     """One search from ``starts``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
 
-    The search is solved when each robot of ``eager`` is at its goal, where its table is 0.
+    The search is solved when each robot is at its goal, where its table is 0.
     """
 
-    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, eager: Sequence[int]) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration) -> None:
         self.state = SearchState.RUNNING
         self.expansions = 0
         self.steps: Steps = []
         self._neighbours = neighbours
-        self._eager = tuple(eager)
-        self._others = tuple(robot for robot in range(len(starts)) if robot not in self._eager)
-        nowhere = [0] * len(neighbours)
-        self._tables = [table if robot in eager else nowhere for robot, table in enumerate(tables)]
+        self._tables = tables
         self._kept = [_packed(starts)]  # configurations, by number
         self._parents = array("i", [-1])  # number of the configuration before each
-        self._seen = {self._alike(starts)}
+        self._seen = {_packed(starts)}
         self._open = [self._left(starts) * NUMBERS]  # steps left * NUMBERS + number
 
     def advance(self, expansions: int) -> SearchState:
@@ -61,20 +57,13 @@ class BestFirst:
                 for other in self._neighbours[cell]:
                     if other in taken:
                         continue
-                    following = (*at[:robot], other, *at[robot + 1 :])
-                    alike = self._alike(following)
-                    if alike not in self._seen:
-                        self._seen.add(alike)
+                    following = _packed((*at[:robot], other, *at[robot + 1 :]))
+                    if following not in self._seen:
+                        self._seen.add(following)
                         heappush(self._open, (left + table[other] - table[cell]) * NUMBERS + len(self._kept))
-                        self._kept.append(_packed(following) if self._others else alike)
+                        self._kept.append(following)
                         self._parents.append(number)
         return self.state
-
-    def _alike(self, at: Configuration) -> bytes:
-        """Return a key that is equal for configurations in which only robots that are not eager have changed places."""
-        if not self._others:
-            return _packed(at)
-        return _packed([*[at[robot] for robot in self._eager], *sorted([at[robot] for robot in self._others])])
 
     def _left(self, at: Configuration) -> int:
         return sum(table[cell] for table, cell in zip(self._tables, at, strict=True))

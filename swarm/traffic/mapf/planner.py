@@ -2,7 +2,8 @@
 
 If no plan is found soon, each pair of robots is tried alone. If two robots cannot both arrive even with nobody else
 there, there is no plan. This proof takes moments; a search over all robots would try everything that the others can do
-meanwhile.
+meanwhile. If no plan for all is found, one robot is brought to its goal while the others only make room; only if that
+is impossible for the one asked about is it proven that there is no plan.
 
 Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but always going
 straight jams narrow places. A plan is judged by when its last robot arrives, if each robot goes as soon as the order of
@@ -20,6 +21,7 @@ from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.lacam import Search, SearchState, Steps, without_detours
 from swarm.traffic.mapf.lns import Improving
 from swarm.traffic.mapf.makespan import duration
+from swarm.traffic.mapf.one_robot import OneRobot
 from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
 from swarm.traffic.mapf.precedence import Precedence, order_of
 
@@ -101,7 +103,7 @@ class JointSearch:
         self._improving = 0  # expansions that changes of the plan have cost
         self._fruitless = 0  # changes since the plan last became quicker
         self._least = 0  # expansions of the cheapest plan so far
-        self._best_first: BestFirst | None = None
+        self._best_first: BestFirst | OneRobot | None = None
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
         self._eager = tuple(away if eager is None else eager)
         self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
@@ -153,10 +155,10 @@ class JointSearch:
         neighbours, tables, starts, _ = self._problem
         pair = self._pairs.pop()
         spent = 0
-        for eager in (0, 1):
-            if pair[eager] not in self._eager:
+        for number, robot in enumerate(pair):
+            if robot not in self._eager:
                 continue
-            search = BestFirst(neighbours, [tables[robot] for robot in pair], tuple(starts[r] for r in pair), (eager,))
+            search = OneRobot(neighbours, tables[robot], tuple(starts[r] for r in pair), number)
             if search.advance(PAIR) is SearchState.UNSOLVABLE:
                 self._finish(Outcome.UNSOLVABLE, pair)
             spent += search.expansions
@@ -170,7 +172,11 @@ class JointSearch:
         """
         neighbours, tables, starts, _ = self._problem
         eager = self._questions[0]
-        search = self._best_first or BestFirst(neighbours, tables, starts, eager)
+        search = self._best_first or (
+            BestFirst(neighbours, tables, starts)
+            if len(eager) == len(starts)
+            else OneRobot(neighbours, tables[eager[0]], starts, eager[0])
+        )
         self._best_first = search
         before = search.expansions
         state = search.advance(expansions)

@@ -279,7 +279,7 @@ def test_a_ring_of_movers_is_a_circle_of_waits() -> None:
 
 
 class Costly:
-    """A search that moves one robot at a time, and gets nowhere: at most ``most`` expansions at a time."""
+    """A search that gets nowhere: for one robot or for all, one moving at a time; ``most`` expansions at a time."""
 
     most = 7
     asked: list[int]  # expansions that all of them were told to spend at most
@@ -299,6 +299,7 @@ def late(monkeypatch: pytest.MonkeyPatch, names: str, most: int, eager: Sequence
     """Return a search that has no plan although it was begun often: pairs are tried, then one robot at a time."""
     monkeypatch.setattr(joint_search, "LATE", -1)
     monkeypatch.setattr(joint_search, "BestFirst", Costly)
+    monkeypatch.setattr(joint_search, "OneRobot", Costly)
     monkeypatch.setattr(Costly, "most", most)
     monkeypatch.setattr(Costly, "asked", [], raising=False)
     monkeypatch.setattr(Costly, "begun", 0, raising=False)
@@ -367,7 +368,7 @@ def test_the_limits_of_a_search_that_is_told_none() -> None:
 def test_the_search_of_one_at_a_time_keeps_so_many_configurations_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     for most, expansions in ((2, 1), (1, 0)):
         monkeypatch.setattr("swarm.traffic.mapf.best_first.MOST_KEPT", most)
-        once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"), (0,))
+        once = BestFirst(BAY.cells.neighbours, [BAY.cells.distances(BAY.at("b")[0])], BAY.at("a"))
         assert once.advance(1) is SearchState.RUNNING
         assert once.expansions == expansions
 
