@@ -16,7 +16,7 @@ from swarm.traffic.mapf.lacam import SearchState, Steps
 from swarm.traffic.mapf.pibt import Configuration, Joined
 
 Part = frozenset[int]  # cells that are joined without the robot's cell
-VISITS: Final = 3  # visited cells, for each robot, that take as long as one expansion of a configuration
+VISITS: Final = 3  # visited cells and new nodes, for each robot, that take as long as one expansion of a configuration
 
 
 class _Node(NamedTuple):
@@ -81,6 +81,7 @@ class OneRobot:
                 least = moves + 1 + moved + self._table[other]
                 heappush(self._open, (least, len(self._nodes)))
                 self._nodes.append(_Node(at, moves, number, other, shares))
+                self._visits += 1
 
     def _carried_out(self, node: _Node) -> Steps:
         """Return the configurations from the node's to the one in which the robot has moved."""
