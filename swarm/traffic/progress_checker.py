@@ -7,7 +7,7 @@ from swarm.maps.occupancy import Point
 class ProgressChecker:
     """Counts ticks since a way last became shorter. A way that is ``longer`` [cells] than the shortest is a new way."""
 
-    def __init__(self, longer: int) -> None:
+    def __init__(self, longer: float) -> None:
         self._longer = longer
         self._fewest: int | None = None  # cells left of the way, the fewest so far
         self._ticks = 0

@@ -210,7 +210,7 @@ class Traffic:
             return Halted(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
         mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
         halt = self._detector.detect(inputs, self._peers.expected(), mine, cells)
-        kept_from = self._kept.check(progress, body.cell, threatened=bool(halt.threats))
+        kept_from = self._kept.check(progress, body.cell, self._goal.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"

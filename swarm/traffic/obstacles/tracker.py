@@ -1,6 +1,7 @@
 """Layer 0: detects an obstacle that moves towards the robot, and predicts where it is while it is not seen."""
 
 from collections.abc import Collection, Iterable
+from math import inf
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
@@ -19,7 +20,6 @@ LATELY: Final = 6  # ticks over which its approach is measured
 NEARER: Final = 0.06  # m; an obstacle that came nearer by more in LATELY ticks, by its own motion, is a threat: 0.2 m/s
 COMING: Final = 100  # ticks for which a threat is assumed to come on unseen: a robot that turns away does not see it
 NEAR: Final = 2.0  # m, from the robot's middle; obstacles farther away are no threat
-OTHER: Final = 2  # cells; a way that is longer than the shortest so far by more than this is another way
 KEPT: Final = 400  # ticks of threat without progress, after which a robot takes its next cell for occupied
 
 
@@ -132,19 +132,25 @@ class _Track:
 
 
 class BlockedByObstacle:
-    """Detects that a moving obstacle has long blocked the next cell, which the robot holds."""
+    """Detects that moving obstacles have long kept a robot from its goal, although it holds the next cell."""
 
     def __init__(self) -> None:
-        self._progress_checker = ProgressChecker(OTHER)
+        self._goal: int | None = None  # cell
+        self._progress_checker = ProgressChecker(inf)
 
-    def check(self, progress: RouteProgress, body: int, *, threatened: bool) -> int | None:
-        """Return that cell, or None; call it once a tick."""
+    def check(self, progress: RouteProgress, body: int, goal: int, *, threatened: bool) -> int | None:
+        """Return the next cell if it is time to give it up, or None; call it once a tick.
+
+        Only ticks under a threat count, and a longer way is not a new one: to flee and come back is not to get on.
+        """
         held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
-        ticks = self._progress_checker.check(len(ahead) + len(progress.route), counts=threatened, new=not ahead)
-        if ticks < KEPT:
+        left = len(ahead) + len(progress.route)
+        ticks = self._progress_checker.check(left, counts=threatened and bool(ahead), new=goal != self._goal)
+        self._goal = goal
+        if ticks < KEPT or not ahead:
             return None
-        self._progress_checker = ProgressChecker(OTHER)
+        self._progress_checker = ProgressChecker(inf)
         return ahead[0]
 
 

@@ -156,14 +156,14 @@ def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgre
 )
 def test_the_next_cell_is_given_up_after_a_while(way: RouteProgress, body: int, cell: int | None) -> None:
     kept = BlockedByObstacle()
-    said = [kept.check(way, body, threatened=True) for _ in range(2 * KEPT + 2)]
+    said = [kept.check(way, body, 3, threatened=True) for _ in range(2 * KEPT + 2)]
     assert [one for one in said if one is not None] == ([] if cell is None else [cell, cell])
     assert said[KEPT] == cell
 
 
 def test_only_ticks_under_a_threat_count() -> None:
     kept, way = BlockedByObstacle(), progress((1, 2), 3)
-    said = [kept.check(way, 1, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
+    said = [kept.check(way, 1, 3, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
     assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT]
 
 
@@ -172,26 +172,38 @@ def test_who_gets_on_is_not_kept() -> None:
     ways = [progress((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
     for way in ways:
         for _ in range(KEPT):
-            assert kept.check(way, way.reservations.held[0], threatened=True) is None
+            assert kept.check(way, way.reservations.held[0], 8, threatened=True) is None
 
 
 def test_to_flee_and_come_back_is_not_to_get_on() -> None:
     kept, way = BlockedByObstacle(), progress((9, 1, 2), 3, beside=1)
-    said = [kept.check(way, 9 if tick % 40 < 20 else 1, threatened=True) for tick in range(KEPT + 21)]
+    said = [kept.check(way, 9 if tick % 40 < 20 else 1, 3, threatened=True) for tick in range(KEPT + 21)]
     assert any(one is not None for one in said)
 
 
 def test_after_400_ticks_under_a_threat_the_next_cell_is_given_up() -> None:
     kept, way = BlockedByObstacle(), progress((1, 2), 3)
-    said = [kept.check(way, 1, threatened=True) for _ in range(402)]
+    said = [kept.check(way, 1, 3, threatened=True) for _ in range(402)]
     assert [tick for tick, one in enumerate(said) if one is not None] == [400]
 
 
-@pytest.mark.parametrize(("longer", "given_up"), [(2, [400]), (3, [])])
-def test_a_way_that_is_much_longer_is_another_way(longer: int, given_up: list[int]) -> None:
-    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1, 2), *range(3, 4 + longer)))
-    said = [kept.check(ways[tick >= 200], 1, threatened=True) for tick in range(500)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == given_up
+def test_a_longer_way_is_no_new_one() -> None:
+    """It fled so far that other plans led round: with each new count it would flee for ever."""
+    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1, 2), *range(3, 30)))
+    said = [kept.check(ways[tick // 100 % 2], 1, 3, threatened=True) for tick in range(500)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == [400]
+
+
+def test_for_another_goal_it_is_counted_again() -> None:
+    kept, way = BlockedByObstacle(), progress((1, 2), 3)
+    said = [kept.check(way, 1, 3 if tick < 200 else 4, threatened=True) for tick in range(700)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == [600]
+
+
+def test_without_a_cell_ahead_nothing_is_given_up_and_nothing_is_counted() -> None:
+    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1,), 2, 3))
+    said = [kept.check(ways[tick % 2], 1, 3, threatened=True) for tick in range(900)]
+    assert [tick for tick, one in enumerate(said) if one is not None] == [800]
 
 
 @pytest.mark.parametrize(("then", "updated"), [(0.15, True), (-0.15, False), (-0.3, True)])
