@@ -223,7 +223,7 @@ def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_wa
     ticks = count()
 
     class KeptOnce:
-        def check(self, progress: object, body: int, **_: object) -> int | None:
+        def check(self, progress: object, body: int, goal: int, **_: object) -> int | None:
             return b if next(ticks) == 60 else None
 
     monkeypatch.setattr(traffic, "BlockedByObstacle", KeptOnce)
