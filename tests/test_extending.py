@@ -172,7 +172,7 @@ print(round(sense.rear, 6), run.run(60.0)["digest"])
 """
 
 
-@pytest.mark.long("starts Python anew and compiles; tests/world/bodies/test_sensing.py has the sensors")
+@pytest.mark.long("starts another Python and compiles; tests/world/bodies/test_sensing.py has the sensors")
 def test_a_sensor_of_ones_own_reads_what_is_behind_and_changes_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "room.yaml").write_text(SCENARIO.replace("bumper.yaml", "paper").replace("1.5, 2.5, 1.57", "2, 2.5, 0"))
     rear, digest = followed("A sensor", tmp_path, SENSOR).split()
@@ -219,7 +219,7 @@ print(main(["storm", "mute.yaml", "--jobs", "1"]))
 """
 
 
-@pytest.mark.long("starts Python anew and compiles; tests/storm/test_mute_robots.py has mute robots")
+@pytest.mark.long("starts another Python and compiles; tests/storm/test_mute_robots.py has mute robots")
 def test_a_fault_of_ones_own_mutes_a_robot(tmp_path: Path) -> None:
     (tmp_path / "mute.yaml").write_text(WALKS["A fault"]["yaml"].replace("held_up", "mute"))
     first, second, *summary = followed("A fault", tmp_path, FAULT).splitlines()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from swarm.motion.sweep import clearance_along, first_clear, line_room, path_room
 from swarm.planning.grid import Grid
@@ -23,6 +24,16 @@ def test_rooms_are_distances_to_boxes() -> None:
     assert drives == pytest.approx(1.0 - 8 * 0.05 * 0.5 - (0.4 + 0.3 + 0.2 + 0.1) * 0.05)
 
 
+def may_drive(speed: float, boxes: NDArray[np.float64], bodies: NDArray[np.float64]) -> bool:
+    """Return True if a robot at rest may drive straight at a speed [m/s]."""
+    number, *_ = first_clear(
+        AS_IT_IS, speed, 0.0, 1.0, SAFETY.creep, RADIUS + SAFETY.gap, boxes, 0.0, 0.0, 0.0,
+        HALL.clearance, HALL.resolution, *HALL.origin, bodies, RADIUS, 4.5, 4.5, 0.0,
+        0.0, 0.0, DRIVE.track_width, MOST, DT, TICKS,
+    )  # fmt: skip
+    return number == 0.0
+
+
 @pytest.mark.parametrize(
     ("gap", "loss", "clear"),
     [
@@ -41,12 +52,7 @@ def test_the_nearer_it_is_the_less_clearance_it_may_lose(gap: float, loss: float
     """A robot at rest, a box straight ahead; the speed is that which is held for all ticks to lose so much."""
     boxes = np.array([[RADIUS + gap / 1000, -1.0, 2.0, 1.0]])
     speed = loss / 1000 / (TICKS * DT)
-    number, *_ = first_clear(
-        AS_IT_IS, speed, 0.0, 1.0, SAFETY.creep, RADIUS + SAFETY.gap, boxes, 0.0, 0.0, 0.0,
-        HALL.clearance, HALL.resolution, *HALL.origin, NO_BODIES, RADIUS, 4.5, 4.5, 0.0,
-        0.0, 0.0, DRIVE.track_width, MOST, DT, TICKS,
-    )  # fmt: skip
-    assert (number == 0.0) is clear
+    assert may_drive(speed, boxes, NO_BODIES) is clear
 
 
 @pytest.mark.parametrize(("speed", "clear"), [(0.0, True), (0.1, False), (-0.1, True)])
@@ -55,12 +61,7 @@ def test_a_body_that_came_near_takes_nothing_from_what_is_due_to_a_cell(speed: f
     boxes = np.array([[RADIUS + SAFETY.gap, -1.0, 2.0, 1.0]])
     presses = np.array([[4.5 - 2 * RADIUS + 0.05, 4.5 + 0.5 * RADIUS]])
     near = presses if speed >= 0.0 else presses + np.array([2 * RADIUS, 0.0])  # it backs out: the mover is ahead
-    number, *_ = first_clear(
-        AS_IT_IS, speed, 0.0, 1.0, SAFETY.creep, RADIUS + SAFETY.gap, boxes, 0.0, 0.0, 0.0,
-        HALL.clearance, HALL.resolution, *HALL.origin, near, RADIUS, 4.5, 4.5, 0.0,
-        0.0, 0.0, DRIVE.track_width, MOST, DT, TICKS,
-    )  # fmt: skip
-    assert (number == 0.0) is clear
+    assert may_drive(speed, boxes, near) is clear
 
 
 SLOPE = np.array([[10.0 * row + column for column in range(4)] for row in range(3)], np.float32)
