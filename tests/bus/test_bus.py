@@ -1,6 +1,7 @@
 """Real Zenoh sessions through a router in this process: what one bus sends, the other receives, checked."""
 
 import ctypes
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
 
@@ -257,6 +258,17 @@ def test_what_travels_beside_a_payload(make_bus: MakeBus, endpoint: Endpoint) ->
         assert str(reply.ok.encoding) == "application/msgpack;swarm.v1.Clock"
 
 
+def until_heard(tap: Tap, put: Callable[[], None]) -> None:
+    """Put messages until the router knows of the tap, and take those that it heard."""
+    deadline = monotonic() + PATIENCE
+    put()
+    while tap.receive(QUIET) is None:
+        assert monotonic() < deadline, "the tap hears nothing"
+        put()
+    while tap.receive(QUIET) is not None:
+        pass
+
+
 def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: MakeBus, endpoint: Endpoint) -> None:
     said: list[str] = []
     there = make_bus(said.append, fleet="loss")
@@ -264,6 +276,9 @@ def test_a_message_lost_on_the_way_is_counted_and_the_others_come(make_bus: Make
     settle(make_bus(fleet="loss"), there)
     tapped = []
     with zenoh.open(client(endpoint)) as sender, Tap(endpoint, "loss", "robot/*/plan") as tap:
+        until_heard(tap, lambda: sender.put("swarm/v1/loss/robot/r0/plan", encode(plan("r0"))))
+        while there.receive(QUIET) is not None:
+            pass
         for number in (0, 1, 5, None, 6):
             sender.put(
                 "swarm/v1/loss/robot/r1/plan",
@@ -296,12 +311,7 @@ def test_what_was_lost_before_a_dropped_sample_is_told_with_the_next(
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
 
-        first = None
-        while first is None:  # until the router knows of the tap
-            put(0, "r0")
-            first = tap.receive(QUIET)
-        while tap.receive(QUIET) is not None:
-            pass
+        until_heard(tap, lambda: put(0, "r0"))
         before = tap.dropped
         for number in (0, 2, 5):  # the first fills the queue; the gaps are before those that are dropped
             put(number)
