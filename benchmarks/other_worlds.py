@@ -162,10 +162,11 @@ def touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64
     places, where = np.unique(poses.reshape(-1, 2), axis=0, return_inverse=True)
     inside = (gaps(drawn.solid, drawn.side, places) < BODY - TOUCH)[where].reshape(len(poses), robots)
     pushed = (np.hypot(*(movers[:, None] - poses[:, :, None]).T) < 2 * BODY + TOUCH).any(axis=0).T  # [tick, robot]
-    if (inside & ~pushed).any():  # a mover is stronger than a robot: whom it pushes into a wall can do nothing
+    if (inside & ~pushed).any():  # a mover is stronger than a robot: whom it pushes into something can do nothing
         yield "wall"
     for a, b in combinations(range(robots), 2):
-        if (np.hypot(*(poses[:, a] - poses[:, b]).T) < 2 * BODY - TOUCH).any():
+        overlap = np.hypot(*(poses[:, a] - poses[:, b]).T) < 2 * BODY - TOUCH
+        if (overlap & ~pushed[:, a] & ~pushed[:, b]).any():
             yield "robot"
     for robot, mover in product(range(robots), range(movers.shape[1])):
         apart = movers[:, mover] - poses[:, robot]

@@ -19,6 +19,8 @@ CASES = {  # places of two robots and of a mover in the last of five ticks: what
     "pushed into a wall":            ((WALL, (5.0, 2.0)), BESIDE,     set()),
     "another one is pushed":         ((WALL, (5.0, 2.0)), (5.3, 2.0), {"wall"}),
     "robots":                        ((MID, (3.3, 3.0)),  FAR,        {"robot"}),
+    "pushed into a robot":           ((MID, (3.3, 3.0)),  (3.7, 3.0), set()),
+    "robots, and a mover near":      ((MID, (3.3, 3.0)),  (3.8, 3.0), {"robot"}),
     "a mover comes to who stands":   ((MID, (5.0, 2.0)),  (3.3, 3.0), set()),
 }
 # fmt: on

@@ -106,6 +106,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
 
     x: Annotated[Metres, says("m; its centre in the map")]
     y: Annotated[Metres, says("m")]
+    speed: Annotated[Speed | None, says("m/s; how fast its centre moves; none: nobody knows")] = None
     goal: Annotated[
         Cell,
         says(

@@ -40,6 +40,7 @@ class TrafficInputs(NamedTuple):
     goal: Point | None  # m, where it wants to be; None: it stays, but makes room for others
     # m, (n, 2): the path on which the body would come to rest; empty if it stands
     braking: NDArray[np.float64] | tuple[Point, ...] = ()
+    speed: float = 0.0  # m/s, of its centre
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
     mute: Sequence[Spoken] = ()  # heard broadcasts that say nothing of traffic

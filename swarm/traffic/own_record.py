@@ -34,6 +34,7 @@ class RecordWriter:
             stamp=inputs.tick,
             x=inputs.pose.x,
             y=inputs.pose.y,
+            speed=inputs.speed,
             goal=result.goal.cell,
             idle=situation.idle,
             done=situation.done,

@@ -71,6 +71,16 @@ class TrafficConstants:
     expansions: int = 20_000  # expansions for one joint plan, after which it is given up
     robot_openings: int = 6_000  # expansions times members in one step: about fifteen milliseconds
 
+    def driven(self, speed: float | None, time: float) -> tuple[float, float]:
+        """Return how far [m] a robot may drive in ``time`` [s], and how fast it may be then [m/s].
+
+        ``speed`` is how fast it is at first; None if nobody knows.
+        """
+        speed = self.speed if speed is None else min(speed, self.speed)
+        gains = min(time, (self.speed - speed) / self.acceleration)
+        top = speed + self.acceleration * gains
+        return (speed + top) / 2 * gains + top * (time - gains), top
+
     @property
     def claim_radius(self) -> float:
         """How far from its body a robot may claim [m]: two robots that claim one cell must hear each other."""

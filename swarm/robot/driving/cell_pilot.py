@@ -103,6 +103,7 @@ class CellPilot:
                 pose=pose,
                 goal=None if idle else inputs.goal,
                 sweeps=() if before.driven.drawn_to is None or before.driven.circles else rolled,
+                speed=abs(sense.linear),
                 braking=self._filter.braking(body, self._under_way(late, before)),
                 scan=scan,
                 done=inputs.done,

@@ -38,7 +38,8 @@ def robot_at(
         kept = set(record.held)
         if age > 2 * settings.every:
             kept.update(record.ahead[: settings.horizon], (claim.cell for claim in record.claims))
-        known.append(KnownBody((record.x, record.y), settings.radius + ABOUT + settings.speed * drove, kept))
+        within = settings.radius + ABOUT + settings.driven(record.speed, drove)[0]
+        known.append(KnownBody((record.x, record.y), within, kept))
     return lambda place: any(body.may_be_at(place, cells) for body in known)
 
 
@@ -110,7 +111,7 @@ class ObstacleDetector:
         known = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
         for record in others:
             age = (tick - record.stamp) * settings.tick
-            within = settings.radius + ABOUT + settings.speed * age
+            within = settings.radius + ABOUT + settings.driven(record.speed, age)[0]
             if hypot(record.x - x, record.y - y) > farthest + within:
                 continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it

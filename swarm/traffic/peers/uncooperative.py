@@ -124,11 +124,9 @@ def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: Tr
     if abs(twist.linear) < STANDS:
         return cells.swept(((last.pose.x, last.pose.y),), settings.radius if last.rests else room)
     most, time = settings.acceleration, min(age * settings.tick, LONGEST)
-    speed = min(settings.speed, abs(twist.linear) + most * (last.tick - before.tick) * settings.tick / 2)
-    time_to_top = (settings.speed - speed) / most
-    gains = min(time, time_to_top)
-    top = speed + most * gains
-    length = speed * gains + most * gains**2 / 2 + top * (time - gains) + top**2 / (2 * most)
+    speed = abs(twist.linear) + most * (last.tick - before.tick) * settings.tick / 2
+    way, top = settings.driven(speed, time)
+    length = way + top**2 / (2 * most)
     ahead = 1.0 if twist.linear > 0 else -1.0
     points: list[Point] = []
     for turning in {0.0, twist.angular / abs(twist.linear)}:
