@@ -4,6 +4,8 @@ from dataclasses import fields, replace
 from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, ROLLS_ON, TrafficConstants
 
@@ -30,6 +32,32 @@ ORDERS: dict[str, tuple[str, ...]] = {  # each of these is less than the next: w
 def test_constants_keep_their_order(why: str) -> None:
     values = [getattr(SETTINGS, name) for name in ORDERS[why]]
     assert all(a < b for a, b in pairwise(values)), dict(zip(ORDERS[why], values, strict=True))
+
+
+# fmt: off
+DRIVEN = {  # speed at first [m/s], time [s]: how far [m], how fast then [m/s], of a robot with 0.9 m/s and 2 m/s2
+    "no time":                      (0.3,  0.0,  0.0,               0.3),
+    "it gains speed":               (0.0,  0.2,  0.04,              0.4),
+    "to its highest, no further":   (0.5,  1.0,  0.2 * 0.7 + 0.72,  0.9),
+    "at its highest already":       (0.9,  1.0,  0.9,               0.9),
+    "nobody knows":                 (None, 1.0,  0.9,               0.9),
+    "it says more than it can":     (5.0,  1.0,  0.9,               0.9),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("case", DRIVEN)
+def test_how_far_a_robot_may_have_driven(case: str) -> None:
+    speed, time, way, top = DRIVEN[case]
+    assert replace(SETTINGS, speed=0.9, acceleration=2.0).driven(speed, time) == pytest.approx((way, top))
+
+
+@given(st.floats(0.0, 0.9), st.floats(0.0, 3.0), st.floats(0.0, 3.0))
+def test_two_times_one_after_the_other_are_their_sum(speed: float, first: float, second: float) -> None:
+    way, later = SETTINGS.driven(speed, first)
+    rest, last = SETTINGS.driven(later, second)
+    assert (way + rest, last) == pytest.approx(SETTINGS.driven(speed, first + second))
+    assert way <= SETTINGS.speed * first + 1e-12
 
 
 def test_no_time_is_longer_than_a_few_minutes() -> None:

@@ -325,17 +325,27 @@ def test_a_robot_is_known_where_it_was_heard_and_farther_off_the_older_that_is()
     x, y = ahead(0.4)
     held = (cell(x, y),)
 
-    def stops(away: float, age: int, mine: frozenset[int] = frozenset(), held: tuple[int, ...] = held) -> bool:
-        record = Record(robot="r2", stamp=100 - age, x=x + away, y=y, goal=B, held=held)
+    def stops(
+        away: float,
+        age: int,
+        mine: frozenset[int] = frozenset(),
+        held: tuple[int, ...] = held,
+        speed: float | None = None,
+    ) -> bool:
+        record = Record(robot="r2", stamp=100 - age, x=x + away, y=y, speed=speed, goal=B, held=held)
         return halts(0.4, others=(record,), mine=mine)[0].stopped
 
     near = SETTINGS.radius + 0.15  # m, and how exactly a sector tells
     drives = SETTINGS.speed * SETTINGS.tick * 10
+    gains = SETTINGS.driven(0.0, SETTINGS.tick * 10)[0]
     assert not stops(0.0, 0)
     assert not stops(near - 0.06, 0)
     assert stops(near + 0.06 + 0.3, 0)
     assert not stops(near - 0.06 + drives, 10)
     assert stops(near + 0.06 + 0.3 + drives, 10)
+    assert not stops(near - 0.06 + drives, 10, speed=SETTINGS.speed)
+    assert not stops(near - 0.06 + gains, 10, speed=0.0), "one that stood may gain speed"
+    assert stops(near + 0.06 + 0.1 + gains, 10, speed=0.0), "but has not driven at its highest speed at once"
     assert stops(0.0, 0, mine=frozenset(held)), "in a cell that is mine alone nobody else is"
     assert stops(0.0, 0, held=(B,)), "nor where it holds nothing"
 
@@ -357,6 +367,8 @@ BODIES = {  # age of its record [ticks], how far off the place heard of a hit is
     "in none of its cells":                 (20,    0.3,  "none",    False),
     "silent for long, it came to rest":     (1000,  0.8,  "held",    True),
     "and no farther":                       (1000,  1.0,  "held",    False),
+    "it stood, and may have gained speed":  (10,    0.58, "stood",   True),
+    "it stood, and cannot be so far":       (10,    0.62, "stood",   False),
 }
 # fmt: on
 
@@ -374,6 +386,8 @@ def test_a_hit_may_be_on_a_robot_that_was_heard(name: str) -> None:
             fields = {"claims": tuple(Claim(cell, 1, 0) for cell in cells)}
         case "ahead":
             fields = {"ahead": FLOOR.cells.touched(x, y, 0.01)}
+        case "stood":
+            fields = {"held": cells, "speed": 0.0}
     one = Record(robot="r2", stamp=0, x=HERE.x, y=HERE.y, goal=A, **fields)
     assert robot_at([one], age, FLOOR.cells, SETTINGS)((x, y)) is is_robot
     assert not robot_at([], age, FLOOR.cells, SETTINGS)((x, y))
