@@ -3,9 +3,9 @@
 from collections import deque
 from typing import Final
 
+from swarm.messages import COMMAND
 from swarm.motion.drive import ramp
 
-LATEST: Final = 0.2  # s; a later answer counts as none (decision 0010)
 BELIEVED: Final = 20.0  # s for which commands count as late after one was late
 DIFFERS: Final = 0.02  # m/s; a larger difference of rim speeds means a late command
 
@@ -17,7 +17,7 @@ class Lateness:
 
     def __init__(self, acceleration: float, dt: float) -> None:
         self._most = acceleration * dt
-        self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(LATEST / dt)))
+        self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(COMMAND.timeout / dt)))
         self._before: RimSpeeds | None = None
         self._tick = -1
         self._believed = round(BELIEVED / dt)

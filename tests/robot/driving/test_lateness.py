@@ -5,9 +5,10 @@ from math import inf
 import pytest
 
 from swarm.geometry import Pose, Twist
+from swarm.messages import COMMAND
 from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
-from swarm.robot.driving.lateness import DIFFERS, LATEST, Lateness
+from swarm.robot.driving.lateness import DIFFERS, Lateness
 from swarm.robot.driving.safety import DriveState, SafetyFilter
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot.driving import shared as driving
@@ -16,7 +17,7 @@ from tests.shared import scenario_of
 
 DT, ACCELERATION = 0.05, 2.0
 MOST = ACCELERATION * DT
-KEPT = round(LATEST / DT)
+KEPT = round(COMMAND.timeout / DT)
 HALL = scenario_of("#" * 30 + "\n" + ("#" + "." * 28 + "#\n") * 20 + "#" * 30 + "\n").map
 WIDE = Grid.grown(HALL, driving.RADIUS, 0.8, 0.1)
 
@@ -38,7 +39,7 @@ def test_wheels_that_obey_at_once_leave_nothing_under_way() -> None:
     assert drive(0, 40) == [0] * 40
 
 
-@pytest.mark.parametrize("late", [1, 2, 4])
+@pytest.mark.parametrize("late", [1, 2, 4, 5])
 def test_wheels_that_obey_late_are_found_out_at_the_first_command_and_remembered(late: int) -> None:
     counted = drive(late, 40)
     assert counted == [0, *(min(tick, KEPT) for tick in range(1, 40))]
@@ -70,7 +71,7 @@ def test_the_newest_commands_are_given_oldest_first() -> None:
     for tick in range(9):
         lateness.compare(tick, (0.0, 0.0))
         lateness.command((0.1 * tick, 0.0))
-    assert [round(left, 3) for left, _ in lateness.compare(9, (0.0, 0.0))] == [0.5, 0.6, 0.7, 0.8]
+    assert [round(left, 3) for left, _ in lateness.compare(9, (0.0, 0.0))] == [0.4, 0.5, 0.6, 0.7, 0.8]
 
 
 @pytest.mark.parametrize(("pause", "kept"), [(1, KEPT), (KEPT + 1, KEPT), (KEPT + 2, 0)])
