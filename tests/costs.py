@@ -17,7 +17,8 @@ LONG_TIMEOUT: Final = 1200  # s; the end of a test of the long suite that hangs
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Refuse markers without a reason; let long tests run longer."""
+    """Refuse markers without a reason; let long tests run longer, and those marked ``first=True`` begin first."""
+    items.sort(key=lambda item: not any(marker.kwargs.get("first") for marker in item.iter_markers("long")))
     wrong = sorted(
         {f'{item.nodeid}: expected a reason, as in @pytest.mark.{name}("...")' for item, name in _bare(items)}
     )

@@ -36,7 +36,7 @@ if __name__ == "__main__":
 BUILD = "import runpy, sys; sys.modules['swarm'] = None; runpy.run_path('setup.py')"
 
 pytestmark = [
-    pytest.mark.long("compiles the whole package with a C compiler: minutes"),
+    pytest.mark.long("compiles the whole package with a C compiler: minutes", first=True),
     pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"there is no C compiler: {COMPILER} is not found"),
 ]
 

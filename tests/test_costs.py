@@ -13,6 +13,13 @@ def test_a_marker_without_a_reason_is_refused(marker: str, pytester: pytest.Pyte
     done.stderr.fnmatch_lines(["*::test_it: expected a reason, as in @pytest.mark.*"])
 
 
+def test_what_takes_minutes_begins_first(pytester: pytest.Pytester) -> None:
+    marker = '@pytest.mark.long("it takes minutes", first=True)'
+    pytester.makepyfile(f"import pytest\ndef test_a(): pass\ndef test_b(): pass\n{marker}\ndef test_c(): pass\n")
+    done = pytester.runpytest_inprocess("-v", "-p", "tests.costs", "-p", "no:cacheprovider")
+    done.stdout.fnmatch_lines(["*::test_c PASSED*", "*::test_a PASSED*", "*::test_b PASSED*"])
+
+
 @pytest.mark.parametrize(
     ("reason", "limit", "told", "status"),
     [
