@@ -18,7 +18,7 @@ KERNELS: Final = (  # a test compares this list with the code
     "swarm.planning.search",
     "swarm.planning.steps",
     "swarm.planning.sweep",
-    "swarm.robot.driving.flight",
+    "swarm.robot.driving.evasion",
     "swarm.robot.driving.rollout",
     "swarm.traffic.lattice.breadth_first",
     "swarm.traffic.mapf.makespan",

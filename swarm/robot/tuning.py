@@ -3,8 +3,8 @@
 A comment states the unit, what the value does, and its reason if one is recorded. Where it states no reason, the value
 was chosen by trial, and no measurement of it is recorded.
 
-The makers of the kernels in ``rollout`` and ``flight`` get their values as arguments: then numba compiles the values in
-and has them in the key of its cache. It would not notice that a global of another file has changed.
+The makers of the kernels in ``rollout`` and ``evasion`` get their values as arguments: then numba compiles the values
+in and has them in the key of its cache. It would not notice that a global of another file has changed.
 """
 
 from math import pi
@@ -94,7 +94,7 @@ class DetourTuning(NamedTuple):
     done: float = 0.4  # m from its beginning, where a detour ends
 
 
-class FlightTuning(NamedTuple):
+class EvasionTuning(NamedTuple):
     """Getting out of a threat's way: see docs/ground.md."""
 
     speed: float = 0.6  # m/s at most: the cruising speed of the scenarios
@@ -138,5 +138,5 @@ SCALE: Final = ScaleTuning()
 PILOT: Final = PilotTuning()
 ROLLOUT: Final = RolloutTuning()
 DETOUR: Final = DetourTuning()
-FLIGHT: Final = FlightTuning()
+EVASION: Final = EvasionTuning()
 REPLAN: Final = ReplanTuning()

@@ -1,4 +1,4 @@
-"""The run of a world without its process: its course, requests to it, and snapshots through a file."""
+"""The run of a world without its process: its run, requests to it, and snapshots through a file."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +14,7 @@ from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from world.host.answering import answer
-from world.host.run import Course
+from world.host.run import Run
 from world.saving import snapshot_file
 from world.saving.snapshot import HostState, Snapshot
 from world.simulate import Simulation
@@ -24,7 +24,7 @@ from world.world import World
 NOISE: Final[dict[str, Any]] = {"sensors": {"noise": 0.02, "bearing_noise_deg": 3.0}, "radio": {"loss": 0.3}}
 
 
-def course_of(
+def run_of(
     scenario: Scenario | None = None,
     *,
     bus: Bus | None = None,
@@ -34,10 +34,10 @@ def course_of(
     file: Path | None = None,
     log: Callable[[str], None] = lambda line: None,
     given_up: Path | None = None,
-) -> Course:
-    """Return the course of a world of two robots."""
+) -> Run:
+    """Return the run of a world of two robots."""
     on, of = bus or Mock(spec=Bus), scenario or scenario_of()
-    return Course(on, of, 2, 1, pace, limit, wait, 0, file, log, given_up=given_up)
+    return Run(on, of, 2, 1, pace, limit, wait, 0, file, log, given_up=given_up)
 
 
 def request_of(topic: Topic[Any], message: Any, **ids: str) -> Mock:  # noqa: ANN401
@@ -45,27 +45,27 @@ def request_of(topic: Topic[Any], message: Any, **ids: str) -> Mock:  # noqa: AN
     return Mock(spec=Request, topic=topic, message=message, ids=ids)
 
 
-def ask(one: Course, topic: Topic[Any], message: Any, **ids: str) -> Any:  # noqa: ANN401
-    """Let a course answer a request; return the answer, or the text of the refusal."""
+def ask(one: Run, topic: Topic[Any], message: Any, **ids: str) -> Any:  # noqa: ANN401
+    """Let a run answer a request; return the answer, or the text of the refusal."""
     request = request_of(topic, message, **ids)
     answer(request, one, Mock(spec=Bus, id="the world", sender=7))
     return request.accept.call_args.args[0] if request.accept.called else request.refuse.call_args.args[0]
 
 
-def come(one: Course, name: str, session: str, world: str | None = None) -> Any:  # noqa: ANN401
+def come(one: Run, name: str, session: str, world: str | None = None) -> Any:  # noqa: ANN401
     """Let a robot join; return the answer."""
     reply = ask(one, JOIN, Join(robot=name, session=session, world=world))
-    one.lobby.take(Presence("robot", name, session, alive=True), 0.0)
+    one.membership.take(Presence("robot", name, session, alive=True), 0.0)
     return reply
 
 
-def absent(one: Course, seconds: float) -> None:
+def absent(one: Run, seconds: float) -> None:
     """Let some time pass in which the robots that are absent are missed."""
-    one.lobby.look(0.0, running=False)
-    one.lobby.look(seconds, running=True)
+    one.membership.look(0.0, running=False)
+    one.membership.look(seconds, running=True)
 
 
-def step(one: Course, **fields: dict[str, Any]) -> None:
+def step(one: Run, **fields: dict[str, Any]) -> None:
     """Run one tick; the fields are those of the commands of some robots."""
     for name, said in fields.items():
         command: Command = msgspec.structs.replace(REST, run=one.world.run, tick=one.world.tick, **said)

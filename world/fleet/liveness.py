@@ -1,4 +1,4 @@
-"""The roll of a fleet: which robots are alive, stale, gone or lost, since when, and what of that is worth an event."""
+"""Which robots are alive, stale, gone or lost, since when, and what of that is worth an event."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -32,7 +32,7 @@ NEXT: Final = {
     Fact.ABSENT:  {ALIVE: GONE,  STALE: GONE,  GONE: GONE,   MISSED: MISSED},
     Fact.MISSING: {ALIVE: MISSED, STALE: MISSED, GONE: MISSED, MISSED: MISSED},
 }
-# what it was and is -> event. That a robot has gone is the lobby's to tell.
+# what it was and is -> event. That a robot has gone is the membership's to tell.
 SILENCE: Final = ("stale", f"is present, but has said nothing for {STATE.timeout:g} s")
 BACK: Final = ("back", "is back")
 TOLD: Final = {
@@ -49,8 +49,8 @@ TOLD: Final = {
 # fmt: on
 
 
-class Roll:
-    """The roll. The caller passes ``now`` [s, of one clock] and ``time`` [s, of the run]."""
+class Liveliness:
+    """The liveliness. The caller passes ``now`` [s, of one clock] and ``time`` [s, of the run]."""
 
     def __init__(self, robots: Sequence[str], now: float) -> None:
         self.seen: Mapping[str, Seen] = dict.fromkeys(robots, Seen(GONE, 0.0))  # replaced as a whole, never changed
@@ -59,11 +59,11 @@ class Roll:
         self._looked_at = now
 
     def restore(self, seen: Mapping[str, Seen], left: Collection[str]) -> None:
-        """Go on with the roll of a world that was killed."""
+        """Go on with the liveliness of a world that was killed."""
         self.seen, self.left = dict(seen), set(left)
 
     def add(self, robots: Iterable[str], time: float) -> None:
-        """Have more robots on the roll, which are not here yet, from a time [s] of the run on."""
+        """Have more robots on the liveliness, which are not here yet, from a time [s] of the run on."""
         self.seen = {**self.seen, **dict.fromkeys(robots, Seen(GONE, time))}
         self._silent = dict.fromkeys(self.seen, 0.0) | self._silent
 

@@ -31,7 +31,7 @@ class Welcomed(NamedTuple):
     until: float  # s; for so long the place is promised to it
 
 
-class Lobby:
+class Membership:
     """The robots and dashboards that are present. The caller passes the time ``now`` [s], always of one clock."""
 
     def __init__(self, robots: Sequence[str], watchers: int, now: float) -> None:

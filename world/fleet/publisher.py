@@ -36,7 +36,7 @@ def floor(scenario: Scenario, world: World) -> Map:
     return Map(packed=packed, scenario=replace(settings, starts=homes), edits=world.bodies.edits)
 
 
-class Speaker:
+class Publisher:
     """The sender of the world's messages; it keeps the fleet's current map and last events for those who come late.
 
     Both are replaced as a whole, never changed: other threads answer with them.

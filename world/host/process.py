@@ -29,7 +29,7 @@ from world.fleet.single_world import check_alone
 from world.host.answering import answer
 from world.host.last_messages import SILENT, Asked
 from world.host.requests import ANSWERED, Requests, waits_in_tick
-from world.host.run import Course
+from world.host.run import Run
 from world.saving.snapshot_file import make_room
 from world.views.report import write
 
@@ -69,14 +69,12 @@ def run(
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        course = Course(
-            bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up
-        )
-        host = Host(bus, course, log, endpoint.identity)
+        run = Run(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up)
+        host = Host(bus, run, log, endpoint.identity)
         with check_alone(bus, fleet, log) as silent:
             host.open(silent)
         host.serve(stop)
-        summary = course.report()
+        summary = run.report()
         if report_to is not None:
             try:
                 write(summary, report_to)
@@ -91,9 +89,9 @@ def run(
 class Host:
     """The main loop of one fleet's world."""
 
-    def __init__(self, bus: Bus, course: Course, log: Callable[[str], None], identity: Identity | None = None) -> None:
-        self._bus, self._course, self._log, self._identity = bus, course, log, identity
-        self._requests = Requests(course.world.dt)
+    def __init__(self, bus: Bus, run: Run, log: Callable[[str], None], identity: Identity | None = None) -> None:
+        self._bus, self._run, self._log, self._identity = bus, run, log, identity
+        self._requests = Requests(run.world.dt)
         self._linked = True
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._found_at = 0.0  # s, when robots that are away were looked for last
@@ -105,46 +103,46 @@ class Host:
 
     def open(self, silent: AbstractSet[str] = frozenset()) -> None:
         """Listen to the robots, answer requests, and announce this process; ``silent`` worlds do not answer."""
-        bus, course = self._bus, self._course
+        bus, run = self._bus, self._run
         self._worlds = {bus.id, *silent}
-        for topic in (COMMAND, STATE, PLAN, *((BODY,) if course.outside else ())):
+        for topic in (COMMAND, STATE, PLAN, *((BODY,) if run.outside else ())):
             bus.listen(topic)
         for question in ANSWERED:
             bus.serve(question)
-        course.speaker.answer()
-        bus.keep(CLOCK, lambda: {CLOCK.key: course.clock()})
-        bus.keep(TRUTH, lambda: {TRUTH.key: course.truth()})
-        bus.keep(STATUS, lambda: {STATUS.key: course.status()})
-        bus.keep(STATE, lambda: {STATE.key.format(robot=name): state for name, state in course.states().items()})
-        bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(course.last.plans.items())})
+        run.publisher.answer()
+        bus.keep(CLOCK, lambda: {CLOCK.key: run.clock()})
+        bus.keep(TRUTH, lambda: {TRUTH.key: run.truth()})
+        bus.keep(STATUS, lambda: {STATUS.key: run.status()})
+        bus.keep(STATE, lambda: {STATE.key.format(robot=name): state for name, state in run.states().items()})
+        bus.keep(PLAN, lambda: {PLAN.key.format(robot=name): p for name, p in list(run.last.plans.items())})
         bus.watch_presence()
         bus.announce("world", "world")
 
     def serve(self, stop: Flag) -> None:
         """Serve until the run is over or this process is told to stop."""
-        course = self._course
-        course.tell_clock()
-        while course.phase is not Phase.OVER:
-            course.save()
-            stands = course.stands or not self._linked
+        run = self._run
+        run.tell_clock()
+        while run.phase is not Phase.OVER:
+            run.save()
+            stands = run.stands or not self._linked
             if stands:
                 self._requests.idle()
             self._serve_requests()
             if stop.is_set():
-                course.end("interrupted")
+                run.end("interrupted")
             elif stands:
-                course.stopwatch.halt()
+                run.stopwatch.halt()
                 self._receive(LOOK)
                 if not self._linked:
                     self._end_without_keys()
-                if course.phase is Phase.WAITING and not course.held and course.lobby.ready(course.awake.now()):
-                    course.go_to(Phase.RUNNING)
-            elif course.phase is Phase.RUNNING:
+                if run.phase is Phase.WAITING and not run.held and run.membership.ready(run.awake.now()):
+                    run.go_to(Phase.RUNNING)
+            elif run.phase is Phase.RUNNING:
                 self._tick(stop)
-            if course.speaker.clock_is_due:
-                course.tell_clock()
-        course.stopwatch.halt()
-        course.tell_clock()
+            if run.publisher.clock_is_due:
+                run.tell_clock()
+        run.stopwatch.halt()
+        run.tell_clock()
 
     def _end_without_keys(self) -> None:
         """End the run if the keys have expired: no router lets this process in again."""
@@ -152,76 +150,79 @@ class Host:
             if self._identity is not None:
                 self._identity.check()
         except ConfigError as fault:
-            self._course.end(f"no router can be reached any more: {fault}")
+            self._run.end(f"no router can be reached any more: {fault}")
 
     def _serve_requests(self) -> None:
         self._requests.serve(self._answer, closed=self._is_closed)
 
     def _is_closed(self, request: Request) -> bool:
-        course = self._course
-        is_there = course.world.is_at_next_stop
-        return course.in_tick and waits_in_tick(request, lockstep=course.lockstep, is_there=is_there)
+        run = self._run
+        is_there = run.world.is_at_next_stop
+        return run.in_tick and waits_in_tick(request, lockstep=run.lockstep, is_there=is_there)
 
     def _answer(self, request: Request) -> None:
-        answer(request, self._course, self._bus)
+        answer(request, self._run, self._bus)
 
     def _tick(self, stop: Flag) -> None:
         """Run one tick: sense for all robots, wait for their commands or for the time to pass, move all."""
-        course = self._course
-        course.stopwatch.go()
-        world = course.world
-        if not course.in_tick:  # if the router was away meanwhile, the tick goes on
-            self._senses, course.in_tick = world.senses(course.lockstep), True
-        for name in course.lobby.present:
+        run = self._run
+        run.stopwatch.go()
+        world = run.world
+        if not run.in_tick:  # if the router was away meanwhile, the tick goes on
+            self._senses, run.in_tick = world.senses(run.lockstep), True
+        for name in run.membership.present:
             self._bus.send(SENSE, self._senses[name], robot=name)
-        course.speaker.tell_truth(world.tick, course.truth)
-        if course.lockstep:
-            if course.waits:  # else hours would be over before they are back
+        run.publisher.tell_truth(world.tick, run.truth)
+        if run.lockstep:
+            if run.waits:  # else hours would be over before they are back
                 self._let_pass(world.dt, stop)
             self._await_all(stop)
         else:
             self._await_time(stop)
-        if course.world is world and course.in_tick and self._linked and not stop.is_set():
-            course.step()  # else it was ended or restarted, or goes on later; a pause begins after the tick
+        if run.world is world and run.in_tick and self._linked and not stop.is_set():
+            run.step()  # else it was ended or restarted, or goes on later; a pause begins after the tick
 
     def _let_pass(self, seconds: float, stop: Flag) -> None:
         """Receive for some time of the wall clock."""
-        course = self._course
-        until = course.awake.now() + seconds
-        while course.in_tick and not stop.is_set() and (left := until - course.awake.now()) > 0.0:
+        run = self._run
+        until = run.awake.now() + seconds
+        while run.in_tick and not stop.is_set() and (left := until - run.awake.now()) > 0.0:
             self._receive(left)
 
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
-        course, last = self._course, self._course.last
-        world, asked = course.world, Asked([*course.lobby.present, *map(BODY_OF, course.outside)], course.awake.now())
+        run, last = self._run, self._run.last
+        world, asked = (
+            run.world,
+            Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now()),
+        )
         self._asked = asked
-        while course.in_tick and course.world is world and self._linked and not stop.is_set():
-            present = course.lobby.present
+        while run.in_tick and run.world is world and self._linked and not stop.is_set():
+            present = run.membership.present
             lacking = last.lacking(present, world.tick)
             if not last.awaited(present):
                 self._receive(LOOK)  # no robot answers: wait for one to come back
                 return
-            bodies = {BODY_OF(name): name for name in last.lacking_bodies(course.outside, present, world.tick)}
+            bodies = {BODY_OF(name): name for name in last.lacking_bodies(run.outside, present, world.tick)}
             if not lacking and not bodies:
                 return
-            for name in asked.again([*lacking, *bodies], course.awake.now()):
+            for name in asked.again([*lacking, *bodies], run.awake.now()):
                 robot = bodies.get(name, name)  # the robot says its command again, and the body may answer that
                 self._bus.send(SENSE, self._senses[robot], robot=robot)
-            last.bodiless.update(bodies[name] for name in asked.overdue(list(bodies), course.awake.now()))
-            for name in asked.overdue(lacking, course.awake.now()):
+            last.bodiless.update(bodies[name] for name in asked.overdue(list(bodies), run.awake.now()))
+            for name in asked.overdue(lacking, run.awake.now()):
                 last.deaf.add(name)
                 text = f"has not answered for {SILENT:g} s; the run goes on without it"
-                course.tell("silent", text, name)
-                course.repeatable.no_longer(f"{name} {text}", world.time)
+                run.tell("silent", text, name)
+                run.repeatable.no_longer(f"{name} {text}", world.time)
             self._receive(LOOK)
 
     def _await_time(self, stop: Flag) -> None:
-        course = self._course
-        course.timetable.tick()
+        run = self._run
+        run.timetable.tick()
         taken = 0
-        while course.in_tick and not stop.is_set() and taken < TAKEN:
-            left = course.timetable.look(answered=course.last.in_time >= len(course.lobby.present))
+        while run.in_tick and not stop.is_set() and taken < TAKEN:
+            left = run.timetable.look(answered=run.last.in_time >= len(run.membership.present))
             taken += left == 0.0
             soon = self._requests.wait(closed=self._is_closed)
             if not self._receive(min(left, soon)) and left == 0.0:
@@ -229,15 +230,15 @@ class Host:
 
     def _receive(self, timeout: float) -> bool:
         """Take in the next arrival within a time [s]; return False if there is none."""
-        course = self._course
-        arrived = self._bus.receive(min(timeout, PEEK) if course.lobby.unsettled else timeout)
+        run = self._run
+        arrived = self._bus.receive(min(timeout, PEEK) if run.membership.unsettled else timeout)
         match arrived:
-            case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and course.lobby.knows(ids["robot"]):
-                course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+            case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and run.membership.knows(ids["robot"]):
+                run.last.take(ids["robot"], message, run.world.run, run.world.tick)
             case Arrival(ids=ids, message=message, sender=sender):
-                if course.lobby.speaks(ids["robot"], sender):
-                    course.roll.heard(ids["robot"])
-                    course.last.take(ids["robot"], message, course.world.run, course.world.tick)
+                if run.membership.speaks(ids["robot"], sender):
+                    run.liveliness.heard(ids["robot"])
+                    run.last.take(ids["robot"], message, run.world.run, run.world.tick)
                 else:
                     self._name_impostor(ids["robot"])
             case Presence():
@@ -246,61 +247,59 @@ class Host:
                 self._requests.add(arrived)
             case Link(up=up):
                 self._linked = up
-                course.lobby.link(up, course.awake.now())
+                run.membership.link(up, run.awake.now())
                 self._log(f"the router is {'back' if up else 'gone; the clock stops until it is back'}")
         self._serve_requests()
-        often = isinstance(arrived, Arrival) and course.awake.now() - self._looked_at < PEEK
+        often = isinstance(arrived, Arrival) and run.awake.now() - self._looked_at < PEEK
         if self._linked and not often:
             self._look_who_has_gone()
             self._find_absent()
         return arrived is not None
 
     def _take_presence(self, presence: Presence) -> None:
-        course = self._course
-        note = course.lobby.take(presence, course.awake.now())
+        run = self._run
+        note = run.membership.take(presence, run.awake.now())
         if note is not None and note[:2] == HAS_LEFT:
-            course.part(note.robot)
+            run.part(note.robot)
         elif note is not None:
-            course.tell(*note)
+            run.tell(*note)
         if presence.role == "world" and presence.alive and presence.session not in self._worlds and not self._rival:
             self._rival = True
-            course.tell(
-                "rival", "another world has come; each robot obeys the one that welcomed it; stop one of the two"
-            )
-        if presence.role == "robot" and presence.alive and course.lobby.knows(presence.id):
+            run.tell("rival", "another world has come; each robot obeys the one that welcomed it; stop one of the two")
+        if presence.role == "robot" and presence.alive and run.membership.knows(presence.id):
             self._asked.forget(presence.id)
-            course.tell_clock()
+            run.tell_clock()
 
     def _find_absent(self) -> None:
         """Ask for the tokens of robots that are away: one that came before the old link's end was told is forgotten."""
-        lobby, now = self._course.lobby, self._course.awake.now()
-        if now - self._found_at > FIND and lobby.absent:
+        membership, now = self._run.membership, self._run.awake.now()
+        if now - self._found_at > FIND and membership.absent:
             self._found_at = now
             for presence in self._bus.announced("robot", LOOK):
-                if presence.id in lobby.absent:
+                if presence.id in membership.absent:
                     self._take_presence(presence)
 
     def _name_impostor(self, robot: str) -> None:
         """Tell once for each robot that somebody else speaks in its name."""
-        lobby = self._course.lobby
-        if robot not in self._impostors and lobby.knows(robot) and lobby.is_present(robot):
+        membership = self._run.membership
+        if robot not in self._impostors and membership.knows(robot) and membership.is_present(robot):
             self._impostors.add(robot)
-            self._course.tell("impostor", "has another process that sends in its name; that is ignored", robot)
+            self._run.tell("impostor", "has another process that sends in its name; that is ignored", robot)
 
     def _look_who_has_gone(self) -> None:
-        course = self._course
-        lobby, roll, now = course.lobby, course.roll, course.awake.now()
+        run = self._run
+        membership, liveliness, now = run.membership, run.liveliness, run.awake.now()
         self._looked_at = now
-        running = not course.stands
-        gone = lobby.look(now, running=running)
-        told = gone if course.phase is Phase.RUNNING else []
-        before, away = roll.seen, {name: lobby.away(name) for name in lobby.absent}
+        running = not run.stands
+        gone = membership.look(now, running=running)
+        told = gone if run.phase is Phase.RUNNING else []
+        before, away = liveliness.seen, {name: membership.away(name) for name in membership.absent}
         names = [note.robot for note in told]
-        time = course.world.time
-        changed = roll.look(now, time, away, running=running, gone=names, expected=lobby.awaited)
+        time = run.world.time
+        changed = liveliness.look(now, time, away, running=running, gone=names, expected=membership.awaited)
         for note in told:
-            course.repeatable.no_longer(f"{note.robot} has lost its process", time)
+            run.repeatable.no_longer(f"{note.robot} has lost its process", time)
         for note in (*told, *changed):
-            course.tell(*note)
-        if gone or roll.seen is not before:
-            course.tell_clock()
+            run.tell(*note)
+        if gone or liveliness.seen is not before:
+            run.tell_clock()

@@ -16,9 +16,9 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import prepare
 from swarm.settings import Pace
 from world.bodies.external import check_external
-from world.fleet.liveness import Roll, is_lost
-from world.fleet.membership import BACK, HAS_LEFT, Lobby
-from world.fleet.publisher import Speaker, floor
+from world.fleet.liveness import Liveliness, is_lost
+from world.fleet.membership import BACK, HAS_LEFT, Membership
+from world.fleet.publisher import Publisher, floor
 from world.fleet.single_world import new_identity
 from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
@@ -36,7 +36,7 @@ from world.world import World
 NAMED: Final = 64  # named buttons whose answers are kept
 
 
-class Course:
+class Run:
     """What has become of the run so far. It is new, or goes on from the file ``snapshot`` if that exists."""
 
     def __init__(
@@ -60,10 +60,10 @@ class Course:
         self._saver = Saver(snapshot, self.scenario, seed, log)
         self.outside = check_external(outside, robots)
         self.world = self._begun(first_run, 0, new_identity(), None)
-        self.speaker = Speaker(bus, self.scenario, self.world, log)
+        self.publisher = Publisher(bus, self.scenario, self.world, log)
         self.awake = Awake()
-        self.lobby = Lobby(self.world.robots, watchers, self.awake.now())
-        self.roll = Roll(self.world.robots, self.awake.now())
+        self.membership = Membership(self.world.robots, watchers, self.awake.now())
+        self.liveliness = Liveliness(self.world.robots, self.awake.now())
         self._moving = Lock()  # held while bodies move: others read the poses of one tick
         self.repeatable = Repeatable(lockstep=self.lockstep, outside=self.outside)
         self.phase, self.held, self._attended = Phase.WAITING, wait, wait  # held until go; attended: go was waited for
@@ -95,7 +95,7 @@ class Course:
     @property
     def stands(self) -> bool:
         """True if the clock is stopped: the run is not running, robots are expected back, or nothing is left to do."""
-        return self.phase is not Phase.RUNNING or self.lobby.expected or self._rests
+        return self.phase is not Phase.RUNNING or self.membership.expected or self._rests
 
     @property
     def stays(self) -> bool:
@@ -107,13 +107,13 @@ class Course:
         """True if nothing would happen until somebody asks for something, and no limit is waited for."""
         limited = self.world.settings.serve and not isinf(self._limit)
         may_rest = self.stays and self.lockstep and not limited and not self.in_tick
-        return may_rest and self.world.rests(self.lobby.members)
+        return may_rest and self.world.rests(self.membership.members)
 
     @property
     def waits(self) -> bool:
         """True if only robots that are absent have anything left to do."""
-        left = self.world.tasks.waits_for(self.lobby.members)
-        return bool(left) and set(left).issubset(self.lobby.absent)
+        left = self.world.tasks.waits_for(self.membership.members)
+        return bool(left) and set(left).issubset(self.membership.absent)
 
     def _begun(self, run: int, edits: int, identity: str, places: Book | None) -> World:
         """Return the world at the beginning of a run."""
@@ -125,17 +125,17 @@ class Course:
         if found.floor is not None:
             self.scenario = replace(self.scenario, map=unpack(found.floor))
         self.world = self._begun(found.run, found.state.bodies.edits, found.identity, found.places)
-        self.speaker.floor = floor(self.scenario, self.world)
+        self.publisher.floor = floor(self.scenario, self.world)
         self._admit(self.world.robots[len(self._starts) :])
         self.world.restore(found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
         self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
         self.repeatable.reasons = host.not_reproducible
-        self.speaker.events = tuple(host.events)
-        self.roll.restore(host.seen, host.left)
-        self.pressed, self.lobby.most_in_one = host.pressed, host.most_in_one
-        self.lobby.expect(host.present, self.awake.now() + BACK)
+        self.publisher.events = tuple(host.events)
+        self.liveliness.restore(host.seen, host.left)
+        self.pressed, self.membership.most_in_one = host.pressed, host.most_in_one
+        self.membership.expect(host.present, self.awake.now() + BACK)
 
     # --- saving ---
 
@@ -155,17 +155,17 @@ class Course:
         bins, longest = self.timetable.times.state
         return HostState(
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
-            present=self.lobby.members, most_in_one=self.lobby.most_in_one, late=self.last.late,
+            present=self.membership.members, most_in_one=self.membership.most_in_one, late=self.last.late,
             states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
-            not_reproducible=self.repeatable.reasons, events=list(self.speaker.events),
-            seen=dict(self.roll.seen), left=self.roll.left, pressed=self.pressed,
+            not_reproducible=self.repeatable.reasons, events=list(self.publisher.events),
+            seen=dict(self.liveliness.seen), left=self.liveliness.left, pressed=self.pressed,
         )  # fmt: skip
 
     # --- telling; what only reads may be called from any thread ---
 
     def clock(self) -> Clock:
         """Return the message with the time and phase of the run."""
-        return self.speaker.clock(self.world, self.phase, self.lobby.present, self.roll.seen)
+        return self.publisher.clock(self.world, self.phase, self.membership.present, self.liveliness.seen)
 
     def truth(self) -> Truth:
         """Return the true state of all bodies."""
@@ -183,19 +183,21 @@ class Course:
             world, over = self.world, self.phase is Phase.OVER
             reason = self._reason or missing(world) if over and not world.tasks.complete else ""
             shortest = self._shortest.at(world, self.scenario if over else None)
-            return status(world, self.phase, reason, self.roll.seen, self.last.states, self.speaker.events, shortest)
+            return status(
+                world, self.phase, reason, self.liveliness.seen, self.last.states, self.publisher.events, shortest
+            )
 
     def tell_clock(self) -> None:
         """Send the time and phase of the run."""
-        self.speaker.tell_clock(self.clock())
+        self.publisher.tell_clock(self.clock())
 
     def tell(self, kind: str, text: str, robot: str | None = None) -> None:
         """Send an event of the present tick."""
-        self.speaker.tell(self.world.event(kind, text, robot))
+        self.publisher.tell(self.world.event(kind, text, robot))
 
     def part(self, name: str) -> None:
         """Take in that a robot has left."""
-        self.roll.left.add(name)
+        self.liveliness.left.add(name)
         self.repeatable.no_longer(f"{name} has left", self.world.time)
         self.say_saved([self.world.event(*HAS_LEFT, name)])
         self.tell_clock()
@@ -203,13 +205,13 @@ class Course:
     def tell_map(self) -> None:
         """Send the world's current floor to all listeners; robots that join or restart get it."""
         self.scenario = replace(self.scenario, map=self.world.bodies.floor)
-        self.speaker.tell_map(self.scenario, self.world)
+        self.publisher.tell_map(self.scenario, self.world)
 
     def say_saved(self, events: Sequence[Event]) -> None:
         """Save the state before its events go out: a world that is killed in between tells them once."""
-        self.speaker.keep(events)
+        self.publisher.keep(events)
         self.save_soon()
-        self.speaker.say(events)
+        self.publisher.say(events)
 
     # --- changing ---
 
@@ -226,19 +228,19 @@ class Course:
             events = self.world.step(self.last.commands, self.last.sent)
         for event in events:
             self.repeatable.hear(event)
-        self.speaker.keep(events)
+        self.publisher.keep(events)
         self.last.carried_out()
         self.in_tick = False
         if self.world.due:
             self.save_soon()
-        self.speaker.say(events)
+        self.publisher.say(events)
         if self.world.bodies.floor is not self.scenario.map:  # the scenario has made an edit
             self.tell_map()
         self._end_if_over()
 
     def _end_if_over(self) -> None:
         world, unfinished, stays = self.world, self.world.tasks.unfinished, self.stays
-        away = {name: self.lobby.away(name) for name in unfinished}
+        away = {name: self.membership.away(name) for name in unfinished}
         if not stays and world.finished:
             self.end(missing(world))
         elif unfinished and not stays and is_lost(away, self._given_up) and not world.plans_matter:
@@ -256,15 +258,15 @@ class Course:
 
     def _admit(self, robots: Sequence[str]) -> None:
         """Let processes take the places of more robots."""
-        self.lobby.add(robots)
-        self.roll.add(robots, self.world.time)
+        self.membership.add(robots)
+        self.liveliness.add(robots, self.world.time)
 
     def go_to(self, phase: Phase) -> None:
         """Enter a phase."""
         self.phase = phase
         self.timetable.start()
         self.say_saved([self.world.event("phase", f"the run is {phase.value}")])
-        self.speaker.tell_status(self.truth(), self.status())
+        self.publisher.tell_status(self.truth(), self.status())
         self.tell_clock()  # the last message of a run: who hears it has heard all
 
     def end(self, reason: str) -> None:
@@ -274,21 +276,21 @@ class Course:
 
     def restart(self) -> None:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
-        self.speaker.tell_status(self.truth(), self.status())  # how the old one ended
+        self.publisher.tell_status(self.truth(), self.status())  # how the old one ended
         old = self.world
         with self.changing():
             self.world = self._begun(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
             self.last = LastMessages()
         self.stopwatch, self.timetable.times, self._shortest = Stopwatch(), Times(), Shortest()
         self.repeatable.begin()
-        self.roll.begin()
+        self.liveliness.begin()
         self.in_tick = False
 
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
         return report(
             self.world, self._shortest.at(self.world, self.scenario), scenario=self.scenario.settings.name,
-            seed=self.seed, robots_per_process=self.lobby.most_in_one,
+            seed=self.seed, robots_per_process=self.membership.most_in_one,
             pace="max" if self.pace == "max" else "realtime" if self.pace == 1.0 else f"{self.pace:g}",
             wall_time=self.stopwatch.seconds, late_commands=self.last.late,
             tick_wall=self.timetable.times.report(), reason=self._reason or missing(self.world),

@@ -22,7 +22,7 @@ from world.bodies.said import Said
 from world.tasks.missions import Missions
 from world.tasks.orders import OrderChange
 from world.tasks.pairing import cheapest_pairs
-from world.tasks.task_pool import Errand, Pool, TaskChange
+from world.tasks.task_pool import Errand, TaskChange, TaskPool
 
 EVERY: Final = 0.25  # s between two looks for pairs
 WINDOW: Final = 64  # errands that are matched at once, the oldest of those that a free robot can reach
@@ -38,7 +38,7 @@ class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
     def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
-        self.pool = Pool(settings.pool)
+        self.pool = TaskPool(settings.pool)
         self._settings, self._missions, self._robots = settings, missions, robots
         self._every = max(1, round(EVERY * settings.rate))
 

@@ -71,7 +71,7 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
 
 
 class PoolState(NamedTuple):
-    """The state of `Pool`."""
+    """The state of `TaskPool`."""
 
     given: int
     done: int
@@ -80,7 +80,7 @@ class PoolState(NamedTuple):
     requests: dict[str, list[Point]]
 
 
-class Pool:
+class TaskPool:
     """The book of one run."""
 
     def __init__(self, targets: Sequence[Point]) -> None:

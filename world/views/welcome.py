@@ -4,13 +4,13 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from swarm.messages import State, Welcome
-from world.fleet.publisher import Speaker
+from world.fleet.publisher import Publisher
 from world.world import World
 
 
-def welcome(name: str, world: World, speaker: Speaker, session: str, sender: int) -> Welcome:
+def welcome(name: str, world: World, publisher: Publisher, session: str, sender: int) -> Welcome:
     """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
-    floor = speaker.floor
+    floor = publisher.floor
     return Welcome(
         robot=name,
         world=world.identity,

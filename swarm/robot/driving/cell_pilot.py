@@ -15,7 +15,7 @@ from swarm.motion.sweep import gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
 from swarm.robot.driving.detour import Detour
-from swarm.robot.driving.flight import Flight
+from swarm.robot.driving.evasion import Evasion
 from swarm.robot.driving.lateness import Lateness, RimSpeeds
 from swarm.robot.driving.pilot import PilotInputs, PilotOutputs, fuzzy_speeds
 from swarm.robot.driving.rollout import Rollout
@@ -80,7 +80,7 @@ class CellPilot:
         self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
         self._filter = SafetyFilter(settings)
         self._detour = Detour(self._filter)
-        self._flight = Flight(settings)
+        self._evasion = Evasion(settings)
         self._rollout = Rollout(controller, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._before = LastTick()
@@ -205,7 +205,7 @@ class CellPilot:
         if (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
-        if granted.threats and self._flight.threatens(sense, tables, constraints, granted.threats):
+        if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
         return Driven(self._filter.check(sense, tables, constraints), heading, scale, drawn_to, circles, target)
 
@@ -214,7 +214,7 @@ class CellPilot:
         if not granted.threats:
             return None
         wished = self._aiming.shut((*granted.drivable, *granted.room))
-        out = self._flight.way_out(sense, constraints, wished, granted.threats)
+        out = self._evasion.way_out(sense, constraints, wished, granted.threats)
         return None if out is None else self._filter.out(sense, out, constraints)
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:

@@ -26,8 +26,8 @@ from swarm.messages import (
 )
 from swarm.robot.brain import Robot
 from swarm.robot.host.joining import FIRST, Ending, Place
-from swarm.robot.host.radio import Ear, Radio
-from swarm.robot.host.seat import Given, Seat
+from swarm.robot.host.radio import Radio, Receiver
+from swarm.robot.host.seat import GivenAnswer, Seat
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
@@ -57,9 +57,9 @@ def run(
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         bus.watch_presence("world")
         bus.listen(CLOCK)
-        crew = Crew(bus, robots, log, once=once)
-        crew.serve(stop)
-        crew.say_goodbye()
+        host = RobotHost(bus, robots, log, once=once)
+        host.serve(stop)
+        host.say_goodbye()
     return 0
 
 
@@ -71,7 +71,7 @@ class Inbox:
         self.seats: dict[str, Seat] = {}
         self.waiting: dict[str, Seat] = {}  # seats with a sense, the one that waits longest first
 
-    def sort(self, arrived: Arrival | Presence | Link | Request) -> tuple[str, Given] | None:
+    def sort(self, arrived: Arrival | Presence | Link | Request) -> tuple[str, GivenAnswer] | None:
         """Store a broadcast for later, or a sense to answer; return a robot's answer to one that it had answered."""
         match arrived:
             case Arrival(topic=topic, message=message) if topic is RADIO:
@@ -114,7 +114,7 @@ class Shared(NamedTuple):
         return (own.edits, own.packed, own.scenario) == (welcome.edits, welcome.packed, welcome.scenario)
 
 
-class Crew:
+class RobotHost:
     """The robots of a process. They keep their memory while the world that they are in is away and comes back."""
 
     def __init__(
@@ -235,9 +235,9 @@ class Crew:
         robot = Robot(name, number_of(name), shared.scenario, start, None, shared.controller, edits=welcome.edits)
         if welcome.state is not None:
             robot.resume(welcome.state, welcome.assigned)
-        ear = Ear(self._inbox.radio, settings.radio.range)
-        ear.tune(start.x, start.y)
-        self._inbox.seats[name] = Seat(robot, ear, round(KEPT * settings.rate), self._log, welcome.world)
+        receiver = Receiver(self._inbox.radio, settings.radio.range)
+        receiver.tune(start.x, start.y)
+        self._inbox.seats[name] = Seat(robot, receiver, round(KEPT * settings.rate), self._log, welcome.world)
         self._bus.listen(SENSE, robot=name)
         place.name = name
 
@@ -266,7 +266,7 @@ class Crew:
 
     # --- speaking ---
 
-    def _say(self, name: str, answer: Given) -> None:
+    def _say(self, name: str, answer: GivenAnswer) -> None:
         """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
         outputs, (zx, zy), sure, _ = answer
         bus = self._bus

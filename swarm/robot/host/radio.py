@@ -66,7 +66,7 @@ class Radio:
             self._room = max(4 * PATIENCE, 5 * len(self.arrived) // 4)
 
 
-class Ear:
+class Receiver:
     """What one robot hears of the broadcasts that arrived at its process."""
 
     def __init__(self, radio: Radio, reach: float) -> None:

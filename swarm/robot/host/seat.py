@@ -8,7 +8,7 @@ import msgspec
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import Map, Sense
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.robot.host.radio import Ear, Zone
+from swarm.robot.host.radio import Receiver, Zone
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
@@ -19,7 +19,7 @@ EARLIER: Final = "the robot has answered a later one; the world goes on from bef
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
 
 
-class Given(NamedTuple):
+class GivenAnswer(NamedTuple):
     """A robot's answer to one sense, and the radio zone that it is sent from."""
 
     outputs: Outputs
@@ -32,7 +32,7 @@ class Given(NamedTuple):
         away, turned = distance((sense.x, sense.y), self.pose[:2]), abs(wrap(sense.yaw - self.pose.yaw))
         return away <= OFF and turned <= TURNED
 
-    def standing(self, tick: int) -> "Given":
+    def standing(self, tick: int) -> "GivenAnswer":
         """Return the answer to an earlier tick that stands, and else says what the robot says in this one."""
         still = {"tick": tick, "left": 0.0, "right": 0.0, "sent": False, "notes": []}
         command = msgspec.structs.replace(self.outputs.command, **still)
@@ -44,22 +44,22 @@ class Repeats:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._given: dict[tuple[int, int], Given] = {}  # by run and tick, oldest first
+        self._given: dict[tuple[int, int], GivenAnswer] = {}  # by run and tick, oldest first
 
-    def to(self, sense: Sense) -> Given | None:
+    def to(self, sense: Sense) -> GivenAnswer | None:
         """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
 
-    def after(self, sense: Sense) -> Given | None:
+    def after(self, sense: Sense) -> GivenAnswer | None:
         """Return the first answer kept that is later than a sense, in the same run, or None."""
         later = [key for key in self._given if key[0] == sense.run and key[1] > sense.tick]
         return self._given[min(later)] if later else None
 
-    def last(self) -> list[Given]:
+    def last(self) -> list[GivenAnswer]:
         """Return the last few answers, oldest first."""
         return list(self._given.values())[-SAID_AGAIN:]
 
-    def keep(self, sense: Sense, answer: Given) -> None:
+    def keep(self, sense: Sense, answer: GivenAnswer) -> None:
         """Store an answer; drop the oldest one if there are too many."""
         self._given[sense.run, sense.tick] = answer
         if len(self._given) > self._most:
@@ -69,13 +69,15 @@ class Repeats:
 class Seat:
     """One robot of a process. The caller passes the time ``now`` [s], always of one clock."""
 
-    def __init__(self, robot: Robot, ear: Ear, kept: int, log: Callable[[str], None], world: str = "local") -> None:
+    def __init__(
+        self, robot: Robot, receiver: Receiver, kept: int, log: Callable[[str], None], world: str = "local"
+    ) -> None:
         self.name = robot.name
         self._world = world  # the identity of the one that is obeyed
         self.speaker: int | None = None  # what its world attaches to its messages; None: anything, or nothing
         self.sense: Sense | None = None  # not answered yet
         self._robot = robot
-        self._ear = ear
+        self._receiver = receiver
         self._repeats = Repeats(kept)
         self._log = log
         self._born: tuple[int, int] | None = None  # run and tick of the first sense
@@ -106,9 +108,9 @@ class Seat:
             self.sense, self._until = sense, None
             self._born = self._born or (sense.run, sense.tick)
             if sense.run != self._robot.run:
-                self._ear.begin(sense.run)
+                self._receiver.begin(sense.run)
 
-    def repeat(self, sense: Sense) -> Given | None:
+    def repeat(self, sense: Sense) -> GivenAnswer | None:
         """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it.
 
         A robot never steps back in time. A tick that it left out before the world came back it leaves out again. In
@@ -123,7 +125,7 @@ class Seat:
             return later and later.standing(sense.tick)
         return given.standing(sense.tick) if given is not None and not given.fits(sense) else given
 
-    def said(self) -> list[Given]:
+    def said(self) -> list[GivenAnswer]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
         return [given for given in self._repeats.last() if given.sure]
 
@@ -138,7 +140,7 @@ class Seat:
         """
         run, tick = self._born or (0, 0)
         before = tick if tick and sense.run == run else -1
-        return self._ear.lacks(pair for pair in sense.hears if pair[1] > before)
+        return self._receiver.lacks(pair for pair in sense.hears if pair[1] > before)
 
     def ready(self, now: float) -> bool:
         """Return True if there is a sense and, in lockstep, the broadcasts that it lists are here or overdue."""
@@ -151,18 +153,18 @@ class Seat:
             self._until = now + OVERDUE
         return now > self._until
 
-    def answer(self, fetch: Callable[[], Iterable[Map]]) -> Given:
+    def answer(self, fetch: Callable[[], Iterable[Map]]) -> GivenAnswer:
         """Return the answer to the sense; ``fetch`` returns the world's map, for a robot that has missed edits."""
         sense, self.sense = self.sense, None
         assert sense is not None
         if (again := self._repeats.to(sense)) is not None:
             return again
         overdue = sense.lockstep and self._lacks(sense)
-        heard = (self._ear.exactly if sense.lockstep else self._ear.what_came)(sense.hears, sense.tick)
+        heard = (self._receiver.exactly if sense.lockstep else self._receiver.what_came)(sense.hears, sense.tick)
         if self._robot.missed(sense):
             for floor in fetch():
                 self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
-        zone = self._ear.tune(sense.x, sense.y)
+        zone = self._receiver.tune(sense.x, sense.y)
         outputs = self._robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
         if overdue:
@@ -170,10 +172,10 @@ class Seat:
             self._log(f"{self.name}: tick {sense.tick}: {text}")
             notes = [*outputs.command.notes, ("overdue", text)]
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, notes=notes))
-        given = Given(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw))
+        given = GivenAnswer(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw))
         self._repeats.keep(sense, given)
         return given
 
     def leave(self) -> None:
         """End the subscriptions to the radio zones around the robot."""
-        self._ear.close()
+        self._receiver.close()

@@ -8,7 +8,7 @@ import msgspec
 from swarm.bus import Arrival, Link
 from swarm.messages import COMMAND, RADIO, SENSE, Sense, Topic
 from swarm.robot.host.process import Inbox
-from swarm.robot.host.radio import Ear, Radio
+from swarm.robot.host.radio import Radio, Receiver
 from swarm.robot.host.seat import Seat
 from tests.robot.shared import FITS, robot
 
@@ -19,7 +19,7 @@ def inbox(*names: str) -> Inbox:
     """Return an inbox of robots that hear nothing."""
     one = Inbox(Mock(spec=Radio, arrived={}))
     for name in names:
-        one.seats[name] = Seat(robot(name), Ear(one.radio, 10.0), 3, lambda line: None)
+        one.seats[name] = Seat(robot(name), Receiver(one.radio, 10.0), 3, lambda line: None)
     return one
 
 

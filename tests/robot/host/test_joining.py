@@ -11,7 +11,7 @@ from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, COMMAND, JOIN, SENSE, Clock, Command, Phase, Topic, Welcome
 from swarm.robot.host.joining import FIRST, LONGEST, UNSEEN, Place
-from swarm.robot.host.process import ECHOES, Crew
+from swarm.robot.host.process import ECHOES, RobotHost
 from swarm.scenario.load import Scenario
 from tests.robot.shared import AT, FITS, STOPS, scenario
 
@@ -25,7 +25,7 @@ def welcome(name: str = "r1", world: str = "w", session: str = "s") -> Welcome:
 
 
 class Ship:
-    """A crew on a bus that only records; what arrives, the world's answers and the time are given by hand."""
+    """A host on a bus that only records; what arrives, the world's answers and the time are given by hand."""
 
     def __init__(self, *names: str | None) -> None:
         self.bus = Mock(spec=Bus, id="me", receive=self.receive)
@@ -33,7 +33,7 @@ class Ship:
         self.joined: list[str] = []
         self.arrivals: list[Arrival | Link | Presence] = []
         self.now, self.until = 0.0, 0.0  # s
-        self.crew = Crew(self.bus, names or ("r1",), self.log, awake=Awake(lambda: self.now))
+        self.host = RobotHost(self.bus, names or ("r1",), self.log, awake=Awake(lambda: self.now))
 
     def log(self, line: str) -> None:
         (self.joined if line.startswith("joined as ") else self.said).append(line)
@@ -43,13 +43,13 @@ class Ship:
         return self.arrivals.pop(0) if self.arrivals else None
 
     def serve(self, *arrivals: Arrival | Link | Presence, seconds: float = 0.0, asks: int | None = None) -> None:
-        """Let messages arrive, and the crew do what there is to do for some time, or until it has asked so often."""
+        """Let messages arrive, and the host do what there is to do for some time, or until it has asked so often."""
         self.arrivals += arrivals
         until, ask = self.now + seconds, self.bus.ask
-        self.crew.serve(Mock(is_set=lambda: self.now > until or ask.call_count == asks))
+        self.host.serve(Mock(is_set=lambda: self.now > until or ask.call_count == asks))
 
     def world(self, session: str, alive: bool = True) -> None:
-        """Let a world come or go, as the first thing that the crew notices when it serves again."""
+        """Let a world come or go, as the first thing that the host notices when it serves again."""
         self.arrivals.append(Presence("world", "world", session, alive))
 
     def hear(self, topic: Topic[Any], message: Any, sender: int | None = None, robot: str = "r1") -> list[Command]:  # noqa: ANN401

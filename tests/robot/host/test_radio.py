@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from swarm.messages import RADIO
-from swarm.robot.host.radio import PATIENCE, Ear, Radio, around, zone
+from swarm.robot.host.radio import PATIENCE, Radio, Receiver, around, zone
 from tests.robot.host.test_seat import broadcast
 
 SIDE: Final = 10.0  # m
@@ -26,10 +26,10 @@ class Wire:
         self.zones.remove((zx, zy))
 
 
-def receiver(ears: int = 2) -> tuple[Wire, Radio, list[Ear]]:
+def radio_and_receivers(receivers: int = 2) -> tuple[Wire, Radio, list[Receiver]]:
     wire: Any = Wire()
     radio = Radio(wire)
-    return wire, radio, [Ear(radio, SIDE) for _ in range(ears)]
+    return wire, radio, [Receiver(radio, SIDE) for _ in range(receivers)]
 
 
 def pairs(heard: list[Any]) -> list[tuple[str, int]]:
@@ -42,7 +42,7 @@ def test_a_zone_is_left_of_and_below_its_edges_too() -> None:
 
 
 def test_the_process_subscribes_to_the_zones_around_all_its_robots() -> None:
-    wire, _, (one, other) = receiver()
+    wire, _, (one, other) = radio_and_receivers()
     assert one.tune(5.0, 5.0) == (0, 0)
     assert wire.zones == around((0, 0))
     assert other.tune(25.0, 5.0) == (2, 0)
@@ -51,7 +51,7 @@ def test_the_process_subscribes_to_the_zones_around_all_its_robots() -> None:
 
 
 def test_a_zone_is_given_up_when_no_robot_is_near_it() -> None:
-    wire, _, (one, other) = receiver()
+    wire, _, (one, other) = radio_and_receivers()
     one.tune(5.0, 5.0)
     other.tune(15.0, 5.0)
     one.tune(95.0, 5.0)
@@ -65,7 +65,7 @@ def test_a_zone_is_given_up_when_no_robot_is_near_it() -> None:
 
 
 def test_in_lockstep_each_robot_hears_exactly_its_own_list() -> None:
-    _, radio, (one, other) = receiver()
+    _, radio, (one, other) = radio_and_receivers()
     for name in ("r3", "r4", "r5"):
         radio.take(broadcast(name, 6))
     assert pairs(one.exactly([("r5", 6), ("r3", 6)], 7)) == [("r5", 6), ("r3", 6)]
@@ -75,7 +75,7 @@ def test_in_lockstep_each_robot_hears_exactly_its_own_list() -> None:
 
 
 def test_in_real_time_each_robot_hears_its_own_list_and_nothing_twice() -> None:
-    _, radio, (one, other) = receiver()
+    _, radio, (one, other) = radio_and_receivers()
     radio.take(broadcast("r4", 6))
     radio.take(broadcast("r3", 6))
     radio.take(broadcast("r3", 2))
@@ -89,9 +89,9 @@ def test_in_real_time_each_robot_hears_its_own_list_and_nothing_twice() -> None:
 
 
 def test_in_real_time_a_broadcast_is_waited_for_only_so_long() -> None:
-    _, radio, (one, other) = receiver()
-    for ear in (one, other):
-        assert ear.what_came([("r3", 6)], 7) == []
+    _, radio, (one, other) = radio_and_receivers()
+    for receiver in (one, other):
+        assert receiver.what_came([("r3", 6)], 7) == []
     assert one.what_came([], 6 + PATIENCE + 1) == []
     radio.take(broadcast("r3", 6))
     assert one.what_came([], 6 + PATIENCE + 1) == []
@@ -99,7 +99,7 @@ def test_in_real_time_a_broadcast_is_waited_for_only_so_long() -> None:
 
 
 def test_of_many_broadcasts_the_old_ones_are_dropped() -> None:
-    _, radio, (one, _) = receiver()
+    _, radio, (one, _) = radio_and_receivers()
     for tick in range(1000):
         for name in ("r3", "r4", "r5", "r6", "r7", "r8", "r9"):
             radio.take(broadcast(name, tick))
@@ -110,7 +110,7 @@ def test_of_many_broadcasts_the_old_ones_are_dropped() -> None:
 
 
 def test_one_robot_in_a_new_run_leaves_the_other_its_list() -> None:
-    _, radio, (one, other) = receiver()
+    _, radio, (one, other) = radio_and_receivers()
     other.what_came([("r3", 0)], 1)
     one.begin(1)
     radio.take(broadcast("r3", 0))

@@ -13,8 +13,8 @@ from unittest.mock import Mock
 import pytest
 
 from swarm.messages import Broadcast, Sense
-from swarm.robot.host.radio import Ear
-from swarm.robot.host.seat import Given, Seat
+from swarm.robot.host.radio import Receiver
+from swarm.robot.host.seat import GivenAnswer, Seat
 from swarm.scenario.load import Scenario
 from tests.launch.actors import SMALL
 from tests.shared import mostly_long, scenario_of
@@ -44,23 +44,23 @@ class Hall:
         self.run = Simulation.of(small(), ROBOTS, seed)
         self.world = self.run.world
         self.spoken: Mapping[Sent, Broadcast] = {}
-        self.seats = {robot.name: Seat(robot, self.ear(), KEPT, print) for robot in self.run.robots}
+        self.seats = {robot.name: Seat(robot, self.receiver(), KEPT, print) for robot in self.run.robots}
         self.saved = 0, pickle.dumps(self.world.save())
         self.killed_at = self.chance.randint(*LIVES)
         self.late = self.chance.choice((0.05, 0.15, 0.3)), self.chance.choice((6, 12, 20))  # share, ticks at most
         self.begin()
 
-    def ear(self) -> Ear:
+    def receiver(self) -> Receiver:
         """Return a receiver that hears what the world lists and was sent."""
-        ear = Mock(spec=Ear)
-        ear.what_came.side_effect = lambda hears, tick: [self.spoken[one] for one in hears if one in self.spoken]
-        ear.tune.return_value = (0, 0)
-        return ear
+        receiver = Mock(spec=Receiver)
+        receiver.what_came.side_effect = lambda hears, tick: [self.spoken[one] for one in hears if one in self.spoken]
+        receiver.tune.return_value = (0, 0)
+        return receiver
 
     def begin(self) -> None:
         """Forget what was under way: it was sent to the world that was killed."""
         self.last = LastMessages()
-        self.under_way: dict[str, deque[tuple[int, Given]]] = {name: deque() for name in self.seats}
+        self.under_way: dict[str, deque[tuple[int, GivenAnswer]]] = {name: deque() for name in self.seats}
         self.spoken = {}
 
     def answer(self, name: str, sense: Sense) -> None:
@@ -120,5 +120,5 @@ def test_nobody_touches_when_a_world_in_real_time_goes_on_from_before(seed: int)
 
 @pytest.mark.long("eight whole missions with thirty kills")
 def test_whoever_gives_its_old_answers_somewhere_else_touches(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Given, "fits", lambda given, sense: True)
+    monkeypatch.setattr(GivenAnswer, "fits", lambda given, sense: True)
     assert [Hall(seed).contacts() for seed in range(8)] != [NONE] * 8

@@ -9,8 +9,8 @@ from swarm.bus import Bus
 from swarm.geometry import Pose
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense
 from swarm.robot.brain import Inputs
-from swarm.robot.host.radio import Ear, Radio
-from swarm.robot.host.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, Given, Repeats, Seat
+from swarm.robot.host.radio import Radio, Receiver
+from swarm.robot.host.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, GivenAnswer, Repeats, Seat
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)
@@ -38,7 +38,7 @@ class Chair:
         self.radio = Radio(Mock(spec=Bus))
         self.robot = robot()
         self.robot.step = Mock(side_effect=self.robot.step)  # type: ignore[method-assign]
-        self.seat = Seat(self.robot, Ear(self.radio, 10.0), kept, self.said.append)
+        self.seat = Seat(self.robot, Receiver(self.radio, 10.0), kept, self.said.append)
         self.answer(since)
         self.robot.step.reset_mock()
 
@@ -47,7 +47,7 @@ class Chair:
         settings, packed = scenario().to_wire()
         return [Map(scenario=settings, packed=packed, edits=5)]
 
-    def answer(self, sense: Sense, now: float = NOW) -> Given:
+    def answer(self, sense: Sense, now: float = NOW) -> GivenAnswer:
         self.seat.take(sense)
         assert self.seat.ready(now)
         return self.seat.answer(self.fetch)
@@ -283,7 +283,7 @@ def test_a_flood_of_wrong_senses_fills_no_log() -> None:
 
 def test_only_the_last_answers_are_kept() -> None:
     repeats = Repeats(most=3)
-    answer = Given(robot().step(Inputs(FITS, [])), (0, 0), sure=True, pose=Pose(FITS.x, FITS.y, FITS.yaw))
+    answer = GivenAnswer(robot().step(Inputs(FITS, [])), (0, 0), sure=True, pose=Pose(FITS.x, FITS.y, FITS.yaw))
     for tick in range(5):
         repeats.keep(msgspec.structs.replace(FITS, tick=tick), answer)
     kept = [tick for tick in range(5) if repeats.to(msgspec.structs.replace(FITS, tick=tick)) is not None]

@@ -1,4 +1,4 @@
-"""The roll: alive, stale, gone and lost, since when, and the events that tell of it."""
+"""The liveliness: alive, stale, gone and lost, since when, and the events that tell of it."""
 
 from itertools import product
 from typing import Any
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.messages import STATE, Liveness, Seen
-from world.fleet.liveness import NEXT, STEP, TOLD, Fact, Roll
+from world.fleet.liveness import NEXT, STEP, TOLD, Fact, Liveliness
 from world.tasks.standing import LOST
 
 SILENT = STATE.timeout + 0.5  # s
@@ -16,10 +16,10 @@ ALIVE, STALE, GONE, MISSED = Liveness.ALIVE, Liveness.STALE, Liveness.GONE, Live
 
 
 class Fleet:
-    """A roll of one robot, looked at every half second; the clock runs."""
+    """A liveliness of one robot, looked at every half second; the clock runs."""
 
     def __init__(self) -> None:
-        self.roll = Roll(["r1"], 0.0)
+        self.liveliness = Liveliness(["r1"], 0.0)
         self.now = self.away = 0.0
         self.told: list[str] = []
 
@@ -32,14 +32,14 @@ class Fleet:
             self.now += 0.5
             self.away = 0.0 if here else self.away + 0.5 * running
             if speaks and here:
-                self.roll.heard("r1")
+                self.liveliness.heard("r1")
             names = ["r1"] if gone and not number else []
-            notes = self.roll.look(
+            notes = self.liveliness.look(
                 self.now, self.now, {} if here else {"r1": self.away}, running=running, gone=names,
                 expected=["r1"] if expected else [],
             )  # fmt: skip
             self.told += [note.kind for note in notes]
-        return self.roll.seen["r1"].liveness
+        return self.liveliness.seen["r1"].liveness
 
 
 def test_the_tables_say_what_follows_in_every_case() -> None:
@@ -77,27 +77,27 @@ def test_what_becomes_of_a_robot(name: str) -> None:
 def test_since_is_when_it_began_and_a_new_run_begins_at_0() -> None:
     fleet = Fleet()
     fleet.pass_by(2.0, here=True)
-    assert fleet.roll.seen == {"r1": Seen(ALIVE, 0.5)}
+    assert fleet.liveliness.seen == {"r1": Seen(ALIVE, 0.5)}
     fleet.pass_by(3.0, here=False, gone=True)
-    assert fleet.roll.seen == {"r1": Seen(GONE, 2.5)}
-    fleet.roll.begin()
-    assert fleet.roll.seen == {"r1": Seen(GONE, 0.0)}
+    assert fleet.liveliness.seen == {"r1": Seen(GONE, 2.5)}
+    fleet.liveliness.begin()
+    assert fleet.liveliness.seen == {"r1": Seen(GONE, 0.0)}
 
 
 def test_a_world_that_stood_itself_blames_nobody() -> None:
-    roll = Roll(["r1"], 0.0)
-    roll.look(0.1, 0.0, {}, running=True)
-    assert roll.look(100.0, 0.1, {}, running=True) == []
+    liveliness = Liveliness(["r1"], 0.0)
+    liveliness.look(0.1, 0.0, {}, running=True)
+    assert liveliness.look(100.0, 0.1, {}, running=True) == []
     assert STATE.timeout > STEP
-    assert roll.seen["r1"].liveness is ALIVE
+    assert liveliness.seen["r1"].liveness is ALIVE
 
 
 def test_a_world_that_was_killed_goes_on_with_the_roll() -> None:
     fleet = Fleet()
     fleet.pass_by(1.0, here=True)
     fleet.pass_by(2 * LOST, here=False, gone=True)
-    fresh = Roll(["r1"], 0.0)
-    fresh.restore(fleet.roll.seen, fleet.roll.left)
+    fresh = Liveliness(["r1"], 0.0)
+    fresh.restore(fleet.liveliness.seen, fleet.liveliness.left)
     assert fresh.look(0.1, 60.0, {"r1": 0.0}, running=True) == []
     assert fresh.seen["r1"].liveness is MISSED, "who was lost stays so until it comes"
     assert [note.text for note in fresh.look(0.2, 60.1, {}, running=True)] == ["is back"]

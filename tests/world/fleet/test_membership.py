@@ -1,10 +1,10 @@
-"""The lobby: who is present, who has gone, and whose place is whose. Tokens are claims; a place is taken by joining."""
+"""The membership: who is present, who has gone, and whose place is whose. Tokens are claims; a place is taken by joining."""
 
 import pytest
 
 from swarm.bus import Presence
 from swarm.errors import PeerError
-from world.fleet.membership import BACK, HOLD, PARTING, PROMISED, STRANGERS, Lobby
+from world.fleet.membership import BACK, HOLD, PARTING, PROMISED, STRANGERS, Membership
 
 ROBOTS = [f"r{number}" for number in range(1, 6)]
 LATER = 2 * HOLD  # s
@@ -14,23 +14,23 @@ def token(name: str, session: str, alive: bool = True, role: str = "robot") -> P
     return Presence(role, name, session, alive)
 
 
-def lobby(*present: tuple[str, str]) -> Lobby:
-    """Return a lobby at 0 s with robots that have joined, each from a session."""
-    one = Lobby(ROBOTS, watchers=0, now=0.0)
+def membership(*present: tuple[str, str]) -> Membership:
+    """Return a membership at 0 s with robots that have joined, each from a session."""
+    one = Membership(ROBOTS, watchers=0, now=0.0)
     for name, session in present:
         one.place(name, session, 0.0)
         assert one.take(token(name, session), 0.0) is None
     return one
 
 
-def kinds(one: Lobby, now: float, running: bool = True) -> list[tuple[str, str]]:
+def kinds(one: Membership, now: float, running: bool = True) -> list[tuple[str, str]]:
     return [(note.kind, note.robot) for note in one.look(now, running=running)]
 
 
 def test_the_most_robots_that_one_process_was_at_a_time() -> None:
-    assert lobby().most_in_one == 0
-    assert lobby(("r1", "a"), ("r2", "b"), ("r3", "c")).most_in_one == 1
-    one = lobby(("r1", "a"), ("r2", "b"), ("r3", "b"), ("r4", "a"), ("r5", "b"))
+    assert membership().most_in_one == 0
+    assert membership(("r1", "a"), ("r2", "b"), ("r3", "c")).most_in_one == 1
+    one = membership(("r1", "a"), ("r2", "b"), ("r3", "b"), ("r4", "a"), ("r5", "b"))
     assert one.most_in_one == 3
     for name in ("r2", "r3", "r5"):
         one.take(token(name, "b", alive=False), 0.0)
@@ -42,7 +42,7 @@ def test_the_most_robots_that_one_process_was_at_a_time() -> None:
 
 
 def test_a_process_that_is_told_twice_or_of_another_kind_counts_once_or_not() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     for presence in (token("r1", "a"), token("r9", "a"), token("r2", "a", role="dashboard")):
         assert one.take(presence, 0.0) is None
     assert (one.present, one.most_in_one) == (["r1"], 1)
@@ -52,7 +52,7 @@ def test_a_process_that_is_told_twice_or_of_another_kind_counts_once_or_not() ->
 
 
 def test_a_token_without_a_join_takes_no_place() -> None:
-    one = lobby()
+    one = membership()
     one.take(token("r1", "forged"), 0.0)
     assert one.present == []
     assert one.place("r1", "a", 0.0) == "r1"
@@ -64,7 +64,7 @@ def test_a_token_without_a_join_takes_no_place() -> None:
 
 
 def test_a_second_process_of_one_name_is_named_once_and_ignored() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     note = one.take(token("r1", "b"), 0.0)
     assert note is not None
     assert (note.kind, note.robot) == ("duplicate", "r1")
@@ -78,7 +78,7 @@ def test_a_second_process_of_one_name_is_named_once_and_ignored() -> None:
 
 
 def test_a_flood_of_tokens_fills_neither_memory_nor_the_list_of_events() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     notes = [one.take(token("r1", f"forged-{number}"), 0.0) for number in range(10 * STRANGERS)]
     assert sum(note is not None for note in notes) <= STRANGERS
     one.take(token("r1", "a", alive=False), 0.0)
@@ -86,7 +86,7 @@ def test_a_flood_of_tokens_fills_neither_memory_nor_the_list_of_events() -> None
     assert one.present == ["r1"], "who has joined always finds room"
     remembered = 0
     for session in range(2 * STRANGERS):
-        other = lobby()
+        other = membership()
         for number in range(2 * STRANGERS):
             other.take(token("r1", f"forged-{number}"), 0.0)
         other.place("r1", f"forged-{session}", 0.0)
@@ -98,7 +98,7 @@ def test_a_flood_of_tokens_fills_neither_memory_nor_the_list_of_events() -> None
 
 
 def test_who_loses_its_token_has_gone_after_a_while_and_who_comes_back_before_has_not() -> None:
-    one = lobby(("r1", "a"), ("r2", "b"))
+    one = membership(("r1", "a"), ("r2", "b"))
     for name, session in (("r1", "a"), ("r2", "b")):
         one.take(token(name, session, alive=False), 1.0)
     assert kinds(one, 1.0 + HOLD / 2) == []
@@ -111,7 +111,7 @@ def test_who_loses_its_token_has_gone_after_a_while_and_who_comes_back_before_ha
 
 
 def test_a_new_process_takes_the_place_of_one_that_was_killed_at_once_and_the_end_is_told() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     one.take(token("r1", "a", alive=False), 1.0)
     assert one.place("r1", "b", 1.0 + HOLD / 2) == "r1"
     assert kinds(one, 1.0 + HOLD / 2) == [("gone", "r1")]
@@ -122,7 +122,7 @@ def test_a_new_process_takes_the_place_of_one_that_was_killed_at_once_and_the_en
 
 @pytest.mark.parametrize("tokens_first", [True, False])
 def test_when_the_router_goes_nobody_has_gone_and_all_are_expected(tokens_first: bool) -> None:
-    one = lobby(("r1", "a"), ("r2", "b"))
+    one = membership(("r1", "a"), ("r2", "b"))
     gone = [token("r1", "a", alive=False), token("r2", "b", alive=False)]
     if tokens_first:
         for presence in gone:
@@ -143,7 +143,7 @@ def test_when_the_router_goes_nobody_has_gone_and_all_are_expected(tokens_first:
 
 
 def test_after_the_world_was_away_its_robots_are_expected_and_have_to_join() -> None:
-    one = lobby()
+    one = membership()
     one.take(token("r1", "a"), 0.0)  # it lives, and has not noticed yet that this is another process
     one.expect(["r1", "r2", "r9"], BACK)
     assert one.expected
@@ -156,13 +156,13 @@ def test_after_the_world_was_away_its_robots_are_expected_and_have_to_join() -> 
 
 
 def test_a_place_that_is_expected_back_is_the_last_to_be_given_away() -> None:
-    one = Lobby(["r1", "r2"], watchers=0, now=0.0)
+    one = Membership(["r1", "r2"], watchers=0, now=0.0)
     one.expect(["r1"], BACK)
     assert one.place(None, "new", 0.0) == "r2"
 
 
 def test_absence_is_counted_while_the_clock_runs() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     for now in range(1, 11):
         one.look(float(now), running=now > 4)
     assert (one.away("r2"), one.away("r1")) == (6.0, 0.0)
@@ -175,7 +175,7 @@ def test_absence_is_counted_while_the_clock_runs() -> None:
 
 
 def test_places_are_given_in_order_and_promised_for_a_while() -> None:
-    one = Lobby(["r1", "r2"], watchers=0, now=0.0)
+    one = Membership(["r1", "r2"], watchers=0, now=0.0)
     assert [one.place(None, session, 0.0) for session in "ab"] == ["r1", "r2"]
     with pytest.raises(PeerError, match="all 2 places are taken"):
         one.place(None, "c", 0.0)
@@ -185,7 +185,7 @@ def test_places_are_given_in_order_and_promised_for_a_while() -> None:
 
 
 def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     assert one.place("r1", "a", 0.0) == "r1"
 
 
@@ -193,7 +193,7 @@ def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
 
 
 def test_who_leaves_is_gone_with_its_token_and_its_place_is_free() -> None:
-    one = lobby(("r1", "a"), ("r2", "b"))
+    one = membership(("r1", "a"), ("r2", "b"))
     assert not one.leave("r1", "a", 0.0)
     note = one.take(token("r1", "a", alive=False), 0.0)
     assert note is not None
@@ -207,14 +207,14 @@ def test_who_leaves_is_gone_with_its_token_and_its_place_is_free() -> None:
 
 @pytest.mark.parametrize(("name", "session"), [("r1", "b"), ("r3", "a"), ("r9", "a")])
 def test_nobody_else_can_make_a_robot_leave(name: str, session: str) -> None:
-    one = lobby(("r1", "a"), ("r2", "b"))
+    one = membership(("r1", "a"), ("r2", "b"))
     with pytest.raises(PeerError, match=f"{name}: expected the session that has this place"):
         one.leave(name, session, 0.0)
     assert one.present == ["r1", "r2"]
 
 
 def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     one.link(up=False, now=0.0)
     assert one.expected
     assert one.leave("r1", "a", 0.0)
@@ -222,7 +222,7 @@ def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
 
 
 def test_a_leave_in_the_name_of_a_robot_that_stays_changes_nothing() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     one.leave("r1", "a", 0.0)
     assert one.present == ["r1"]
     assert one.take(token("r1", "a", alive=False), PARTING) is None, "this was no leaving"
@@ -239,7 +239,7 @@ def test_a_leave_in_the_name_of_a_robot_that_stays_changes_nothing() -> None:
 def test_only_the_process_that_has_the_place_speaks_in_its_name(
     told: int | None, attached: int | None, believed: bool
 ) -> None:
-    one = lobby()
+    one = membership()
     assert not one.speaks("r1", attached), "nobody has the place yet"
     one.place("r1", "a", 0.0, told)
     assert not one.speaks("r1", attached)
@@ -250,7 +250,7 @@ def test_only_the_process_that_has_the_place_speaks_in_its_name(
 
 
 def test_who_asks_without_end_and_is_not_there_keeps_nobody_out() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     one.take(token("r1", "a", alive=False), 1.0)
     for number in range(100):
         one.place("r1", f"forged-{number}", 1.0 + number / 100)
@@ -266,7 +266,7 @@ def test_who_asks_without_end_and_is_not_there_keeps_nobody_out() -> None:
 
 
 def test_sessions_that_were_welcomed_and_never_came_are_forgotten() -> None:
-    one = lobby(("r1", "a"))
+    one = membership(("r1", "a"))
     one.take(token("r1", "a", alive=False), 0.0)
     for number in range(1000):
         one.place("r1", f"forged-{number}", float(number))
@@ -281,7 +281,7 @@ def test_sessions_that_were_welcomed_and_never_came_are_forgotten() -> None:
 
 @pytest.mark.parametrize("name", ["r1", "r2", None])
 def test_nobody_changes_the_sender_of_a_session_by_joining_in_its_name(name: str | None) -> None:
-    one = Lobby(ROBOTS, watchers=0, now=0.0)
+    one = Membership(ROBOTS, watchers=0, now=0.0)
     one.place("r1", "a", 0.0, sender=7)
     one.take(token("r1", "a"), 0.0)
     with pytest.raises(PeerError, match="expected the sender that this session joined with"):
@@ -292,7 +292,7 @@ def test_nobody_changes_the_sender_of_a_session_by_joining_in_its_name(name: str
 
 
 def test_a_second_process_that_was_welcomed_takes_the_place_when_the_first_goes() -> None:
-    one = Lobby(ROBOTS, watchers=0, now=0.0)
+    one = Membership(ROBOTS, watchers=0, now=0.0)
     for session in ("a", "b"):
         one.place("r1", session, 0.0)
     for session in ("a", "b"):

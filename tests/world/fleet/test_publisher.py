@@ -11,8 +11,8 @@ from swarm.bus.codec import decode, encode
 from swarm.geometry import Pose
 from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness, Phase, Seen, Welcome
 from tests.shared import scenario_of
-from world.fleet import publisher as speaker
-from world.fleet.publisher import EVENTS_KEPT, Speaker
+from world.fleet import publisher
+from world.fleet.publisher import EVENTS_KEPT, Publisher
 from world.views.truth import truth
 from world.views.welcome import welcome
 from world.world import World
@@ -35,10 +35,10 @@ class Wire:
         return self._wanted
 
 
-def speaker_of(wire: Wire, rate: float = 20.0) -> tuple[Speaker, World, list[str]]:
+def speaker_of(wire: Wire, rate: float = 20.0) -> tuple[Publisher, World, list[str]]:
     scenario, logged = scenario_of(rate=rate), list[str]()
     world = World(scenario, [AT], 1)
-    return Speaker(cast("Bus", wire), scenario, world, logged.append), world, logged
+    return Publisher(cast("Bus", wire), scenario, world, logged.append), world, logged
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,8 @@ def test_the_truth_is_told_at_its_rate_if_anybody_listens(rate: float, wanted: b
 def test_the_clock_is_due_at_first_and_then_once_a_period(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 4 Hz: at the table's 1 Hz a rate and a period are the same number."""
     wire, now, often = Wire(), [50.0], replace(CLOCK, rate=4.0)
-    monkeypatch.setattr(speaker, "CLOCK", often)
-    monkeypatch.setattr(speaker, "monotonic", lambda: now[0])
+    monkeypatch.setattr(publisher, "CLOCK", often)
+    monkeypatch.setattr(publisher, "monotonic", lambda: now[0])
     one, world, _ = speaker_of(wire)
     assert one.clock_is_due
     clock = one.clock(world, Phase.RUNNING, ["r1"], {"r1": Seen(Liveness.ALIVE, 0.0)})

@@ -26,7 +26,7 @@ from swarm.messages import (
 )
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
-from tests.world.shared import absent, ask, come, course_of, step
+from tests.world.shared import absent, ask, come, run_of, step
 from world.fleet.liveness import AWAY
 from world.fleet.single_world import check_alone
 from world.host.reproducible import MOST, REAL_TIME, Repeatable
@@ -46,7 +46,7 @@ BLOCK = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
     [(Phase.RUNNING, Do.GO), (Phase.RUNNING, Do.RESUME), (Phase.PAUSED, Do.PAUSE), (Phase.OVER, Do.STOP)],
 )
 def test_a_button_whose_phase_is_reached_changes_nothing(before: Phase, again: Do) -> None:
-    one = course_of()
+    one = run_of()
     one.go_to(before)
     world = one.world
     assert ask(one, ACTION, Action(do=again)) == Accepted(text=f"the run is {before.value} already")
@@ -55,7 +55,7 @@ def test_a_button_whose_phase_is_reached_changes_nothing(before: Phase, again: D
 
 def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
-    one = course_of(file=file)
+    one = run_of(file=file)
     for name, session in (("r1", "a"), ("r2", "b")):
         come(one, name, session)
     one.go_to(Phase.RUNNING)
@@ -64,7 +64,7 @@ def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(t
     assert one.world.run == 1
     assert ask(one, ACTION, Action(do=Do.RESTART)) == first
     assert one.world.run == 2
-    other = course_of(file=file)
+    other = run_of(file=file)
     assert ask(other, ACTION, Action(do=Do.RESTART, id="x")) == first
     assert other.world.run == 2
 
@@ -73,7 +73,7 @@ def test_a_named_button_is_pressed_once_also_after_the_world_was_started_again(t
 
 
 def test_a_robot_that_is_lost_gets_no_order() -> None:
-    one = course_of()
+    one = run_of()
     absent(one, LOST)
     assert "it is lost: absent for 20 s" in ask(one, ROBOT_ACTION, RobotAction(do=RobotDo.STOP), robot="r1")
 
@@ -99,7 +99,7 @@ def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
     file = tmp_path / "given_up"
     if given_up:
         file.write_text(given_up)
-    one = course_of(given_up=file)
+    one = run_of(given_up=file)
     one.go_to(Phase.RUNNING)
     come(one, "r1", "a")
     absent(one, away)
@@ -113,7 +113,7 @@ def test_who_is_absent_for_long_while_all_others_are_finished_is_lost(
 
 
 def test_a_run_waits_while_only_absent_robots_have_stops_left() -> None:
-    one = course_of()
+    one = run_of()
     one.go_to(Phase.RUNNING)
     come(one, "r1", "a")
     assert not one.waits, "r1 has stops too"
@@ -127,7 +127,7 @@ def test_a_run_waits_while_only_absent_robots_have_stops_left() -> None:
 
 
 def test_a_robot_that_remembers_nothing_in_the_middle_of_a_run_is_a_reason() -> None:
-    one = course_of()
+    one = run_of()
     for name, session in (("r1", "a"), ("r2", "b")):
         come(one, name, session)
     step(one)
@@ -149,7 +149,7 @@ def test_reasons_are_bounded_and_start_over_with_a_run() -> None:
 
 
 def test_a_broadcast_that_was_overdue_is_a_reason() -> None:
-    one = course_of()
+    one = run_of()
     step(one)
     step(one, r2={"notes": [("overdue", "went on without a broadcast")]})
     assert one.report()["not_reproducible"] == ["r2 went on without a broadcast at 0.05 s"]
@@ -160,7 +160,7 @@ def test_a_broadcast_that_was_overdue_is_a_reason() -> None:
 
 
 def test_the_progress_of_a_robot_is_what_the_world_has_seen() -> None:
-    one = course_of()
+    one = run_of()
     assert come(one, "r1", "a").state is None
     step(one, r1={"reached": [True, True], "activity": Activity.DONE})
     state = come(one, "r1", "a").state
@@ -171,7 +171,7 @@ def test_the_progress_of_a_robot_is_what_the_world_has_seen() -> None:
 
 
 def test_the_last_event_of_a_robot_is_one_of_the_run_that_goes_on() -> None:
-    one = course_of()
+    one = run_of()
     come(one, "r1", "a")
     one.go_to(Phase.RUNNING)
     one.tell("stop", "stops", "r1")
@@ -188,7 +188,7 @@ def test_the_last_event_of_a_robot_is_one_of_the_run_that_goes_on() -> None:
 
 
 def test_the_status_has_what_a_robot_has_been_given_and_where_that_is() -> None:
-    one = course_of()
+    one = run_of()
     row = one.status().robots[0]
     assert (row.mission, row.stops, row.home) == (
         "the scenario's targets",
@@ -206,7 +206,7 @@ def test_the_status_has_what_a_robot_has_been_given_and_where_that_is() -> None:
 
 
 def test_an_edit_that_changes_nothing_is_answered_so_and_not_counted() -> None:
-    one = course_of()
+    one = run_of()
     step(one)
     answers = [ask(one, EDIT, BLOCK).text for _ in range(2)]
     assert [text.endswith("it changes nothing") for text in answers] == [False, True]
@@ -225,7 +225,7 @@ def test_a_second_world_finds_the_first_one_and_a_token_alone_is_none(make_bus: 
     while not first.sessions("world"):
         pass
     with check_alone(first, "f", said.append):
-        clock = course_of().clock()
+        clock = run_of().clock()
         first.keep(CLOCK, lambda: {CLOCK.key: clock})
         first.announce("world", "world")
     assert said == ["fleet f: ignored the token of a world that does not answer"]
@@ -251,12 +251,12 @@ def test_of_two_worlds_that_start_at_once_the_one_with_the_larger_id_gives_way(m
 
 
 def test_a_robot_that_comes_from_another_world_is_told_of() -> None:
-    one = course_of()
+    one = run_of()
     for world in (None, one.world.identity):
         come(one, "r1", "s1", world)
-    assert not [event for event in one.speaker.events if event.kind == "other_world"]
+    assert not [event for event in one.publisher.events if event.kind == "other_world"]
     come(one, "r2", "s2", "a world whose snapshot was removed"[:16])
-    (event,) = [event for event in one.speaker.events if event.kind == "other_world"]
+    (event,) = [event for event in one.publisher.events if event.kind == "other_world"]
     assert event.robot == "r2"
 
 
@@ -287,7 +287,7 @@ CANCELLED = {  # how the fleet was started, the robots that have targets left: w
 @pytest.mark.parametrize("name", CANCELLED)
 def test_a_cancelled_mission_is_not_complete_and_the_answer_says_what_becomes_of_the_run(name: str) -> None:
     by_hand, left, says, ends = CANCELLED[name]
-    one = course_of(wait=by_hand)
+    one = run_of(wait=by_hand)
     for robot, session in (("r1", "a"), ("r2", "b")):
         come(one, robot, session)
     one.held = False

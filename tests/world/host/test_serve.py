@@ -11,10 +11,10 @@ from swarm.geometry import distance
 from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from tests.world.shared import absent, course_of
+from tests.world.shared import absent, run_of
 from world.faults import Faults, Health, Spell
 from world.fleet.liveness import AWAY
-from world.host.run import Course
+from world.host.run import Run
 from world.measure.progress import STALLED
 from world.simulate import Simulation
 from world.tasks.tasks import REST
@@ -67,14 +67,14 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
 # --- the run ---
 
 
-def course(pace: Pace, limit: float, **fields: Any) -> Course:  # noqa: ANN401
+def run(pace: Pace, limit: float, **fields: Any) -> Run:  # noqa: ANN401
     scenario = scenario_of(targets=[], **fields)
-    one = course_of(scenario, pace=pace, limit=limit)
+    one = run_of(scenario, pace=pace, limit=limit)
     one.go_to(Phase.RUNNING)
     return one
 
 
-def step(one: Course, *done: str) -> None:
+def step(one: Run, *done: str) -> None:
     for name in done:
         said = msgspec.structs.replace(REST, tick=one.world.tick, activity=DONE, reached=[True])
         one.last.take(name, said, 0, one.world.tick)
@@ -89,7 +89,7 @@ def step(one: Course, *done: str) -> None:
 def test_only_a_limit_ends_a_run_of_a_fleet_that_stays(
     done: tuple[str, ...], away: float, limit: float, over: bool
 ) -> None:
-    one = course(1.0, limit, serve=True)
+    one = run(1.0, limit, serve=True)
     absent(one, away)
     step(one, *done)
     assert (one.phase is Phase.OVER) is over
@@ -114,7 +114,7 @@ def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
     done: tuple[str, ...],
     stands: bool,
 ) -> None:
-    one = course(pace, limit, serve=True, **fields)
+    one = run(pace, limit, serve=True, **fields)
     assert not one.stands
     step(one, *done)
     assert bool(one.stands) is stands
@@ -124,7 +124,7 @@ def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
 
 
 def test_in_lockstep_targets_for_the_pool_wake_a_fleet_that_rests() -> None:
-    one = course("max", inf, serve=True)
+    one = run("max", inf, serve=True)
     step(one, "r1", "r2")
     assert one.stands
     one.world.put_in(PoolTargets(id="p", targets=[THERE]))
@@ -132,7 +132,7 @@ def test_in_lockstep_targets_for_the_pool_wake_a_fleet_that_rests() -> None:
 
 
 def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() -> None:
-    one = course(1.0, inf, pool=[THERE], return_home=True)
+    one = run(1.0, inf, pool=[THERE], return_home=True)
     step(one, "r1")
     absent(one, AWAY)
     step(one)
@@ -142,11 +142,11 @@ def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() 
         step(one, "r1")
     one.world.request("r1", RobotAction(do=RobotDo.CANCEL))
     step(one)
-    assert [event.kind for event in one.speaker.events].count("errand") == 1
+    assert [event.kind for event in one.publisher.events].count("errand") == 1
 
 
 def test_a_new_order_is_not_blamed_for_the_time_that_the_old_one_stood() -> None:
-    one = course(1.0, inf, serve=True)
+    one = run(1.0, inf, serve=True)
     one.world.request("r1", Order(id="a", targets=[THERE]))
     ticks = round((STALLED - 1.0) / one.world.dt)
     for _ in range(ticks):
@@ -156,12 +156,12 @@ def test_a_new_order_is_not_blamed_for_the_time_that_the_old_one_stood() -> None
     assert one.world.measures.progress.standing(one.world.time)[0] == 0.0
     for _ in range(60):
         step(one)
-    assert not [event for event in one.speaker.events if event.kind == "stalled"]
+    assert not [event for event in one.publisher.events if event.kind == "stalled"]
 
 
 def test_a_robot_that_was_done_has_stops_left_as_soon_as_it_has_an_order() -> None:
     """Who has no stop left stands for ever: the run would be given up at once."""
-    one = course(1.0, inf, serve=True)
+    one = run(1.0, inf, serve=True)
     step(one, "r1", "r2")
     assert one.world.measures.progress.standing(one.world.time) == [inf, inf]
     one.world.request("r1", Order(id="a", targets=[THERE]))
@@ -169,11 +169,11 @@ def test_a_robot_that_was_done_has_stops_left_as_soon_as_it_has_an_order() -> No
 
 
 def test_done_with_the_stops_before_is_no_false_claim_about_those_of_now() -> None:
-    one = course(1.0, inf, serve=True)
+    one = run(1.0, inf, serve=True)
     step(one, "r2")
     one.world.request("r1", Order(id="a", targets=[THERE]))
     step(one, "r1")  # it has not heard of the order
-    assert not [event for event in one.speaker.events if event.kind == "false_claim"]
+    assert not [event for event in one.publisher.events if event.kind == "false_claim"]
 
 
 def test_a_state_that_was_lost_with_a_world_is_told_from_the_last_command() -> None:

@@ -39,10 +39,10 @@ from swarm.messages import (
 )
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
-from tests.world.shared import course_of
+from tests.world.shared import run_of
 from world.host.answering import answer
 from world.host.process import Host
-from world.host.run import Course
+from world.host.run import Run
 from world.saving.snapshot_file import ENCODER
 
 # requests that are right and refused while the run waits without robots, and what is wrong in one way each
@@ -112,8 +112,8 @@ def key_of(chance: Random) -> str:
 def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: float = 30.0) -> list[str]:
     """Send a world that waits for its robots this many requests and keys; return what is wrong, if anything is."""
     bus, asker, stop = make_bus(), make_bus(), Flag()
-    course = course_of(scenario_of(serve=serve), bus=bus, wait=True)
-    host = Host(bus, course, lambda line: None)
+    run = run_of(scenario_of(serve=serve), bus=bus, wait=True)
+    host = Host(bus, run, lambda line: None)
     host.open()
     thread = Thread(target=host.serve, args=(stop,))
     thread.start()
@@ -122,7 +122,7 @@ def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: f
     try:
         while not asker.fetch(STATUS):
             assert thread.is_alive(), "the world has ended"
-        before = ENCODER.encode(course.world.save()), asker.fetch(STATUS)
+        before = ENCODER.encode(run.world.save()), asker.fetch(STATUS)
         answered = 0
         for _ in range(number):
             if chance.random() < 0.5:
@@ -142,13 +142,13 @@ def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: f
             wrong.append(f"expected more than {number // 4} requests that are answered, got {answered}")
         if bus.refused.total() == 0:
             wrong.append("expected bad requests to be counted")
-        if (ENCODER.encode(course.world.save()), asker.fetch(STATUS)) != before:
+        if (ENCODER.encode(run.world.save()), asker.fetch(STATUS)) != before:
             wrong.append("the state has changed")
     finally:
         stop.set()
         thread.join()
-    if course.report()["reason"] != "interrupted":
-        wrong.append(f"expected a world that runs until it is told to stop, got {course.report()['reason']!r}")
+    if run.report()["reason"] != "interrupted":
+        wrong.append(f"expected a world that runs until it is told to stop, got {run.report()['reason']!r}")
     return wrong
 
 
@@ -162,21 +162,21 @@ def test_no_request_changes_anything_and_every_request_is_answered_or_counted(
     assert attacked(make_bus, number, serve=serve) == []
 
 
-def swallows(request: Request, course: Course, bus: Bus) -> None:
+def swallows(request: Request, run: Run, bus: Bus) -> None:
     """Answer no edit."""
     if not isinstance(request.message, Edit):
-        answer(request, course, bus)
+        answer(request, run, bus)
 
 
-def accepts(request: Request, course: Course, bus: Bus) -> None:
+def accepts(request: Request, run: Run, bus: Bus) -> None:
     """Accept whatever comes."""
     request.accept(Accepted(text="yes"))
 
 
-def changes(request: Request, course: Course, bus: Bus) -> None:
+def changes(request: Request, run: Run, bus: Bus) -> None:
     """Refuse, and change the state all the same."""
-    course.world.bodies.edits += isinstance(request.message, Edit)
-    answer(request, course, bus)
+    run.world.bodies.edits += isinstance(request.message, Edit)
+    answer(request, run, bus)
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ RUNS: dict[str, tuple[dict[str, Any], int, Faults]] = {  # fields of the scenari
 # fmt: on
 
 
-def course(scenario: Scenario, robots: int, seed: int, faults: Faults, file: Path | None = None) -> Mapping[str, Any]:
+def run(scenario: Scenario, robots: int, seed: int, faults: Faults, file: Path | None = None) -> Mapping[str, Any]:
     """Return the report of a run; with a file, the world is replaced from it whenever its state is to be saved."""
     simulation = Simulation.of(scenario, robots, seed, faults)
     while simulation.world.time < LENGTH:
@@ -69,8 +69,8 @@ def course(scenario: Scenario, robots: int, seed: int, faults: Faults, file: Pat
 def test_a_world_that_goes_on_from_its_snapshots_is_the_undisturbed_one(name: str, seed: int, tmp_path: Path) -> None:
     fields, robots, faults = RUNS[name]
     scenario = scenario_of(**fields)
-    expected = course(scenario, robots, seed, faults)
-    got = course(scenario, robots, seed, faults, tmp_path / "world.snapshot")
+    expected = run(scenario, robots, seed, faults)
+    got = run(scenario, robots, seed, faults, tmp_path / "world.snapshot")
     for field, value in expected.items():
         assert got[field] == value, field
     if "movers" in name:

@@ -32,9 +32,9 @@ from swarm.messages import (
 )
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from tests.world.shared import ask, come, course_of, request_of, step
+from tests.world.shared import ask, come, request_of, run_of, step
 from world.host.answering import answer
-from world.host.run import Course
+from world.host.run import Run
 from world.saving.snapshot_file import ENCODER
 
 BLOCK: Final = Edit(kind=Kind.WALL, low=(8.2, 1.2), high=(8.8, 1.8))
@@ -54,20 +54,20 @@ CHANGES: Final[dict[str, tuple[Topic[Any], Any, dict[str, str]]]] = {  # request
 # fmt: on
 
 
-def staying(file: Path, pace: Pace, phase: Phase | None = None) -> Course:
-    """Return the course of a fleet that stays; it goes on from the file if that is there."""
-    one = course_of(STAYS, file=file, pace=pace, limit=inf)
+def staying(file: Path, pace: Pace, phase: Phase | None = None) -> Run:
+    """Return the run of a fleet that stays; it goes on from the file if that is there."""
+    one = run_of(STAYS, file=file, pace=pace, limit=inf)
     if phase is not None:
         one.go_to(phase)
     return one
 
 
-def state(one: Course) -> tuple[object, ...]:
+def state(one: Run) -> tuple[object, ...]:
     """Return everything that a request may change."""
     return (
         one.phase,
         one.pressed,
-        one.speaker.events,
+        one.publisher.events,
         one.world.bodies.floor.cells.tobytes(),
         ENCODER.encode(one.world.save()),
     )
@@ -93,14 +93,14 @@ def test_what_a_request_changes_is_in_the_file_when_the_answer_goes_out(name: st
 
 def test_an_order_that_was_answered_is_known_after_a_restart(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
-    one = course_of(file=file)
+    one = run_of(file=file)
     come(one, "r1", "a")
     one.go_to(Phase.RUNNING)
     step(one, r1={"left": 0.3, "right": 0.3})
     order = Order(id="a", targets=[(7.5, 3.5)])
     answered = ask(one, ORDER, order, robot="r1")
     assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target", number=1)
-    other = course_of(file=file)
+    other = run_of(file=file)
     assert other.world.tasks.missions.orders.rows == one.world.tasks.missions.orders.rows
     assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
     assert ask(other, ORDER, order, robot="r1") == answered
@@ -115,9 +115,9 @@ def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
     def send(topic: Any, message: Any, **ids: str) -> None:  # noqa: ANN401
         if topic is EVENT:
             told.append(message.kind)
-            assert message in course_of(file=file).speaker.events, message
+            assert message in run_of(file=file).publisher.events, message
 
-    one = course_of(file=file, bus=Mock(spec=Bus, send=send))
+    one = run_of(file=file, bus=Mock(spec=Bus, send=send))
     come(one, "r1", "a")
     one.go_to(Phase.RUNNING)
     ask(one, ORDER, Order(id="a", targets=[one.world.poses()[0][:2]]), robot="r1")
@@ -128,7 +128,7 @@ def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
 
 def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
-    one = course_of(file=file)
+    one = run_of(file=file)
     one.save()
     for name, session in (("r1", "a"), ("r2", "b")):
         come(one, name, session)
@@ -138,34 +138,34 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     ask(one, EDIT, BLOCK)
     assert ask(one, ACTION, Action(do=Do.PAUSE)) == Accepted(text="the run is paused")
     said: list[str] = []
-    other = course_of(file=file, log=said.append)
+    other = run_of(file=file, log=said.append)
     assert said == ["the run goes on at 1.00 s, paused"]
     assert (other.world.identity, other.world.run) == (one.world.identity, one.world.run)
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.bodies.floor.cells == one.world.bodies.floor.cells).all()
     assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
-    assert other.lobby.expected, "both are to come back"
+    assert other.membership.expected, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
-    assert course_of().world.identity != one.world.identity, "without a file it is another one"
+    assert run_of().world.identity != one.world.identity, "without a file it is another one"
 
 
 def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
-    one = course_of(file=file, pace=1.0)
+    one = run_of(file=file, pace=1.0)
     come(one, "r1", "a")
     one.world.senses(lockstep=False)
     one.in_tick = True
     order = Order(id="a", targets=[(2.5, 2.5)])
     said = ask(one, ORDER, order, robot="r1")
     assert said.number == 1
-    other = course_of(file=file, pace=1.0)
+    other = run_of(file=file, pace=1.0)
     assert other.world.tasks.missions.orders.assigned(0) == one.world.tasks.missions.orders.assigned(0) != None  # noqa: E711
     assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
 
 
 def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     file = tmp_path / "world.snapshot"
-    one = course_of(file=file)
+    one = run_of(file=file)
     one.world.senses(lockstep=True)
     one.in_tick = True
     one.go_to(Phase.RUNNING)
@@ -173,12 +173,12 @@ def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     step(one)
     one.save()
     assert file.exists()
-    assert course_of(file=file).world.tick == 1
+    assert run_of(file=file).world.tick == 1
 
 
 def test_a_file_that_cannot_be_written_is_told_once_and_costs_no_run(tmp_path: Path) -> None:
     said: list[str] = []
-    one = course_of(file=tmp_path / "no folder" / "world.snapshot", log=said.append)
+    one = run_of(file=tmp_path / "no folder" / "world.snapshot", log=said.append)
     for _ in range(60):
         step(one)
     lines = [line for line in said if "cannot be written" in line]
@@ -189,7 +189,7 @@ def test_a_file_that_cannot_be_written_is_told_once_and_costs_no_run(tmp_path: P
 def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Path) -> None:
     file, said = tmp_path / "world.snapshot", list[str]()
     beside = tmp_path / ".world.snapshot.new"  # where a snapshot is written before it replaces the one before
-    one = course_of(file=file, log=said.append)
+    one = run_of(file=file, log=said.append)
     come(one, "r1", "a")
     one.go_to(Phase.RUNNING)
     for full in (1, 2):
@@ -200,12 +200,12 @@ def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Pat
         assert ask(one, ORDER, Order(id=f"o{full}", targets=[THERE]), robot="r1").number == full
         for _ in range(45):
             step(one)
-        assert course_of(file=file).world.tick == kept, "the last one that could be written is whole"
+        assert run_of(file=file).world.tick == kept, "the last one that could be written is whole"
         beside.unlink()
         while not one.world.due:
             step(one)
-        other = course_of(file=file)
+        other = run_of(file=file)
         assert ENCODER.encode(other.world.save()) == ENCODER.encode(one.world.save())
-        assert other.speaker.events == one.speaker.events
+        assert other.publisher.events == one.publisher.events
         lines = [line for line in said if "cannot be written (No space left on device)" in line]
         assert len(lines) == full, "it is said once each time that the disk is full"

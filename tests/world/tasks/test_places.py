@@ -18,8 +18,8 @@ from swarm.geometry import Pose, distance
 from swarm.messages import JOIN, PLACES, Activity, Join, Liveness, Order, Phase, Places, PoolTargets
 from swarm.settings import MOST_ROBOTS
 from tests.shared import scenario_of
-from tests.world.shared import NOISE, ask, course_of, reborn
-from world.host.run import Course
+from tests.world.shared import NOISE, ask, reborn, run_of
+from world.host.run import Run
 from world.simulate import Simulation
 from world.tasks.places import MOST_AT_ONCE, REMEMBERED, Spots
 from world.tasks.tasks import REST
@@ -190,7 +190,7 @@ def test_whoever_is_put_wherever_it_is_allowed_nobody_touches_and_no_cell_is_hel
     assert world.robots == [f"r{number + 1}" for number in range(2 + opened)]
 
 
-def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: ANN401
+def run(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: ANN401
     """Return the report of a run to which robots come; with a file, the world is replaced from it when it is saved."""
     simulation = fleet(targets=[[7.5, 3.5]], **fields)
     due = {40: places(1), 41: places(2, (8.5, 4.5, 0.5), name="b"), 200: places(1, name="c")}
@@ -209,7 +209,7 @@ def course(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noq
 def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
     fields: dict[str, Any], tmp_path: Path
 ) -> None:
-    expected, got = course(**fields), course(tmp_path / "world.snapshot", **fields)
+    expected, got = run(**fields), run(tmp_path / "world.snapshot", **fields)
     assert expected["robots"] == 6
     assert got == expected
 
@@ -217,9 +217,9 @@ def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
 # --- the process ---
 
 
-def staying(**fields: Any) -> Course:  # noqa: ANN401
+def staying(**fields: Any) -> Run:  # noqa: ANN401
     given: dict[str, Any] = {"targets": [], "serve": True} | fields
-    one = course_of(scenario_of(**given), limit=float("inf"))
+    one = run_of(scenario_of(**given), limit=float("inf"))
     one.go_to(Phase.RUNNING)
     return one
 
@@ -233,17 +233,17 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
     one = staying()
     assert ask(one, PLACES, places(1, FREE)).robots == ["r3"]
     assert one.clock().robots == ["r1", "r2", "r3"]
-    assert one.roll.seen["r3"].liveness is Liveness.GONE
-    assert one.lobby.absent[-1] == "r3"
+    assert one.liveliness.seen["r3"].liveness is Liveness.GONE
+    assert one.membership.absent[-1] == "r3"
     assert one.status().robots[2].pose == pytest.approx(FREE)
-    assert one.speaker.floor.scenario.starts["r3"] == pytest.approx(FREE)  # type: ignore[index]
+    assert one.publisher.floor.scenario.starts["r3"] == pytest.approx(FREE)  # type: ignore[index]
     assert not one.repeatable.reasons, "it came before the first tick"
     one.restart()
     assert one.world.robots == ["r1", "r2", "r3"]
     assert ask(one, PLACES, places(1, FREE)).robots == ["r3"]
     assert one.world.robots == ["r1", "r2", "r3"]
-    assert one.lobby.place(None, "s", 0.0) == "r1"
-    assert one.lobby.place("r3", "t", 0.0) == "r3"
+    assert one.membership.place(None, "s", 0.0) == "r1"
+    assert one.membership.place("r3", "t", 0.0) == "r3"
     welcomed = ask(one, JOIN, Join(robot="r3", session="t", world=None))
     assert (welcomed.robot, welcomed.assigned.stops) == ("r3", [])
 

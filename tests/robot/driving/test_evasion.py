@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose, Twist, distance, wrap
 from swarm.planning.grid import Grid
 from swarm.robot.driving.aim import Aiming
-from swarm.robot.driving.flight import Flight
+from swarm.robot.driving.evasion import Evasion
 from swarm.robot.driving.safety import STAND, Constraints, DriveState, SafetyFilter
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 from tests.robot.driving.shared import (
@@ -41,9 +41,9 @@ rims = st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7))
 
 
 def step(
-    flight: Flight, safety: SafetyFilter, body: DriveState, tick: int, limits: Constraints, *threats: MovingObstacle
+    evasion: Evasion, safety: SafetyFilter, body: DriveState, tick: int, limits: Constraints, *threats: MovingObstacle
 ) -> DriveState:
-    out = flight.way_out(sense_of(body, tick), limits, NO_BOXES, threats)
+    out = evasion.way_out(sense_of(body, tick), limits, NO_BOXES, threats)
     return rolled(body, STAND if out is None else safety.out(sense_of(body, tick), out, limits))
 
 
@@ -65,9 +65,9 @@ def courses(threat: MovingObstacle, turns: list[tuple[int, float]], ticks: int) 
 def test_it_gets_out_of_the_way_of_what_comes_from_anywhere(speed: float, yaw: float, coming: float) -> None:
     body = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
     x, y = MIDDLE.x + 1.4 * cos(coming), MIDDLE.y + 1.4 * sin(coming)
-    flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
+    evasion, safety = Evasion(SETTINGS), SafetyFilter(SETTINGS)
     for tick, threat in enumerate(courses(MovingObstacle(x, y, -speed * cos(coming), -speed * sin(coming)), [], 160)):
-        body = step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
+        body = step(evasion, safety, body, tick, constraints(WIDE, body.pose), threat)
         assert distance(body.pose, threat) > TOUCHES
 
 
@@ -83,11 +83,11 @@ def test_it_never_drives_into_what_comes(
     body = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0)
     x, y = MIDDLE.x + 1.2 * cos(coming), MIDDLE.y + 1.2 * sin(coming)
     heading = coming + pi + off
-    flight, safety = Flight(SETTINGS), SafetyFilter(SETTINGS)
+    evasion, safety = Evasion(SETTINGS), SafetyFilter(SETTINGS)
     for tick, threat in enumerate(
         courses(MovingObstacle(x, y, speed * cos(heading), speed * sin(heading)), turns, 120)
     ):
-        before, body = body, step(flight, safety, body, tick, constraints(WIDE, body.pose), threat)
+        before, body = body, step(evasion, safety, body, tick, constraints(WIDE, body.pose), threat)
         away = distance(body.pose, threat)
         if away <= TOUCHES:
             to_x, to_y = (threat.x - body.pose.x) / away, (threat.y - body.pose.y) / away
@@ -104,20 +104,20 @@ def test_it_never_drives_into_what_comes(
 def test_it_never_leaves_the_held_cells(dx: float, dy: float, yaw: float, threats: list[tuple[float, float]]) -> None:
     x, y = WALLED.cells.centre(A)
     body, aiming = DriveState(Pose(x + dx, y + dy, yaw), 0.0, 0.0), Aiming(WALLED.cells, RADIUS)
-    flight, safety, within = Flight(SETTINGS), SafetyFilter(SETTINGS), cells_as_shape(WALLED.cells, HELD)
+    evasion, safety, within = Evasion(SETTINGS), SafetyFilter(SETTINGS), cells_as_shape(WALLED.cells, HELD)
     for tick in range(120):
         off = threats[tick // 30]
         far = max(0.1, hypot(*off))
         threat = MovingObstacle(x + off[0], y + off[1], -0.3 * off[0] / far, -0.3 * off[1] / far)
-        body = step(flight, safety, body, tick, constraints(WALLED_GRID, body.pose, aiming.shut(HELD)), threat)
+        body = step(evasion, safety, body, tick, constraints(WALLED_GRID, body.pose, aiming.shut(HELD)), threat)
         assert shapely.contains(within, footprint(body.pose)), f"tick {tick}: out of its cells at {body.pose}"
 
 
 def test_the_tables_may_not_drive_towards_what_may_turn_round() -> None:
-    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    body, evasion = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Evasion(SETTINGS)
     for gap, threatened in ((0.6, True), (1.4, False)):
         threat = MovingObstacle(MIDDLE.x + TOUCHES + gap, MIDDLE.y, 0.3, 0.0)
-        said = flight.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
+        said = evasion.threatens(sense_of(body), (0.6, 0.6), constraints(WIDE, body.pose), [threat])
         assert said is threatened
 
 
@@ -140,7 +140,7 @@ def test_the_first_way_out_is_the_smallest_turn_that_is_enough(
 ) -> None:
     body, side = DriveState(MIDDLE._replace(yaw=yaw), 0.0, 0.0), yaw + coming * pi / 180
     threat = MovingObstacle(MIDDLE.x + 0.8 * cos(side), MIDDLE.y + 0.8 * sin(side), -0.3 * cos(side), -0.3 * sin(side))
-    twist = Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
+    twist = Evasion(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
     assert twist == pytest.approx((linear, angular))
 
 
@@ -151,9 +151,9 @@ def coming_from(degrees: float, away: float = 0.8, speed: float = 0.3) -> Moving
 
 
 def test_a_way_out_is_over_as_soon_as_standing_is_enough() -> None:
-    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    body, evasion = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Evasion(SETTINGS)
     for away, out in ((0.8, True), (3.0, False), (0.8, True)):
-        twist = flight.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (coming_from(180, away),))
+        twist = evasion.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (coming_from(180, away),))
         assert (twist is not None) is out
 
 
@@ -175,10 +175,10 @@ THEN = {  # how far away it is [m], from where it comes at first, and then: the 
 @pytest.mark.parametrize("name", THEN)
 def test_a_way_out_under_way_is_kept_unless_another_is_better_by_a_decimetre(name: str) -> None:
     away, first, then, heading = THEN[name]
-    body, flight = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Flight(SETTINGS)
+    body, evasion = DriveState(MIDDLE._replace(yaw=0.0), 0.0, 0.0), Evasion(SETTINGS)
     for coming in (first, then):
         threat = coming_from(coming, away)
-        twist = flight.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
+        twist = evasion.way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,))
     off = heading * pi / 180
     assert twist == pytest.approx((0.6 * cos(off), max(-4.0, min(4.0, 5.0 * off))))
 
@@ -191,7 +191,7 @@ def test_the_tables_keep_a_gap_of_30_cm_to_what_may_turn_round(gap: float, threa
     threat = MovingObstacle(MIDDLE.x + away * cos(yaw), MIDDLE.y + away * sin(yaw), 0.3 * cos(yaw), 0.3 * sin(yaw))
     for speed, said in ((0.6, threatened), (0.0, False), (-0.3, False)):
         limits = constraints(WIDE, body.pose)
-        assert Flight(SETTINGS).threatens(sense_of(body), (speed, speed), limits, [threat]) is said
+        assert Evasion(SETTINGS).threatens(sense_of(body), (speed, speed), limits, [threat]) is said
 
 
 @pytest.mark.parametrize("speed", [0.6, 1.2])
@@ -199,8 +199,8 @@ def test_who_cannot_stop_clear_of_a_wall_has_no_way_out(speed: float) -> None:
     """The safety filter alone brakes it."""
     body = DriveState(Pose(1.0 + RADIUS + 0.05, 10.0, pi), speed, speed)
     threat = MovingObstacle(body.pose.x + 0.8, 10.0, -0.3, 0.0)
-    assert Flight(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,)) is None
-    assert Flight(SETTINGS).threatens(sense_of(body), (0.0, 0.0), constraints(WIDE, body.pose), [threat])
+    assert Evasion(SETTINGS).way_out(sense_of(body), constraints(WIDE, body.pose), NO_BOXES, (threat,)) is None
+    assert Evasion(SETTINGS).threatens(sense_of(body), (0.0, 0.0), constraints(WIDE, body.pose), [threat])
 
 
 # courses of a threat: its turn [rad], and the share of its speed that it keeps
@@ -239,7 +239,7 @@ def test_the_gaps_to_a_threat_are_those_of_stepping_by_hand(
     body = DriveState(MIDDLE._replace(yaw=yaw), *now)
     threat = MovingObstacle(MIDDLE.x + at[0], MIDDLE.y + at[1], *coming)
     assume(abs(abs(wrap(yaw - heading)) - pi) > 1.0 or heading != heading)  # turned away, a bit decides the side
-    gaps = Flight(SETTINGS).gaps(
+    gaps = Evasion(SETTINGS).gaps(
         sense_of(body), constraints(WIDE, body.pose), (threat,), heading, drive * DT, speeds=speeds
     )
     assert gaps is not None

@@ -17,14 +17,14 @@ from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.motion.sweep import GRAZE, Boxes, advance, clearance_along, gap
 from swarm.robot.driving.safety import STAND, Constraints
-from swarm.robot.tuning import FLIGHT, SAFETY, FlightTuning
+from swarm.robot.tuning import EVASION, SAFETY, EvasionTuning
 from swarm.settings import Settings
 from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
 
 NO_WAY: Final = np.nan
 
 
-def _compiled(flight: FlightTuning, spare: float, graze: float, half_width: float) -> Callable[..., bool]:
+def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: float) -> Callable[..., bool]:
     """Return the kernel with these values compiled in; ``half_width`` [m] is the radius of a threat.
 
     A way keeps ``spare`` [m] besides the robot's radius to cells, walls and bodies; where it has less of one of them at
@@ -73,8 +73,8 @@ def _compiled(flight: FlightTuning, spare: float, graze: float, half_width: floa
                 want_left, want_right = left, right
                 if not np.isnan(heading):
                     off = (heading - yaw + pi) % (2 * pi) - pi
-                    half = max(-flight.turn_rate, min(flight.turn_rate, flight.gain * off)) * width / 2
-                    forward = flight.speed * max(0.0, cos(off))
+                    half = max(-evasion.turn_rate, min(evasion.turn_rate, evasion.gain * off)) * width / 2
+                    forward = evasion.speed * max(0.0, cos(off))
                     want_left, want_right = forward - half, forward + half
             dx, dy = x - pose[0], y - pose[1]
             room = gap(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy)
@@ -88,8 +88,8 @@ def _compiled(flight: FlightTuning, spare: float, graze: float, half_width: floa
             if room < to_boxes or walls < to_walls or others < to_others:
                 return False
             time = tick * dt
-            for course in range(flight.courses.shape[0]):
-                turn, share = flight.courses[course]
+            for course in range(evasion.courses.shape[0]):
+                turn, share = evasion.courses[course]
                 for threat in threats:
                     vx = share * (cos(turn) * threat[2] - sin(turn) * threat[3])
                     vy = share * (sin(turn) * threat[2] + cos(turn) * threat[3])
@@ -104,10 +104,10 @@ def _compiled(flight: FlightTuning, spare: float, graze: float, half_width: floa
     return compiled
 
 
-_gaps: Final = _compiled(FLIGHT, SAFETY.gap, GRAZE, HALF_WIDTH)
+_gaps: Final = _compiled(EVASION, SAFETY.gap, GRAZE, HALF_WIDTH)
 
 
-class Flight:
+class Evasion:
     """The ways out of one robot."""
 
     def __init__(self, settings: Settings) -> None:
@@ -121,11 +121,11 @@ class Flight:
         self, sense: Sense, tables: tuple[float, float], constraints: Constraints, threats: Sequence[MovingObstacle]
     ) -> bool:
         """Return True if the tables' rim speeds [m/s] lead too near to a threat."""
-        driving = self.gaps(sense, constraints, threats, NO_WAY, FLIGHT.tables_for, FLIGHT.turns_back, tables)
-        standing = self.gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.turns_back)
+        driving = self.gaps(sense, constraints, threats, NO_WAY, EVASION.tables_for, EVASION.turns_back, tables)
+        standing = self.gaps(sense, constraints, threats, NO_WAY, 0.0, EVASION.turns_back)
         if driving is None or standing is None:
             return True
-        return bool((driving < np.minimum(standing, FLIGHT.enough) - FLIGHT.differs).any())
+        return bool((driving < np.minimum(standing, EVASION.enough) - EVASION.differs).any())
 
     def way_out(
         self, sense: Sense, constraints: Constraints, wished: Boxes, threats: Sequence[MovingObstacle]
@@ -135,39 +135,41 @@ class Flight:
         ``wished`` is like the constraints' ``shut``, for the cells that are neither granted nor claimed.
         """
         standing = self.gaps(sense, constraints, threats, NO_WAY, 0.0)
-        stopped = self.gaps(sense, constraints, threats, NO_WAY, 0.0, FLIGHT.stopped)
-        if stopped is None or standing is None or _likely(standing) >= FLIGHT.enough - FLIGHT.differs:
+        stopped = self.gaps(sense, constraints, threats, NO_WAY, 0.0, EVASION.stopped)
+        if stopped is None or standing is None or _likely(standing) >= EVASION.enough - EVASION.differs:
             self._heading = None
             return None
-        best, heading = _likely(standing) + FLIGHT.differs, None
+        best, heading = _likely(standing) + EVASION.differs, None
         for shut in (constraints.shut, wished):
-            for number in range(FLIGHT.headings):
-                tried = wrap(sense.yaw + (number + 1) // 2 * (-1) ** number * 2 * pi / FLIGHT.headings)
+            for number in range(EVASION.headings):
+                tried = wrap(sense.yaw + (number + 1) // 2 * (-1) ** number * 2 * pi / EVASION.headings)
                 if number == 0 and self._heading is not None:
                     tried = self._heading
                 gaps = self._longest(sense, constraints._replace(shut=shut), threats, tried)
                 if gaps is None:
                     continue
-                begun = self.gaps(sense, constraints._replace(shut=shut), threats, tried, FLIGHT.commit, FLIGHT.stopped)
-                if begun is None or (begun < np.minimum(stopped, FLIGHT.stopped_gap) - FLIGHT.differs).any():
+                begun = self.gaps(
+                    sense, constraints._replace(shut=shut), threats, tried, EVASION.commit, EVASION.stopped
+                )
+                if begun is None or (begun < np.minimum(stopped, EVASION.stopped_gap) - EVASION.differs).any():
                     continue
-                score = _likely(gaps) + (FLIGHT.keep if tried == self._heading else 0.0)
+                score = _likely(gaps) + (EVASION.keep if tried == self._heading else 0.0)
                 if score > best + 1e-6:
                     best, heading = score, tried
-            if heading is not None and best >= FLIGHT.enough:
+            if heading is not None and best >= EVASION.enough:
                 break
         self._heading = heading
         if heading is None:
             return None
         off = wrap(heading - sense.yaw)
-        most = FLIGHT.turn_rate
-        return Twist(FLIGHT.speed * max(0.0, cos(off)), max(-most, min(most, FLIGHT.gain * off)))
+        most = EVASION.turn_rate
+        return Twist(EVASION.speed * max(0.0, cos(off)), max(-most, min(most, EVASION.gain * off)))
 
     def _longest(
         self, sense: Sense, constraints: Constraints, threats: Sequence[MovingObstacle], heading: float
     ) -> NDArray[np.float64] | None:
         """Return the gaps [m] on the longest clear way at a heading; None: no way is clear."""
-        tried = (self.gaps(sense, constraints, threats, heading, time) for time in FLIGHT.times)
+        tried = (self.gaps(sense, constraints, threats, heading, time) for time in EVASION.times)
         return next((gaps for gaps in tried if gaps is not None), None)
 
     def gaps(
@@ -177,12 +179,12 @@ class Flight:
         threats: Sequence[MovingObstacle],
         heading: float,
         time: float,
-        ahead: float = FLIGHT.ahead,
+        ahead: float = EVASION.ahead,
         speeds: tuple[float, float] = STAND,
     ) -> NDArray[np.float64] | None:
         """Return the least gap [m] to the threats on each of their courses; None: the way is not clear."""
         grid, robot = constraints.grid, self._robot
-        least = np.empty(len(FLIGHT.courses))
+        least = np.empty(len(EVASION.courses))
         pose, now = (sense.x, sense.y, sense.yaw), self._drive.rim_speeds(Twist(sense.linear, sense.angular))
         clear = _gaps(
             heading, round(time / self._dt), round(ahead / self._dt), *speeds,
@@ -194,5 +196,5 @@ class Flight:
 
 
 def _likely(gaps: NDArray[np.float64]) -> float:
-    """Return the weighted mean gap [m] on the likely courses; no gap counts more than ``FLIGHT.enough``."""
-    return float((np.minimum(gaps, FLIGHT.enough) * FLIGHT.likely).sum())
+    """Return the weighted mean gap [m] on the likely courses; no gap counts more than ``EVASION.enough``."""
+    return float((np.minimum(gaps, EVASION.enough) * EVASION.likely).sum())
