@@ -13,11 +13,13 @@ RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
 class Lateness:
-    """One robot's newest commands, and whether they reach the wheels late."""
+    """One robot's newest commands, and how late they reach the wheels."""
 
     def __init__(self, acceleration: float, dt: float) -> None:
         self._most = acceleration * dt
-        self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(COMMAND.timeout / dt)))
+        self._longest = max(1, round(COMMAND.timeout / dt))
+        self._commands: deque[RimSpeeds] = deque(maxlen=self._longest + 1)
+        self._delay = 0  # ticks by which the wheels obeyed late when that was last seen
         self._before: RimSpeeds | None = None
         self._tick = -1
         self._believed = round(BELIEVED / dt)
@@ -31,16 +33,30 @@ class Lateness:
         ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
         after a pause in which all commands expired.
         """
-        if tick - self._tick > len(self._commands) + 1:
+        if tick - self._tick > min(len(self._commands), self._longest) + 1:
             self._commands.clear()
         self._tick = tick
         before, self._before = self._before, now
         self._ticks = max(0, self._ticks - 1)
         if before is not None and self._commands:
-            for was, wanted, seen in zip(before, self._commands[-1], now, strict=True):
-                if abs(seen - ramp(was, wanted, self._most)) > DIFFERS:
-                    self._ticks = self._believed
-        return tuple(self._commands) if self._ticks else ()
+            if not self._are_obeyed(self._commands[-1], before, now):
+                self._ticks = self._believed
+            if self._ticks:
+                newest = enumerate(reversed(self._commands))
+                delays = [delay for delay, wanted in newest if self._are_obeyed(wanted, before, now)]
+                self._delay = delays[0] if delays and self._delay not in delays else self._delay
+        return tuple(self._commands)[-self._longest :] if self._ticks else ()
+
+    def expected(self) -> tuple[RimSpeeds, ...]:
+        """Return the commands that the wheels carry out before the next one if they stay as late as they were."""
+        return tuple(self._commands)[len(self._commands) - self._delay :] if self._ticks else ()
+
+    def _are_obeyed(self, wanted: RimSpeeds, before: RimSpeeds, now: RimSpeeds) -> bool:
+        """Return True if the wheels got from the speeds ``before`` to those of ``now`` by a command."""
+        return all(
+            abs(seen - ramp(was, speed, self._most)) <= DIFFERS
+            for was, speed, seen in zip(before, wanted, now, strict=True)
+        )
 
     def command(self, speeds: RimSpeeds) -> None:
         """Record the rim speeds [m/s] commanded at this tick."""

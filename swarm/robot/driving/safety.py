@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist
+from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
@@ -117,6 +117,15 @@ class SafetyFilter:
             *body.pose, body.left, body.right, self._drive.track_width, most, self._dt, commands
         )
         return points
+
+    def after(self, body: DriveState, late: Sequence[tuple[float, float]]) -> DriveState:
+        """Return where the body is, and how fast, when the wheels have carried out the ``late`` commands [m/s]."""
+        pose, left, right = body
+        most = self._acceleration * self._dt
+        for wanted in late:
+            left, right = ramp(left, wanted[0], most), ramp(right, wanted[1], most)
+            pose = integrate(pose, self._drive.twist(left, right), self._dt)
+        return DriveState(pose, left, right)
 
     def near_threats(
         self, body: DriveState, late: Sequence[tuple[float, float]], threats: Sequence[MovingObstacle], nearest: float
