@@ -23,6 +23,7 @@ from world.bodies.said import Said
 from world.measure.measures import Measures, MeasuresState
 from world.measure.progress import STALLED
 from world.tasks.places import Book
+from world.tasks.reachable import Reachable
 from world.tasks.schedule import as_edit, as_request
 from world.tasks.standing import fallen_silent, why
 from world.tasks.tasks import Tasks, TasksState
@@ -233,7 +234,7 @@ class World:
 
     def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
         """Put targets into the pool; for the result and errors see ``request``."""
-        outcome = self.tasks.put_in(targets, self.bodies, self.measures.cells, self.time)
+        outcome = self.tasks.dispatcher.add(targets, self.poses(), self._reachable, self.time)
         self.due |= outcome.changed
         return Accepted(text=outcome.text), [self.event(kind, text) for kind, text in outcome.events]
 
@@ -252,12 +253,16 @@ class World:
         if name not in self._number:
             raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
         number = self._number[name]
-        outcome = self.tasks.request(number, request, self.poses()[number], self.bodies.floor, self.measures.cells)
+        outcome = self.tasks.request(number, request, self.poses()[number], self._reachable)
         if outcome.changed:
             self.measures.begin(number, self.time)
             self.due = True
         answer = Accepted(text=outcome.text, number=outcome.number)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
+
+    @property
+    def _reachable(self) -> Reachable:
+        return Reachable(self.settings, self.bodies.floor, self.measures.cells)
 
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
         """Open places for more robots and put bodies there; for the result and errors see ``request``."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm.errors import PeerError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Command, PoolTargets
 from swarm.settings import Settings
 from swarm.traffic.lattice.breadth_first import FAR
@@ -22,6 +22,7 @@ from world.bodies.said import Said
 from world.tasks.missions import Missions
 from world.tasks.orders import OrderChange
 from world.tasks.pairing import cheapest_pairs
+from world.tasks.reachable import Reachable
 from world.tasks.task_pool import Errand, TaskChange, TaskPool
 
 EVERY: Final = 0.25  # s between two looks for pairs
@@ -42,10 +43,8 @@ class Dispatcher:
         self._settings, self._missions, self._robots = settings, missions, robots
         self._every = max(1, round(EVERY * settings.rate))
 
-    def add(
-        self, request: PoolTargets, poses: Sequence[Pose], floor: OccupancyMap, cells: CellMap, time: float
-    ) -> OrderChange:
-        """Put targets into the pool.
+    def add(self, request: PoolTargets, poses: Sequence[Pose], reachable: Reachable, time: float) -> OrderChange:
+        """Put targets into the pool at a time [s].
 
         Raises:
             PeerError: the request is refused, nothing has changed; also if no robot can reach a target.
@@ -53,19 +52,19 @@ class Dispatcher:
 
         def check(targets: Sequence[Point]) -> None:
             for number, target in enumerate(targets, start=1):
-                self._check(number, target, poses, floor, cells)
+                self._check(number, target, poses, reachable)
 
         outcome = self.pool.add(request, time, check)
         if outcome.changed:
             self._missions.record_pool(request)
         return outcome
 
-    def _check(self, number: int, target: Point, poses: Sequence[Pose], floor: OccupancyMap, cells: CellMap) -> None:
+    def _check(self, number: int, target: Point, poses: Sequence[Pose], reachable: Reachable) -> None:
         """Check that some robot can reach a target; the refusal is that of the robot asked first."""
         first: PeerError | None = None
         for name, pose in zip(self._robots, poses, strict=True):
             try:
-                return self._missions.reachable.check(name, pose[:2], [target], floor, cells, number)
+                return reachable.check(name, pose[:2], [target], number)
             except PeerError as fault:
                 first = first or fault
         assert first is not None

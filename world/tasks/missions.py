@@ -8,11 +8,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Assigned, Command, Order, PoolTargets, RobotAction
 from swarm.robot.mission import LEAST
 from swarm.settings import Settings
-from swarm.traffic.lattice.cell_map import CellMap
 from world.measure.recorder import Recorder
 from world.tasks.orders import OrderChange, Orders, OrdersState, Past, StopProgress
 from world.tasks.reachable import Reachable
@@ -43,7 +42,6 @@ class Missions:
         self._robots, self._homes = robots, [(start.x, start.y) for start in starts]
         self._reach, self._patrols = settings.reach, settings.patrol
         self._recorder = recorder
-        self.reachable = Reachable(settings)
         self.orders = Orders(robots, stops, returns=settings.return_home)
         self.left: list[int | None] = [
             0 if row else None for row in stops
@@ -129,9 +127,7 @@ class Missions:
 
     # --- requests ---
 
-    def take(
-        self, number: int, request: Order | RobotAction, here: Point, floor: OccupancyMap, cells: CellMap
-    ) -> OrderChange:
+    def take(self, number: int, request: Order | RobotAction, here: Point, reachable: Reachable) -> OrderChange:
         """Carry out a request to a robot that is at ``here`` [m].
 
         Raises:
@@ -139,7 +135,7 @@ class Missions:
         """
 
         def check(targets: Sequence[Point]) -> None:
-            self.reachable.check(self._robots[number], here, targets, floor, cells)
+            reachable.check(self._robots[number], here, targets)
 
         outcome = self.orders.take(number, request, self._progress(number), self._homes[number], check)
         if outcome.new_stops:

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import COMMAND, Activity, Command, Edit, Order, PoolTargets, RobotAction
+from swarm.maps.occupancy import Point
+from swarm.messages import COMMAND, Activity, Command, Edit, Order, RobotAction
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Bodies
@@ -15,6 +15,7 @@ from world.tasks.dispatcher import Dispatcher
 from world.tasks.missions import Missions, MissionsState
 from world.tasks.orders import OrderChange
 from world.tasks.places import Book, Occupant, Spots
+from world.tasks.reachable import Reachable
 from world.tasks.schedule import Planned
 from world.tasks.task_pool import PoolState
 
@@ -141,26 +142,16 @@ class Tasks:
 
     # --- requests ---
 
-    def request(
-        self, number: int, request: Order | RobotAction, pose: Pose, floor: OccupancyMap, cells: CellMap
-    ) -> OrderChange:
+    def request(self, number: int, request: Order | RobotAction, pose: Pose, reachable: Reachable) -> OrderChange:
         """Carry out a request to a robot.
 
         Raises:
             PeerError: the request is refused; nothing has changed.
         """
-        outcome = self.missions.take(number, request, pose[:2], floor, cells)
+        outcome = self.missions.take(number, request, pose[:2], reachable)
         if outcome.new_stops:
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         return outcome
-
-    def put_in(self, targets: PoolTargets, bodies: Bodies, cells: CellMap, time: float) -> OrderChange:
-        """Put targets into the pool.
-
-        Raises:
-            PeerError: the request is refused; nothing has changed.
-        """
-        return self.dispatcher.add(targets, bodies.poses(), bodies.floor, cells, time)
 
     def spots(self, starts: Sequence[Pose], bodies: Bodies, cells: CellMap, time: float) -> Spots:
         """Return the free floor as it is now; ``starts`` are those of all robots."""

@@ -224,6 +224,14 @@ class CellMap:
         """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``. Do not change the list."""
         return self._distances.to(goal, without)
 
+    @property
+    def pieces(self) -> list[int]:
+        """A number for each cell: the same for two cells if a way joins them. Do not change the list.
+
+        A cell not to stand in has a number of its own. The list ends with OUTSIDE, the number of the place OUTSIDE.
+        """
+        return self._distances.pieces
+
     # ---- other floors, on the same lattice
 
     def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":

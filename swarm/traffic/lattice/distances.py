@@ -1,12 +1,12 @@
-"""The distance tables of a lattice's cells. Those asked for lately are kept."""
+"""What is joined over a lattice's cells, and how far they are. The distance tables asked for lately are kept."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.traffic.lattice.breadth_first import FAR, Joined, breadth_first, joined
+from swarm.traffic.lattice.breadth_first import FAR, NONE, Joined, breadth_first, joined
 
 KEPT: Final = 256  # tables, at most
 LARGEST: Final = 1 << 18  # steps in all tables, 2 MB; at least one table is kept
@@ -15,8 +15,9 @@ LARGEST: Final = 1 << 18  # steps in all tables, 2 MB; at least one table is kep
 class Distances:
     """Steps over cells with these neighbours."""
 
-    def __init__(self, neighbours: Collection[Collection[int]]) -> None:
+    def __init__(self, neighbours: Sequence[Collection[int]]) -> None:
         self._neighbours = neighbours
+        self._pieces: list[int] | None = None
         self._joined: Joined | None = None
         self._numbers: NDArray[np.object_] = np.array([FAR], object)  # 0, 1, 2 ... and FAR: the objects in all tables
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
@@ -33,6 +34,22 @@ class Distances:
                 del self._tables[next(iter(self._tables))]
             self._tables[key] = table
         return table
+
+    @property
+    def pieces(self) -> list[int]:
+        """A number for each cell: the same for two cells if a way joins them. The last one, at index -1, is none."""
+        if self._pieces is None:
+            numbers = [NONE] * len(self._neighbours)
+            for first in range(len(numbers)):
+                if numbers[first] == NONE:
+                    numbers[first], ready = first, [first]
+                    for cell in ready:
+                        for other in self._neighbours[cell]:
+                            if numbers[other] == NONE:
+                                numbers[other] = first
+                                ready.append(other)
+            self._pieces = [*numbers, NONE]
+        return self._pieces
 
     def _shared(self, steps: NDArray[np.int64]) -> list[int]:
         """Return steps as a list without objects of its own: each FAR of its own would take four times the list."""
