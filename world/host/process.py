@@ -31,7 +31,7 @@ from world.host.last_messages import SILENT, Asked
 from world.host.requests import ANSWERED, Requests, waits_in_tick
 from world.host.run import Run
 from world.saving.snapshot_file import make_room
-from world.views.report import write
+from world.views.report_file import write
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 FIND: Final = 2.0  # s between two looks for robots that are away

@@ -30,9 +30,7 @@ def looked_ahead(tasks: Tasks, bodies: Bodies, edit: Edit, *, sensed: bool) -> t
     before, after = (Reachable(tasks.settings, one, cells_of(one, tasks.settings)) for one in (bodies.floor, floor))
     here = [(pose.x, pose.y) for pose in bodies.poses()]
     lost = list(islice(_lost(tasks, after, here), LOOKS))
-    led = [
-        (who, what) for who, what, starts, there in lost if not all(before.wrong("", here, there) for here in starts)
-    ]
+    led = [(who, what) for who, what, starts, there in lost if not all(before.wrong("", one, there) for one in starts)]
     return True, led
 
 

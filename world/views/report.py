@@ -1,12 +1,8 @@
 """The report of a run: one JSON object, every field measured by the recorder or recomputed from its poses."""
 
-import json
 from collections.abc import Sequence
-from math import isfinite
-from pathlib import Path
 from typing import Any, Final
 
-from swarm.errors import ConfigError
 from world.tasks.orders import FATES
 from world.views.metrics import accounts, contacts
 from world.world import World
@@ -176,24 +172,3 @@ def listed(parts: Sequence[str], separator: str, room: int) -> str:
         fitting += 1
     more = f" and {len(parts) - fitting} more" if fitting < len(parts) else ""
     return separator.join(parts[:fitting]) + more
-
-
-def write(summary: dict[str, Any], path: Path) -> None:
-    """Write a report as JSON; a number that is not finite becomes null.
-
-    Raises:
-        ConfigError: the file cannot be written.
-    """
-    text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\n"
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as fault:
-        raise ConfigError(f"--report {path}: expected a file that can be written, got {fault.strerror}") from None
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return value if not isinstance(value, float) or isfinite(value) else None

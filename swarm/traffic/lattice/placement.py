@@ -218,7 +218,7 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         every=radio.every,
         radius=robot.radius,
         radio_range=radio.range,
-        speed=4.0 * robot.speed_scale,
+        speed=robot.top_speed,
         acceleration=robot.wheel_acceleration,
         sensor_range=settings.sensors.range,
         learns=not settings.map.known,
