@@ -20,8 +20,9 @@ from swarm.scenario.starts import later_name, names
 from world.bodies.bodies import Bodies, BodiesState
 from world.bodies.radio_model import RadioModel
 from world.bodies.said import Said
-from world.measure.measures import Measures, MeasuresState
+from world.measure.measures import Measures
 from world.measure.progress import STALLED
+from world.measure.state import MeasuresState
 from world.tasks.places import Book
 from world.tasks.reachable import Reachable
 from world.tasks.schedule import as_edit, as_request
@@ -152,7 +153,7 @@ class World:
         """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
         bodies, tasks, measures = self.bodies, self.tasks, self.measures
         poses = self.poses()
-        measures.sensed(self.tick, bodies.distances)
+        measures.steering.sensed(self.tick, bodies.distances)
         arrived = tasks.arrivals(poses, self.time)
         if arrived:
             measures.verdict.clear()  # the jam did not stop the whole fleet
@@ -235,7 +236,9 @@ class World:
     def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
         """Put targets into the pool; for the result and errors see ``request``."""
         outcome = self.tasks.dispatcher.add(targets, self.poses(), self._reachable, self.time)
-        self.due |= outcome.changed
+        if outcome.changed:
+            self.measures.recorder.request(len(self.robots), targets)
+            self.due = True
         return Accepted(text=outcome.text), [self.event(kind, text) for kind, text in outcome.events]
 
     def request(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:

@@ -84,7 +84,7 @@ def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -
     for _ in range(2):
         world.step({})
     assert world.finished is ends
-    assert (world.measures.verdict.text == "again") is said
+    assert (world.measures.verdict.state.text == "again") is said
     assert world.time < 10.0, "nobody waits long for a run that is over"
 
 
@@ -97,11 +97,11 @@ def test_who_reaches_a_stop_takes_the_proof_back() -> None:
     for _ in range(2 * round(PROVEN / DT)):
         world.step({})
     assert not world.finished
-    assert world.measures.verdict.text == ""
+    assert world.measures.verdict.state.text == ""
     events = [event for _ in range(round(PROVEN / DT) + 2) for event in world.step(
         {"r1": say(world, notes=[("unsolvable", "no way")], activity=Activity.GIVE_WAY)} | waits)]  # fmt: skip
     assert world.finished, "it still holds, as its robot says again"
-    assert world.measures.verdict.text == "no way"
+    assert world.measures.verdict.state.text == "no way"
     assert "unsolvable" not in [event.kind for event in events], "that is no news"
 
 

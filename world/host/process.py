@@ -8,18 +8,7 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import (
-    BODY,
-    CLOCK,
-    COMMAND,
-    PLAN,
-    SENSE,
-    STATE,
-    STATUS,
-    TRUTH,
-    Phase,
-    Sense,
-)
+from swarm.messages import BODY, CLOCK, COMMAND, PLAN, SENSE, STATE, STATUS, TRUTH, Phase, Sense
 from swarm.scenario.load import Scenario
 from swarm.secure import Identity
 from swarm.settings import Pace
@@ -192,10 +181,7 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         run, last = self._run, self._run.last
-        world, asked = (
-            run.world,
-            Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now()),
-        )
+        world, asked = (run.world, Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now()))
         self._asked = asked
         while run.in_tick and run.world is world and self._linked and not stop.is_set():
             present = run.membership.present

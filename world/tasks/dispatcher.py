@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from swarm.errors import PeerError
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Command, PoolTargets
@@ -39,7 +38,7 @@ class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
     def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
-        self.pool = TaskPool(settings.pool)
+        self.pool = TaskPool.of(settings.pool)
         self._settings, self._missions, self._robots = settings, missions, robots
         self._every = max(1, round(EVERY * settings.rate))
 
@@ -52,23 +51,10 @@ class Dispatcher:
 
         def check(targets: Sequence[Point]) -> None:
             for number, target in enumerate(targets, start=1):
-                self._check(number, target, poses, reachable)
+                if all(reachable.wrong("", pose[:2], target) for pose in poses):
+                    reachable.check(self._robots[0], poses[0][:2], [target], number)
 
-        outcome = self.pool.add(request, time, check)
-        if outcome.changed:
-            self._missions.record_pool(request)
-        return outcome
-
-    def _check(self, number: int, target: Point, poses: Sequence[Pose], reachable: Reachable) -> None:
-        """Check that some robot can reach a target; the refusal is that of the robot asked first."""
-        first: PeerError | None = None
-        for name, pose in zip(self._robots, poses, strict=True):
-            try:
-                return reachable.check(name, pose[:2], [target], number)
-            except PeerError as fault:
-                first = first or fault
-        assert first is not None
-        raise first
+        return self.pool.add(request, time, check)
 
     def matters(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
@@ -118,7 +104,7 @@ class Dispatcher:
         missions = self._missions
         if missions.orders.rows[robot].number != errand.assignment:
             return TaskChange.REPLACED
-        if missions.been_everywhere(robot):
+        if missions.progress(robot).done:
             return TaskChange.REACHED
         if command.unreachable:
             return TaskChange.GIVEN_UP

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
-from swarm.messages import Activity, Assigned, Command, Order, PoolTargets, RobotAction
+from swarm.messages import Activity, Assigned, Command, Order, RobotAction
 from swarm.robot.mission import LEAST
 from swarm.settings import Settings
 from world.measure.recorder import Recorder
@@ -82,11 +82,11 @@ class Missions:
         return known[1]
 
     def label(self, number: int, stop: int) -> str:
-        """Return the name of a stop for people."""
+        """Return the name of a stop for people: ``target 1``, ..., ``home``."""
         row = self.orders.rows[number]
         if row.pooled:
             return row.what
-        return stop_label(stop, len(row.stops), row.home)
+        return "home" if row.home and stop == len(row.stops) - 1 else f"target {stop + 1}"
 
     def stopped(self, number: int) -> bool:
         """Return True if a robot was told to stop."""
@@ -121,9 +121,13 @@ class Missions:
         done = command.activity is Activity.DONE and command.assignment == self.orders.rows[number].number
         return done and self.left[number] is None
 
+    def progress(self, number: int) -> StopProgress:
+        """Return how far a robot is with the stops that it has now."""
+        return StopProgress(self.reached_at[number], self.laps[number])
+
     def history(self, number: int) -> list[Past]:
         """Return all stops that a robot has had, the present ones last."""
-        return self.orders.history(number, self._progress(number))
+        return self.orders.history(number, self.progress(number))
 
     # --- requests ---
 
@@ -137,35 +141,24 @@ class Missions:
         def check(targets: Sequence[Point]) -> None:
             reachable.check(self._robots[number], here, targets)
 
-        outcome = self.orders.take(number, request, self._progress(number), self._homes[number], check)
+        outcome = self.orders.take(number, request, self.progress(number), self._homes[number], check)
         if outcome.new_stops:
             self._begin(number)
         if outcome.changed:
             self._recorder.request(number, request)
         return outcome
 
-    def been_everywhere(self, number: int) -> bool:
-        """Return True if a robot has been at all the stops that it has now."""
-        return self._progress(number).done
-
     def hand(self, number: int, errand: str | None, *targets: Point) -> OrderChange:
         """Give a robot an errand of the pool, a name and its target [m], or take back the one that it has."""
-        outcome = self.orders.hand(number, self._progress(number), errand, targets)
+        outcome = self.orders.hand(number, self.progress(number), errand, targets)
         self._begin(number)
         self._recorder.request(number, Order(id="pool", targets=list(targets)))
         return outcome
-
-    def record_pool(self, request: PoolTargets) -> None:
-        """Record targets that were put into the pool."""
-        self._recorder.request(len(self._robots), request)
 
     def _begin(self, number: int) -> None:
         """Begin with new stops."""
         self.reached_at[number], self.laps[number] = [None] * len(self.orders.rows[number].stops), 0
         self.left[number] = self._next_stop(number, ())
-
-    def _progress(self, number: int) -> StopProgress:
-        return StopProgress(self.reached_at[number], self.laps[number])
 
     # --- what robots say, and where they are ---
 
@@ -241,8 +234,3 @@ class Missions:
         if not given_up:
             return row.index(None) if None in row else None
         return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
-
-
-def stop_label(stop: int, stops: int, return_home: bool) -> str:
-    """Return the name of a stop for people: ``target 1``, ..., ``home``."""
-    return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"

@@ -17,7 +17,7 @@ from world.tasks.orders import OrderChange
 from world.tasks.places import Book, Occupant, Spots
 from world.tasks.reachable import Reachable
 from world.tasks.schedule import Planned
-from world.tasks.task_pool import PoolState
+from world.tasks.task_pool import TaskPool
 
 REST: Final = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
@@ -30,7 +30,7 @@ class TasksState(NamedTuple):
 
     commands: list[Command]
     missions: MissionsState
-    pool: PoolState
+    pool: TaskPool
     passed_edits: int
     passed_orders: int
 
@@ -46,7 +46,6 @@ class Tasks:
         self.commands = [REST] * len(starts)  # the last one of each robot
         self.missions = Missions(self.settings, starts, stops, robots, recorder)
         self.dispatcher = Dispatcher(self.settings, self.missions, robots)
-        self.pool = self.dispatcher.pool
         self.places = places
         self.planned_edits, self.planned_orders = Planned(self.settings.edits), Planned(self.settings.orders)
 
@@ -59,13 +58,18 @@ class Tasks:
     def state(self) -> TasksState:
         """The state, which shares its values with this object."""
         passed = self.planned_edits.passed, self.planned_orders.passed
-        return TasksState(self.commands, self.missions.state, self.pool.state, *passed)
+        return TasksState(self.commands, self.missions.state, self.pool, *passed)
 
     def restore(self, state: TasksState) -> None:
         """Continue from a state; places were given at the beginning."""
         self.commands, missions, pool, self.planned_edits.passed, self.planned_orders.passed = state
         self.missions.restore(missions)
-        self.pool.restore(pool)
+        self.dispatcher.pool = pool
+
+    @property
+    def pool(self) -> TaskPool:
+        """The pool: targets that any robot may take."""
+        return self.dispatcher.pool
 
     # --- how far they are ---
 

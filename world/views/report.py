@@ -55,15 +55,12 @@ def report(
         "tick_wall": tick_wall,
         "contacts": contacts(world),
         "avoidable_contacts": record.avoidable,
-        "clearance_min": record.clearance_min,
+        "clearance_min": record.judge.smallest,
         "steering": world.measures.steering.report(),
         "traffic": _traffic(world),
         **_pool(world),
         "per_robot": {
-            name: {
-                **{field: getattr(account, field) for field in account.__struct_fields__},
-                **_orders(world, number),
-            }
+            name: {**{field: getattr(account, field) for field in account.__struct_fields__}, **_orders(world, number)}
             for number, (name, account) in enumerate(accounts(world, shortest).items())
         },
         "digest": record.digest,
@@ -107,18 +104,19 @@ def _pool(world: World) -> dict[str, Any]:
 
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
-    watch = world.measures.reservations.watch
-    for_good = not world.tasks.complete and not watch.in_circle and world.stands_for_good
+    watch = world.measures.reservations.watch.state
+    kinds = [fault.kind for fault in watch.faults]
+    for_good = not world.tasks.complete and not watch.stuck and world.stands_for_good
     return {
         "conflicts": watch.conflicts,
         "joint_plans": watch.joint_plans,
         "deadlocks": watch.deadlocks + for_good,
-        "stalled": sum(world.measures.progress.times),
+        "stalled": sum(world.measures.progress.state.times),
         "longest_wait": watch.longest_wait,
         "settling": _settling(world),
-        "overlaps": watch.count("overlap"),
-        "outside": watch.count("outside"),
-        "intrusions": watch.count("intrusion"),
+        "overlaps": kinds.count("overlap"),
+        "outside": kinds.count("outside"),
+        "intrusions": kinds.count("intrusion"),
     }
 
 
@@ -150,9 +148,13 @@ def missing(world: World) -> str:
     cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped]
     parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
     if lacking:
-        stuck = [f"{name} made no progress for {world.measures.progress.longest[number]:.0f} s"
-                 for number, name in enumerate(world.robots) if world.measures.progress.times[number]]  # fmt: skip
-        parts += [world.measures.verdict.text[:ROOM]] if world.measures.verdict.text else []
+        progress, verdict = world.measures.progress.state, world.measures.verdict.state.text
+        stuck = [
+            f"{name} made no progress for {longest:.0f} s"
+            for name, times, longest in zip(world.robots, progress.times, progress.longest, strict=True)
+            if times
+        ]
+        parts += [verdict[:ROOM]] if verdict else []
         parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
         parts += [listed(stuck, ", ", ROOM)] if stuck else []
     return "; ".join(parts)

@@ -56,7 +56,7 @@ def kinds(events: list[Event], *of: str) -> list[tuple[str | None, str]]:
 
 
 def clean(world: World) -> bool:
-    return not sum(counts.total() for counts in world.measures.recorder.contact_counts)
+    return not sum(counts.total() for counts in world.measures.recorder.counts.contact_counts)
 
 
 def test_each_target_is_visited_once_by_one_robot_and_the_run_ends() -> None:

@@ -190,14 +190,14 @@ def test_what_is_missing_is_one_sentence() -> None:
     assert missing(run(30)) == "not reached: r2 target 1, target 2; r3 target 1 (no path); r4 target 1"
     assert missing(run()).endswith("; r4 target 1; r2 made no progress for 61 s, r4 made no progress for 61 s")
     world = run(30)
-    world.measures.verdict.text = "no way exists for r1, r2 to reach their targets together"
-    assert missing(world).startswith(f"{world.measures.verdict.text}; not reached: r2 target 1, ")
+    world.measures.verdict.state.text = "no way exists for r1, r2 to reach their targets together"
+    assert missing(world).startswith(f"{world.measures.verdict.state.text}; not reached: r2 target 1, ")
 
 
 def test_a_status_message_takes_the_sentence_however_many_robots_there_are() -> None:
     robots = 256
     world = World(scenario_of(map={"text": "\n".join(["." * 20] * 20)}), [Pose(1.0, 1.0, 0.0)] * robots, 1)
-    world.measures.verdict.text = "x" * 2000
+    world.measures.verdict.state.text = "x" * 2000
     assert "not reached: r001 target 1, home; r002" in missing(world)
     assert len(missing(world)) < 2000
 
