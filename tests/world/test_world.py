@@ -189,36 +189,6 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
     assert world.measures.recorder.judge.smallest == pytest.approx(0.0, abs=0.06)
 
 
-# --- what is recorded ---
-
-
-def test_the_recorder_measures_the_way_and_the_waiting() -> None:
-    world = world_of()
-    for _ in range(40):
-        world.step({"r1": drive(world, 0.4, 0.4)})
-    driven = world.measures.recorder.counts.path_length[0]
-    assert driven == pytest.approx(world.poses()[0].x - AT.x)
-    for _ in range(60):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
-    assert world.measures.recorder.counts.waiting[0] == pytest.approx(3.0)
-
-
-def test_a_robot_that_is_done_may_stand_for_ever() -> None:
-    world = world_of()
-    for _ in range(400):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE, unreachable=[0, 1])})
-    assert world.finished
-
-
-def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
-    digests = set()
-    for yaw in (0.0, 5e-324, 1e-12):
-        world = world_of(Pose(2.5, 2.5, yaw))
-        world.step({})
-        digests.add(world.measures.recorder.digest)
-    assert len(digests) == 3
-
-
 # --- the radio model ---
 
 
