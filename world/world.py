@@ -128,7 +128,7 @@ class World:
     def rests(self, members: Sequence[str]) -> bool:
         """Return True if nothing would happen until somebody asks for something; ``members`` are there."""
         awaited = self.tasks.waits_for(members) or self.tasks.planned_edits.left or self.plans_matter
-        return not awaited and not self.bodies.rolling
+        return not awaited and not any(map(any, self.bodies.wheels))
 
     # --- one tick ---
 

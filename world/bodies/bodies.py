@@ -99,11 +99,6 @@ class Bodies:
         """Return the pose of every moving obstacle at a time [s]."""
         return [patrol.at(time) for patrol in self._movers]
 
-    @property
-    def rolling(self) -> bool:
-        """True if a wheel turns."""
-        return any(map(any, self.wheels))
-
     # --- what robots sense ---
 
     def twist(self, robot: int) -> Twist:

@@ -96,7 +96,7 @@ class Run:
     @property
     def stands(self) -> bool:
         """True if the clock is stopped: the run is not running, robots are expected back, or nothing is left to do."""
-        return self.phase is not Phase.RUNNING or self.membership.expected or self._rests
+        return self.phase is not Phase.RUNNING or bool(self.membership.awaited) or self._rests
 
     @property
     def stays(self) -> bool:
@@ -131,7 +131,7 @@ class Run:
         self.world.restore(found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
-        self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
+        self.stopwatch, self.timetable.times = Stopwatch(host.wall_time), Times(host.tick_bins, host.tick_longest)
         self.repeatable.reasons = host.not_reproducible
         self.publisher.events = tuple(host.events)
         self.liveliness.restore(host.seen, host.left)
@@ -153,11 +153,11 @@ class Run:
         self.save()
 
     def _state(self) -> HostState:
-        bins, longest = self.timetable.times.state
+        times = self.timetable.times
         return HostState(
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
             present=self.membership.members, most_in_one=self.membership.most_in_one, late=self.last.late,
-            states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
+            states=self.last.states, plans=self.last.plans, tick_bins=times.bins, tick_longest=times.longest,
             not_reproducible=self.repeatable.reasons, events=list(self.publisher.events),
             seen=dict(self.liveliness.seen), left=self.liveliness.left, pressed=self.pressed,
         )  # fmt: skip

@@ -22,8 +22,8 @@ BY: Final = ("ticks", "metres", "angle")  # units in which shares are computed
 RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
-def stands(speeds: RimSpeeds) -> bool:
-    """Return True if neither wheel turns."""
+def is_zero(speeds: RimSpeeds) -> bool:
+    """Return True if both rim speeds are 0, up to rounding."""
     return abs(speeds[0]) <= CLOSE and abs(speeds[1]) <= CLOSE
 
 
@@ -34,7 +34,7 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
     ['tables', 'tables', 'tightened', 'blended', 'braked']
     """
     (left, right), (left_wanted, right_wanted) = commanded, tables
-    if stands(commanded) and not stands(tables):
+    if is_zero(commanded) and not is_zero(tables):
         return Steering.BRAKED
     square = left_wanted**2 + right_wanted**2
     share = max(0.0, min(1.0, (left * left_wanted + right * right_wanted) / square)) if square else 0.0
@@ -83,7 +83,7 @@ class SteeringWatch:
         commanded, tables = (command.left, command.right), self._ask(number, command)
         label = classify(commanded, tables)
         weights = self.state.weights[label]
-        if not stands(commanded) or (label is Steering.BRAKED and command.activity not in IDLE):
+        if not is_zero(commanded) or (label is Steering.BRAKED and command.activity not in IDLE):
             weights[0] += 1
             if command.scale < 1.0:
                 self.state.scaled += 1

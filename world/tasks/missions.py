@@ -1,6 +1,7 @@
 """The missions of all robots: the stops that each has now, which of them it has been at, and requests for others."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +13,10 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Assigned, Command, Order, RobotAction
 from swarm.robot.mission import LEAST
 from swarm.settings import Settings
+from world.bodies.said import Said
 from world.measure.recorder import Recorder
 from world.tasks.orders import OrderChange, Orders, OrdersState, Past, StopProgress
 from world.tasks.reachable import Reachable
-
-Told = tuple[str, str]  # kind and text of an event
 
 
 class MissionsState(NamedTuple):
@@ -137,10 +137,7 @@ class Missions:
         Raises:
             PeerError: the request is refused; nothing has changed.
         """
-
-        def check(targets: Sequence[Point]) -> None:
-            reachable.check(self._robots[number], here, targets)
-
+        check = partial(reachable.check, self._robots[number], here)
         outcome = self.orders.take(number, request, self.progress(number), self._homes[number], check)
         if outcome.new_stops:
             self._begin(number)
@@ -168,10 +165,11 @@ class Missions:
             return command
         return replace(command, reached=[], unreachable=[])
 
-    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Told]:
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
         """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
+        name = self._robots[number]
         said = [
-            ("unreachable", f"gives up {self.label(number, stop)}: no path leads there")
+            Said("unreachable", f"gives up {self.label(number, stop)}: no path leads there", name)
             for stop in command.unreachable
             if stop < len(self.orders.rows[number].stops) and stop not in before.unreachable
         ]
@@ -183,35 +181,35 @@ class Missions:
             if claimed and self.reached_at[number][stop] is None and before.reached[stop : stop + 1] != [True]:
                 away = distance(pose, stops[stop])
                 text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
-                said.append(("false_claim", text))
+                said.append(Said("false_claim", text, name))
         ours = command.assignment == self.orders.rows[number].number
         done = ours and Activity.DONE is command.activity is not before.activity
         if done and (lacks := self.left[number]) is not None:
-            said.append(
-                ("false_claim", f"says it is done but has not reached {self.label(number, lacks)}; not counted")
-            )
+            text = f"says it is done but has not reached {self.label(number, lacks)}; not counted"
+            said.append(Said("false_claim", text, name))
         return said
 
-    def _taken_up(self, number: int, before: Command, command: Command) -> list[Told]:
+    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
         """Name the stops that a robot takes up again; it drives home again after them."""
         row = self.orders.rows[number]
         stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
         stops = [stop for stop in stops if self.reached_at[number][stop] is None]
         if stops and row.home:
             self.reached_at[number][-1] = None
-        return [("taken_up", f"takes up {self.label(number, stop)} again: a path leads there now") for stop in stops]
+        text = "takes up {} again: a path leads there now".format
+        return [Said("taken_up", text(self.label(number, stop)), self._robots[number]) for stop in stops]
 
     def is_at_next_stop(self, number: int, pose: Pose) -> bool:
         """Return True if the next stop counts at the end of this tick."""
         stop = self.left[number]
         return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
 
-    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Told]:
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
         """Count the stops that a robot is at, at a time [s]."""
         said = []
         while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
             self.reached_at[number][stop] = time
-            said.append(("reached", f"is at {self.label(number, stop)}"))
+            said.append(Said("reached", f"is at {self.label(number, stop)}", self._robots[number]))
             if self._next(number, given_up):
                 break
         return said

@@ -112,11 +112,10 @@ class Tasks:
 
     def arrivals(self, poses: Sequence[Pose], time: float) -> list[Said]:
         """Count the stops that robots are at, at a time [s]: by their poses, whatever they say."""
-        return [
-            Said(kind, text, name)
-            for number, (name, pose, command) in enumerate(zip(self.robots, poses, self.commands, strict=True))
-            for kind, text in self.missions.tick_off(number, pose, command.unreachable, time)
-        ]
+        said = []
+        for number, (pose, command) in enumerate(zip(poses, self.commands, strict=True)):
+            said += self.missions.tick_off(number, pose, command.unreachable, time)
+        return said
 
     def admit(self, commands: Mapping[int, Command], poses: Sequence[Pose]) -> list[Said]:
         """Take in commands, in their order; return what they say that is not so."""
@@ -124,8 +123,7 @@ class Tasks:
         for number, given in commands.items():
             command = self.missions.of_these_stops(number, given)
             before, self.commands[number] = self.commands[number], command
-            told = self.missions.admit(number, before, command, poses[number])
-            said += [Said(kind, text, self.robots[number]) for kind, text in told]
+            said += self.missions.admit(number, before, command, poses[number])
         return said
 
     def in_force(self, tick: int) -> list[Command | None]:

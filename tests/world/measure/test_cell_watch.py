@@ -273,11 +273,6 @@ def test_seconds_are_seconds_at_any_rate(tick: float) -> None:
     assert waiting({name: waits[1:] for name, waits in row.items()}, tick).state.deadlocks == 0
 
 
-def test_ten_seconds_of_standing_and_ten_in_a_circle_are_a_deadlock() -> None:
-    for ticks, deadlocks in ((18, 0), (19, 1)):
-        assert waiting({"a": ["b"] * ticks, "b": ["a"] * ticks}, 1.0).state.deadlocks == deadlocks
-
-
 def test_joint_plans_are_counted_by_their_events() -> None:
     watching = watch()
     plan, refused = TrafficNote("joint_plan", ("r1", "r2"), "r1 leads"), TrafficNote("refused", ("r1",), "no")

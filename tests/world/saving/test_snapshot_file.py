@@ -144,7 +144,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.bodies.floor.cells == one.world.bodies.floor.cells).all()
     assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
-    assert other.membership.expected, "both are to come back"
+    assert other.membership.awaited, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert run_of().world.identity != one.world.identity, "without a file it is another one"
 
