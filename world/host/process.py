@@ -181,8 +181,8 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         run, last = self._run, self._run.last
-        world, asked = (run.world, Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now()))
-        self._asked = asked
+        world = run.world
+        asked = self._asked = Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now())
         while run.in_tick and run.world is world and self._linked and not stop.is_set():
             present = run.membership.present
             lacking = last.lacking(present, world.tick)
