@@ -29,8 +29,8 @@ from msgspec.structs import replace
 
 from benchmarks.dashboard import WARM_UP, router
 from benchmarks.measure import machine, table
-from dashboard.box.address import address
 from dashboard.box.process import run as serve
+from dashboard.mode import box_address
 from swarm.bus import Bus, Endpoint
 from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
@@ -267,7 +267,7 @@ def with_chromium(played: Played, seconds: float) -> tuple[str, ...]:
             started = played.play(bus, seconds, WARM_UP + 2.0)
             for topic, message, ids in played.ticks[0]:
                 bus.send(topic, message, **ids)
-            page.goto(address(port, TOKEN))
+            page.goto(box_address(port, TOKEN))
             first = page.evaluate(FIRST)
             page.evaluate(WATCH)
             session = page.context.new_cdp_session(page)

@@ -5,8 +5,8 @@ import os
 import sys
 from pathlib import Path
 
-from dashboard.ending import end_with_us
 from dashboard.mode import choose
+from dashboard.viewers import end_with_us
 from swarm.errors import SwarmError
 from swarm.installed import without_rerun
 

@@ -1,4 +1,4 @@
-"""The choice of where the dashboard is shown; it works without Rerun."""
+"""The choice of where the dashboard is shown, and the addresses of its pages; it works without Rerun."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -16,18 +16,17 @@ ANY: Final = "0.0.0.0"  # all addresses of this machine
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
-def resolved(asked: str, environ: Mapping[str, str]) -> str:
-    """Return what ``auto`` means on this machine: the viewer if there is a display and Rerun, else the box."""
+def resolved(asked: str, environ: Mapping[str, str], otherwise: str = BOX) -> str:
+    """Return what ``auto`` means on this machine: the viewer if there is a display and Rerun, else ``otherwise``."""
     if asked != "auto":
         return asked
-    return "viewer" if has_screen(environ) and find_spec("rerun_cli") else BOX
+    return "viewer" if has_screen(environ) and find_spec("rerun_cli") else otherwise
 
 
 def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> Mode | None:
-    """Return the mode for what was asked, or None for no dashboard.
+    """Return the mode of Rerun for what was asked, or None for no Rerun; ``auto`` is one of its two viewers.
 
-    ``auto`` is Rerun's native viewer if there is a display and the viewer is installed, else its web viewer. With
-    ``record``, ``off`` still draws into the file (``off-screen``), and so does ``box``, which is none of Rerun's.
+    With ``record``, ``off`` still draws into the file (``off-screen``), and so does ``box``, which is none of Rerun's.
 
     Raises:
         ConfigError: ``asked`` is not in ``ASKED``.
@@ -39,9 +38,7 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
         raise ConfigError(f"dashboard: expected one of {', '.join(ASKED)}, got {asked!r}")
     if asked in {"off", BOX}:
         return "off-screen" if record else None
-    if asked == "auto":
-        return "viewer" if has_screen(environ) and find_spec("rerun_cli") else "web"
-    return cast("Mode", asked)
+    return cast("Mode", resolved(asked, environ, "web"))
 
 
 def has_screen(environ: Mapping[str, str]) -> bool:
@@ -54,6 +51,11 @@ def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
     host = gethostname() if bind == ANY else bind
     source = f"rerun%2Bhttp://{host}:{grpc_port}/proxy"
     return f"http://{host}:{web_port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"
+
+
+def box_address(port: int, token: str) -> str:
+    """Return the address of the box: who has the token may see and steer the fleet."""
+    return f"http://{LOOPBACK}:{port}/?token={token}"
 
 
 def viewer_program() -> Path | None:

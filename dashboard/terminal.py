@@ -16,9 +16,9 @@ from rich.table import Table
 from rich.text import Text
 
 from dashboard.fold import naming, palette
-from dashboard.fold.progress import Progress, RobotProgress, fold, presence
-from swarm.bus import Arrival, Presence
-from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Message, Phase, Topic
+from dashboard.fold.progress import Progress, RobotProgress, fold
+from swarm.bus import Arrival
+from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Phase, Topic
 
 FOLLOWED: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, EVENT)  # all that a terminal shows, beside presence
 LEAVING: Final = frozenset({"gone", "left", "lost", "stale"})  # kinds of events
@@ -31,7 +31,7 @@ LONG: Final = 10.0  # s; a robot that waits longer needs attention
 
 
 class Terminal:
-    """The progress on a console. Use it in a ``with``; feed ``fold``, and call ``refresh`` a few times a second."""
+    """The progress on a console. Use it in a ``with``; feed ``take``, and call ``refresh`` a few times a second."""
 
     def __init__(
         self,
@@ -55,9 +55,7 @@ class Terminal:
         # by robot: its run and assignment, and how many reached stops of that are printed already
         self._told: dict[str, tuple[tuple[int, int], int]] = {}
         self._trouble: list[tuple[float, str]] = []  # lines not printed yet, with their time [s]
-        self._explained: set[tuple[str | None, str]] = (
-            set()
-        )  # robot, kind of an event that somebody tells in other words
+        self._explained: set[tuple[str | None, str]] = set()  # robot and kind of events that somebody else tells
         self._phase_told: tuple[int, Phase] | None = None
         self._line_told = ""
 
@@ -83,17 +81,10 @@ class Terminal:
         """Leave out the next event of each of these kinds about each of these robots: somebody else tells it."""
         self._explained |= set(product(robots, kinds))
 
-    def fold(self, arrived: object) -> None:
-        """Take in what ``Bus.receive`` returned."""
-        match arrived:
-            case Arrival(message=message):
-                self.take(message)
-            case Presence(role="robot"):
-                self.progress = presence(self.progress, arrived.id, arrived.session, arrived.alive)
-
-    def take(self, message: Message) -> None:
-        """Take in a message."""
-        before, self.progress = self.progress, fold(self.progress, message)
+    def take(self, arrived: object) -> None:
+        """Take in what ``Bus.receive`` returned, or a message."""
+        before, self.progress = self.progress, fold(self.progress, arrived)
+        message = arrived.message if isinstance(arrived, Arrival) else arrived
         if isinstance(message, Event) and self.progress is not before and (words := self._words(message)):
             self._trouble.append((message.time, words))
 
@@ -118,7 +109,7 @@ class Terminal:
             self._line_told = line
 
     def _words(self, event: Event) -> str:
-        """Return the words for trouble or a request; "" for another event, as the end of the process of who is done."""
+        """Return the words for trouble or a request; "" for an event that needs no attention."""
         if (event.robot, event.kind) in self._explained:
             self._explained.remove((event.robot, event.kind))
             return ""

@@ -8,8 +8,8 @@ from typing import Any, Final
 import msgspec
 
 from dashboard.box.asking import OF_A_ROBOT, REQUESTS
-from dashboard.box.frames import Joint, Overview, Why
-from dashboard.fold.learning import Learned
+from dashboard.box.frames import Overview, Why
+from dashboard.fold.overlays import Joint, Learned
 from docs.markdown import rows
 from swarm import messages as wire
 from swarm.messages import REPLIES, TOPICS, enums

@@ -71,7 +71,6 @@ SUBROOMS: Final = {
     "swarm.launch.drill": "",
     "dashboard.fold": "",
     "dashboard.rerun": "fold",
-    "dashboard.recording": "fold rerun",
     "dashboard.box": "fold",
 }
 MOST: Final = 12  # modules in a folder of these rooms

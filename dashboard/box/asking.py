@@ -5,7 +5,7 @@ The box commands a fleet only with these requests, so a script can do all that t
 
 import json
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
@@ -43,27 +43,11 @@ ANSWER: Final = 30.0  # s; a large floor is checked before the answer
 LOOK: Final = 2.0  # s in which a world that lives tells what it keeps
 
 
-class Desk(Protocol):
-    """Who answers what browsers ask; each call may take seconds, and several are made at once."""
-
-    def ask(self, name: str, robot: str | None, body: bytes) -> bytes:
-        """Carry out a request of ``REQUESTS`` and return the answer as JSON, or raise a ``SwarmError``."""
-
-    def status(self) -> bytes:
-        """Return the fleet's status as JSON, or raise a ``SwarmError``."""
-
-    def topics(self) -> bytes:
-        """Return the table of the wire's topics as JSON, with the paths of requests."""
-
-    def scenario(self) -> bytes:
-        """Return a scenario file of what the fleet drives now, or raise a ``SwarmError``."""
-
-    def viewer(self) -> bytes:
-        """Return as JSON where Rerun's viewer is, which starts if it has not, or raise a ``SwarmError``."""
-
-
 class Asking:
-    """The desk that hands everything to a fleet's wire; ``viewer`` starts Rerun's and returns its address."""
+    """What browsers ask, handed to a fleet's wire; each call may take seconds, and several are made at once.
+
+    ``viewer`` starts Rerun's viewer and returns its address.
+    """
 
     def __init__(self, bus: Bus, viewer: Callable[[], str]) -> None:
         self._bus, self._viewer = bus, viewer

@@ -6,12 +6,9 @@ import msgspec
 from msgspec import Struct
 
 from dashboard.fold import naming, palette
-from dashboard.fold.contacts import CONTACT
-from dashboard.fold.overlays import explained
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import Scene
 from swarm.errors import SwarmError
-from swarm.fuzzy import Controller
 from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
 from swarm.messages.fields import says
 
@@ -67,21 +64,6 @@ class Why(Struct, frozen=True, kw_only=True):
     right_v: Annotated[float, says("m/s")]
 
 
-class TurnOrder(Struct, frozen=True, kw_only=True):
-    """The order in which robots enter a cell."""
-
-    at: Annotated[tuple[float, float], says("m; the cell's middle")]
-    robots: Annotated[str, says("such as `r3 > r1`")]
-
-
-class Joint(Struct, frozen=True, kw_only=True):
-    """A joint plan under way."""
-
-    leader: Annotated[str, says("the robot that made it")]
-    ways: Annotated[dict[str, list[tuple[float, float]]], says("m; of each member, from where it is")]
-    turns: Annotated[list[TurnOrder], says("the longest orders")]
-
-
 def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:
     """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours."""
     colours = [palette.hexadecimal(palette.robot(number)) for number in range(COLOURS)]
@@ -95,31 +77,29 @@ def framed(key: str, content: object) -> str:
     return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
 
 
-def overview(progress: Progress, home: bool, *, link: bool) -> Overview:
-    """Return the progress in numbers and words; ``home`` says whether the scenario's mission returns."""
-    rows = tuple(_row(progress, name, home) for name in progress.order)
-    return Overview(
-        run=max(0, progress.run),
-        time=progress.time,
-        phase=progress.phase,
-        link=link,
-        share=progress.way,
-        contacts=sum(event.kind == CONTACT and event.run == progress.run for event in progress.events),
-        robots=rows,
-        pool=progress.pool,
-    )
-
-
 class Overviewing(NamedTuple):
-    """An overview that is made when the first browser takes it; the same progress makes the same one."""
+    """An overview that is made when the first browser takes it; the same progress makes the same one.
+
+    ``home`` says whether the scenario's mission returns, ``link`` whether the box is connected.
+    """
 
     progress: Progress
     home: bool
     link: bool
 
     def __call__(self) -> Overview:
-        """Return the overview."""
-        return overview(self.progress, self.home, link=self.link)
+        """Return the progress in numbers and words."""
+        progress = self.progress
+        return Overview(
+            run=max(0, progress.run),
+            time=progress.time,
+            phase=progress.phase,
+            link=self.link,
+            share=progress.way,
+            contacts=sum(event.kind == naming.CONTACT and event.run == progress.run for event in progress.events),
+            robots=tuple(_row(progress, name, self.home) for name in progress.order),
+            pool=progress.pool,
+        )
 
 
 def _row(progress: Progress, name: str, home: bool) -> RobotRow:
@@ -141,14 +121,14 @@ def _row(progress: Progress, name: str, home: bool) -> RobotRow:
     )
 
 
-def rules(controller: Controller, scene: Scene, truth: Truth, selected: frozenset[str]) -> dict[str, Why | str]:
+def rules(scene: Scene, truth: Truth, selected: frozenset[str]) -> dict[str, Why | str]:
     """Return for each selected robot which rules fire, or a sentence that says why that cannot be told."""
-    return {body.robot: _why(controller, scene, body) for body in truth.bodies if body.robot in selected}
+    return {body.robot: _why(scene, body) for body in truth.bodies if body.robot in selected}
 
 
-def _why(controller: Controller, scene: Scene, body: Body) -> Why | str:
+def _why(scene: Scene, body: Body) -> Why | str:
     try:
-        told = explained(controller, scene.settings, body)
+        told = scene.explained(body)
     except SwarmError as fault:
         return str(fault)
     return Why(

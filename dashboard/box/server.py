@@ -16,7 +16,7 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from dashboard.box.asking import REQUESTS, Desk
+from dashboard.box.asking import REQUESTS, Asking
 from dashboard.box.board import MOST_VIEWERS, Board, Viewer
 from dashboard.box.frames import framed
 from swarm.errors import ConfigError, PeerError, SwarmError
@@ -68,8 +68,8 @@ def _answered(body: bytes, kind: str = "application/json") -> web.Response:
 class Server:
     """The server on a port of this machine. Use it in a ``with``; ``show`` puts a frame on everybody's page."""
 
-    def __init__(self, host: str, port: int, token: str, desk: Desk) -> None:
-        self._host, self._port, self._token, self._desk = host, port, token, desk
+    def __init__(self, host: str, port: int, token: str, asking: Asking) -> None:
+        self._host, self._port, self._token, self._wire = host, port, token, asking
         self._board = Board(framed)
         self._news: set[asyncio.Event] = set()  # one a browser: something waits for it
         self._files = assets()
@@ -133,12 +133,12 @@ class Server:
         application.router.add_get("/page/{name}", self._file)
         application.router.add_get("/live", self._live)
         for path, told, kind in (
-            ("/status", self._desk.status, "application/json"),
-            ("/topics", self._desk.topics, "application/json"),
-            ("/scenario", self._desk.scenario, "text/yaml"),
+            ("/status", self._wire.status, "application/json"),
+            ("/topics", self._wire.topics, "application/json"),
+            ("/scenario", self._wire.scenario, "text/yaml"),
         ):
             application.router.add_get(path, self._telling(told, kind))
-        application.router.add_post("/viewer", self._telling(self._desk.viewer, "application/json"))
+        application.router.add_post("/viewer", self._telling(self._wire.viewer, "application/json"))
         for name in REQUESTS:
             application.router.add_post(f"/{name}", self._asking(name))
         runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0, keepalive_timeout=IDLE)
@@ -208,7 +208,7 @@ class Server:
                 body, robot = await asyncio.wait_for(request.read(), SILENT), request.query.get("robot")
             except TimeoutError:
                 return refused(408, f"expected the whole request within {SILENT:g} s, got a part of it")
-            return await self._in_thread(lambda: self._desk.ask(name, robot, body))
+            return await self._in_thread(lambda: self._wire.ask(name, robot, body))
 
         return ask
 

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from threading import Lock, Thread
 from types import TracebackType
 from typing import Final
@@ -20,8 +19,8 @@ SAYS: Final = "dashboard: http://"  # how the line with its address begins
 class RerunPage:
     """The page with Rerun's viewer of one fleet. Use it in a ``with``: the dashboard ends with it."""
 
-    def __init__(self, endpoint: Endpoint, fleet: str, log: Callable[[str], None] = print) -> None:
-        self._endpoint, self._fleet, self._log = endpoint.seen_by(WATCHER), fleet, log
+    def __init__(self, endpoint: Endpoint, fleet: str) -> None:
+        self._endpoint, self._fleet = endpoint.seen_by(WATCHER), fleet
         self._lock = Lock()  # several browsers may open the tab at once
         self._process: subprocess.Popen[str] | None = None
         self._address = ""
@@ -83,5 +82,5 @@ class RerunPage:
         assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:
-                self._log(line.rstrip())
+                print(line.rstrip())
         process.wait()  # it has ended; nothing of it is left

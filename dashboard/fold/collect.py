@@ -9,13 +9,15 @@ from typing import Final
 
 from dashboard.fold import naming
 from dashboard.fold.account import Saved
-from dashboard.fold.contacts import touches
 from dashboard.fold.overlays import Overlay
 from dashboard.fold.progress import Progress
-from swarm.messages import Account, Activity, Clock, Event, Liveness, Message, Phase, Plan, Point, Truth
+from dashboard.fold.state import RunState
+from swarm.messages import Account, Activity, Clock, Event, Events, Liveness, Message, Phase, Plan, Point, Truth
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
 ROWS: Final = 40  # robots in the summary
+OVERLAY: Final = 0.75  # s, simulated, at least between two overlays within a batch; every batch ends with one
+OVERLAYS: Final = 10  # most overlays in one batch, about, if time runs faster
 
 
 @dataclass(slots=True)
@@ -25,7 +27,7 @@ class Batch:
     frames: list[Truth] = field(default_factory=list)
     distances: list[list[float]] = field(default_factory=list)  # m, of each robot at each frame
     lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, new activity
-    paths: list[tuple[float, dict[str, tuple[Point, ...]]]] = field(default_factory=list)  # time, robot -> path
+    paths: list[tuple[float, dict[str, list[Point]]]] = field(default_factory=list)  # time, robot -> path
     events: list[Event] = field(default_factory=list)
     summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
     overlays: list[Overlay] = field(default_factory=list)
@@ -43,83 +45,103 @@ class Batch:
 
 
 class Collector:
-    """The collector of a run's changes: it compares the progress before and after each message."""
+    """The collector of a run's changes, of the robots that it began with; the rules of ``selected`` are shown."""
 
-    def __init__(self, progress: Progress, home: bool) -> None:
-        self._home = home
-        self._order = progress.order
+    def __init__(self, state: RunState, selected: str | None = None) -> None:
+        assert state.scene is not None
+        self.run, self.robots = state.progress.run, state.progress.order
+        self.contacts: int | None = None  # of the run, as the world has counted them
+        self._state, self._selected = state, selected
+        self._home = state.scene.settings.return_home
         self._mark: tuple[int, Phase] | None = None
         self._batch = Batch()
         self._lane: dict[str, str] = {}
         self._planned: frozenset[str] = frozenset()  # robots in joint plans
-        self._begun = progress.time  # s
+        self._begun = state.progress.time  # s
         self._knows_past = False
-        self.contacts: int | None = None  # of the run, as the world has counted them
-        for name in progress.order:
-            self._lanes(progress, name, progress.time)
-        if any(robot.path for robot in progress.robots.values()):
-            self._paths(progress, progress.time)
-        self._batch.events.extend(progress.events)
+        self._truth: Truth | None = None  # the newest that no overlay shows
+        self._laid = 0.0  # s, simulated time of the last overlay
+        self._collected = 0.0  # s, simulated time of the last batch
+        self._gap = OVERLAY
+        for name in self.robots:
+            self._note_lane(name, self._begun)
+        if any(plan.points for plan in state.paths.values()):
+            self._note_paths(self._begun)
+        self._batch.events.extend(state.progress.events)
 
-    def take(self, progress: Progress, message: Message) -> None:
-        """Note what a message changed; it is already folded into ``progress``."""
-        match message:
+    def take(self, news: Message) -> None:
+        """Note what a message has changed; the state has taken it in."""
+        progress = self._state.progress
+        match news:
             case Truth():
-                self._batch.frames.append(message)
-                self._batch.distances.append([progress.robot(name).distance for name in self._order])
-                self._sum_up(progress)
-                planned = frozenset(body.robot for body in message.bodies if body.members)
-                if planned != self._planned:
-                    self._planned = planned
-                    self._paths(progress, message.time)
+                self._note_frame(news)
             case Clock():
-                self._sum_up(progress)
+                self._sum_up()
             case Event():
-                self._batch.events.append(message)
+                self._batch.events.append(news)
+            case Events():
+                self._batch.events.extend(news.events)
             case Plan():
-                self._paths(progress, progress.seconds(message.tick))
-        name = getattr(message, "robot", None)
+                self._note_paths(progress.seconds(news.tick))
+        name = getattr(news, "robot", None)
         if name in self._lane:
-            self._lanes(progress, name, progress.seconds(progress.robot(name).tick))
+            self._note_lane(name, progress.seconds(progress.robot(name).tick))
 
     def knows_past(self) -> None:
         """Note that what happened before this collector began is drawn already."""
         self._knows_past = True
 
-    def look_back(self, progress: Progress, account: Saved) -> None:
+    def look_back(self, account: Saved) -> None:
         """Collect, once, what an account says of the time before this collector began: the stops of each robot."""
         if self._knows_past:
             return
         self._knows_past = True
         for name, row in account.robots.items():
-            if name in self._lane and not row.laps and not progress.robot(name).assignment:
+            if name in self._lane and not row.laps and not self._state.progress.robot(name).assignment:
                 self._batch.lanes += [(time, name, word) for time, word in past(row, self._home) if time < self._begun]
-
-    def lay_over(self, overlay: Overlay) -> None:
-        """Note an overlay of the floor."""
-        self._batch.overlays.append(overlay)
 
     def batch(self) -> Batch:
         """Return what was collected and begin an empty batch."""
-        batch, self._batch = self._batch, Batch()
+        self._lay_over()
+        time = self._state.progress.time
+        self._gap = max(OVERLAY, (time - self._collected) / OVERLAYS)
+        batch, self._batch, self._collected = self._batch, Batch(), time
         return batch.thinned()
 
-    def _sum_up(self, progress: Progress) -> None:
+    def _note_frame(self, truth: Truth) -> None:
+        self._truth = truth
+        self._batch.frames.append(truth)
+        self._batch.distances.append([self._state.progress.robot(name).distance for name in self.robots])
+        self._sum_up()
+        planned = frozenset(body.robot for body in truth.bodies if body.members)
+        if planned != self._planned:
+            self._planned = planned
+            self._note_paths(truth.time)
+        if truth.time >= self._laid + self._gap:
+            self._lay_over()
+
+    def _lay_over(self) -> None:
+        if self._truth is not None and self._state.overlays is not None:
+            self._batch.overlays.append(self._state.overlays.at(self._truth, self._selected))
+            self._laid, self._truth = self._truth.time, None
+
+    def _sum_up(self) -> None:
         """Write the summary once a second and at each change of phase."""
+        progress = self._state.progress
         mark = (int(progress.time), progress.phase)
         if mark != self._mark:
             self._mark = mark
             self._batch.summaries.append((progress.time, summary(progress, self._home, self.contacts)))
 
-    def _lanes(self, progress: Progress, name: str, time: float) -> None:
-        word = naming.lane(progress.robot(name), self._home)
+    def _note_lane(self, name: str, time: float) -> None:
+        word = naming.lane(self._state.progress.robot(name), self._home)
         if self._lane.get(name) != word:
             self._lane[name] = word
             self._batch.lanes.append((max(0.0, time), name, word))
 
-    def _paths(self, progress: Progress, time: float) -> None:
+    def _note_paths(self, time: float) -> None:
         """Note all paths; a robot that follows a joint plan does not follow its own path."""
-        paths = {name: () if name in self._planned else progress.robot(name).path for name in self._order}
+        paths = {name: plan.points for name, plan in self._state.paths.items() if name not in self._planned}
         self._batch.paths.append((time, paths))
 
 
@@ -168,7 +190,7 @@ def totals(progress: Progress, contacts: int | None = None) -> str:
     doing = Counter(progress.robot(name).activity for name in here)
     parts = [f"{count} {naming.words(activity)}" for activity in Activity if (count := doing[activity])]
     parts += [f"{len(robots) - len(here)} not heard"] * (len(here) < len(robots))
-    seen = len(touches(event for event in progress.events if event.run == progress.run))
+    seen = len(naming.touches(event for event in progress.events if event.run == progress.run))
     return (
         f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} targets reached ({progress.share:.0%}); "
         f"{', '.join(parts) or 'nobody there'}; {seen if contacts is None else contacts} contacts"

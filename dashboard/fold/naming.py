@@ -1,12 +1,14 @@
-"""Words for stops and activities, the same in the terminal and in Rerun."""
+"""Words for stops, activities and events, the same in the terminal and in Rerun."""
 
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import Final, NamedTuple
 
 from dashboard.fold.progress import RobotProgress
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Event
 
 WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
+CONTACT: Final = "contact"  # the kind of event
 DOING: Final[Mapping[str, str]] = {WAITS: "giving way", "drives": "driving", "starts": "starting"}  # by word: of many
 
 
@@ -70,7 +72,7 @@ def counted(count: int, word: str) -> str:
 
 
 TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; {} is the world's own text
-    "contact": "{}",
+    CONTACT: "{}",
     "gone": "is gone: its process has ended; it stands until it is started again",
     "left": "has left: its process ended by itself; its body stays where it stands",
     "lost": "is lost: it has been away for long, and the run may end without it",
@@ -113,7 +115,25 @@ def asked(event: Event) -> str:
 def same_touch(one: Event, other: Event) -> bool:
     """Return True if two events tell the contact of the same two robots, each as one of them sees it."""
     there_and_back = f"touches robot {other.robot}", f"touches robot {one.robot}"
-    return one.kind == other.kind == "contact" and one.tick == other.tick and (one.text, other.text) == there_and_back
+    return one.kind == other.kind == CONTACT and one.tick == other.tick and (one.text, other.text) == there_and_back
+
+
+class Touch(NamedTuple):
+    """A contact that has begun."""
+
+    time: float  # s, since the run began
+    at: Point  # m
+    text: str  # for people
+
+
+def touches(events: Iterable[Event]) -> list[Touch]:
+    """Return the contacts among events whose place is known; a contact of two robots, told of both, is one."""
+    found: dict[tuple[float, Point], Touch] = {}
+    for event in events:
+        if event.kind == CONTACT and event.at is not None:
+            text = f"{event.time:.1f} s: {event.robot} {event.text}"
+            found.setdefault((event.time, event.at), Touch(event.time, event.at, text))
+    return list(found.values())
 
 
 def plain(text: str) -> str:

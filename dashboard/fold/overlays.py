@@ -1,17 +1,22 @@
-"""The overlays of the floor at a moment: fired rules of one robot, cells held, who waits for whom, joint plans."""
+"""The overlays of the floor at a moment: fired rules of one robot, cells held, who waits for whom, joint plans.
 
-from collections.abc import Sequence
-from math import degrees
-from typing import Final, NamedTuple
+Where robots are not given the floor, also the floor as they learn it: what they have told each other to be solid.
+"""
 
-from dashboard.fold.learning import Learned, Learning
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from math import ceil
+from typing import Annotated, Final, NamedTuple
+
+from msgspec import Struct
+
 from dashboard.fold.plans import Followed, followed
 from dashboard.fold.scene import Scene
 from swarm.errors import SwarmError
-from swarm.fuzzy import Controller, Explanation, Profile
 from swarm.messages import Body, Broadcast, Truth
+from swarm.messages.fields import says
 from swarm.messages.traffic import Epoch, JointPlan, Record
-from swarm.settings import Settings
+from swarm.scenario.prepare import RESOLUTION
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, traffic_settings
 
@@ -19,6 +24,7 @@ SPREAD: Final = 0.7  # of a cell's side, over which the lines of one plan spread
 ORDERS: Final = 3  # most orders of one plan that are shown
 DETAILED: Final = 8  # robots; of more, the details of one are shown: those of all cover the floor
 NAMED: Final = 8  # most robots named in an order
+KEPT: Final = 30.0  # s of the run for which a cell stays that nobody tells again; each robot tells all of its in turn
 
 Box = tuple[float, float, float, float]  # m: x and y of the lower corner, width, height
 Spot = tuple[float, float]  # m
@@ -38,47 +44,58 @@ def detailed(robots: Sequence[str], selected: str | None) -> tuple[str, ...]:
     return (selected,) if selected in robots and selected is not None else tuple(robots[:1])
 
 
-class Drawing(NamedTuple):
-    """A joint plan as it is drawn."""
+class TurnOrder(Struct, frozen=True, kw_only=True):
+    """The order in which robots enter a cell."""
 
-    leader: str
-    leads: list[Spot]  # m, position of the leader; empty if unknown
-    lines: dict[str, list[Spot]]  # m, robot -> remaining path, from its position
-    orders: list[tuple[Spot, str]]  # m, a cell's centre, and the order in which robots enter it
+    at: Annotated[Spot, says("m; the cell's middle")]
+    robots: Annotated[str, says("such as `r3 > r1`")]
+
+
+class Joint(Struct, frozen=True, kw_only=True):
+    """A joint plan under way."""
+
+    leader: Annotated[str, says("the robot that made it")]
+    ways: Annotated[dict[str, list[Spot]], says("m; of each member, from where it is")]
+    turns: Annotated[list[TurnOrder], says("the longest orders")]
+
+
+class Learned(Struct, frozen=True, kw_only=True):
+    """The floor as the robots have learned and told it, where they were not given it."""
+
+    rows: Annotated[int, says("of the learned grid, which has the floor's extent and origin")]
+    columns: Annotated[int, says("of the learned grid")]
+    resolution: Annotated[float, says("m; side of a cell")]
+    cells: Annotated[list[int], says("solid ones: row * columns + column")]
 
 
 class Overlay(NamedTuple):
     """The overlay of the floor at one moment."""
 
     time: float  # s, since the run began
-    rules: str  # rules that fire in the selected robot, as markdown; empty if the profile is not known
-    held: dict[str, list[Box]]  # the cells that each robot holds
-    waits: list[Arrow]  # from each robot to each robot that it waits for
-    plans: list[Drawing]  # the joint plans under way
+    spots: Mapping[str, Spot]  # m, where each robot is
+    rules: str  # rules that fire in the selected robot, as markdown; empty if there is no robot
+    held: Mapping[str, list[Box]]  # the cells that each robot holds
+    waits: Sequence[Arrow]  # from each robot to each robot that it waits for
+    joint: Sequence[Joint]  # the joint plans under way
     learned: Learned | None = None  # the floor as robots have learned it; None: they were given it
 
 
 class Overlays:
-    """The overlays of one scene; ``selected`` is the robot whose rules are shown, None for the first."""
+    """The overlays of one scene, from the broadcasts of one run after the other."""
 
-    def __init__(self, scene: Scene, selected: str | None = None) -> None:
+    def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._selected = selected
-        self._controller = Controller(Profile.from_builtins(scene.profile)) if scene.profile is not None else None
-        self._cells = cells_of(scene.map, scene.settings)
-        self._absent = traffic_settings(scene.settings).absent
-        self._learning = None if scene.settings.map.known else Learning(scene)
         self._run = -1
         self._records: dict[str, Record] = {}  # the newest of each robot
         self._plans: dict[Epoch, JointPlan] = {}
+        self._walls: dict[int, int] = {}  # cell that is learned to be solid -> tick at which it was told last
 
     def hear(self, message: Broadcast) -> None:
         """Take in what a robot's broadcast says of the floor, and its traffic record."""
         if message.run != self._run:
-            self._run, self._records, self._plans = message.run, {}, {}
-            self._learning = self._learning and Learning(self._scene)
-        if self._learning is not None:
-            self._learning.hear(message)
+            self._run, self._records, self._plans, self._walls = message.run, {}, {}, {}
+        if not self._scene.settings.map.known:
+            self._walls.update(dict.fromkeys(message.walls, message.tick))
         if message.traffic is None:
             return
         own = message.traffic.own
@@ -91,57 +108,67 @@ class Overlays:
             self._plans = {epoch: plan for epoch, plan in self._plans.items() if epoch in in_use}
             self._plans[own.plan.epoch] = own.plan
 
-    def at(self, truth: Truth) -> Overlay:
-        """Return the overlay at the moment of ``truth``."""
+    def at(self, truth: Truth, selected: str | None = None) -> Overlay:
+        """Return the overlay at the moment of ``truth``; ``selected`` is whose rules are shown, None: the first."""
         bodies = {body.robot: body for body in truth.bodies}
-        rules = ""
-        if self._controller is not None and bodies:
-            rules = self.rules(self._controller, bodies.get(self._selected or "", truth.bodies[0]))
-        held = {name: self.boxes(body) for name, body in bodies.items()}
-        plans = self.plans(self._cells, truth.tick, bodies) if truth.run == self._run else []
-        return Overlay(truth.time, rules, held, waits(bodies), plans, self.learned(truth))
+        return Overlay(
+            time=truth.time,
+            spots={name: (body.x, body.y) for name, body in bodies.items()},
+            rules=self._rules(bodies.get(selected or "", truth.bodies[0])) if bodies else "",
+            held={name: self._held(body) for name, body in bodies.items()},
+            waits=waits(bodies),
+            joint=self.joint(truth),
+            learned=self.learned(truth),
+        )
+
+    def joint(self, truth: Truth) -> list[Joint]:
+        """Return the joint plans under way; a robot that is silent for so long that it loses its turns is left out."""
+        if truth.run != self._run:
+            return []
+        absent = traffic_settings(self._scene.settings).absent
+        bodies = {body.robot: body for body in truth.bodies}
+        heard = {
+            robot: record
+            for robot, record in self._records.items()
+            if robot in bodies and truth.tick - record.stamp <= absent
+        }
+        return [drawn(plan, self._cells, bodies) for plan in followed(heard, self._plans)]
 
     def learned(self, truth: Truth) -> Learned | None:
         """Return the floor as robots have learned it by the moment of ``truth``; None: they were given it."""
-        if self._learning is None:
+        settings, floor = self._scene.settings, self._scene.map
+        if settings.map.known:
             return None
-        return (self._learning if truth.run == self._run else Learning(self._scene)).at(truth.tick)
+        oldest = truth.tick - KEPT * settings.rate
+        told = self._walls if truth.run == self._run else {}
+        factor = ceil(floor.resolution / RESOLUTION - 1e-9)
+        return Learned(
+            rows=floor.shape[0] * factor,
+            columns=floor.shape[1] * factor,
+            resolution=floor.resolution / factor,
+            cells=sorted(cell for cell, tick in told.items() if tick >= oldest),
+        )
 
-    def rules(self, controller: Controller, body: Body) -> str:
+    @cached_property
+    def _cells(self) -> CellMap:
+        """The cells of traffic: on a large floor they take a while to find."""
+        return cells_of(self._scene.map, self._scene.settings)
+
+    def _rules(self, body: Body) -> str:
         """Return the explanation of a robot's fuzzy output as markdown."""
         try:
-            told = explained(controller, self._scene.settings, body)
+            told = self._scene.explained(body)
         except SwarmError as fault:
             return f"{body.robot}: {fault}"
         steering = body.steering.value if body.steering is not None else "none"
         joint = f", in a joint plan with {', '.join(body.members)}" if body.members else ""
         return f"**{body.robot}** {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
 
-    def plans(self, cells: CellMap, tick: int, bodies: dict[str, Body]) -> list[Drawing]:
-        """Return the joint plans under way; a robot that is silent for so long that it loses its turns is left out."""
-        heard = {
-            robot: record
-            for robot, record in self._records.items()
-            if robot in bodies and tick - record.stamp <= self._absent
-        }
-        return [drawn(plan, cells, bodies) for plan in followed(heard, self._plans)]
-
-    def boxes(self, body: Body) -> list[Box]:
+    def _held(self, body: Body) -> list[Box]:
         """Return the cells that a robot holds."""
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]
-
-
-def explained(controller: Controller, settings: Settings, body: Body) -> Explanation:
-    """Return why the fuzzy controller gives a robot its wheel speeds now.
-
-    Raises:
-        ControlInputError: one of the body's numbers is none that the controller takes.
-    """
-    scale = settings.robot.distance_scale * body.scale
-    heading_deg = -degrees(body.heading)  # the paper's sign: positive is to the right
-    return controller.explain(body.left / scale, body.front / scale, body.right / scale, heading_deg)
 
 
 def waits(bodies: dict[str, Body]) -> list[Arrow]:
@@ -154,8 +181,8 @@ def waits(bodies: dict[str, Body]) -> list[Arrow]:
     ]
 
 
-def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
-    """Return the drawing of a joint plan; its lines lie side by side, so that each is visible in shared cells."""
+def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Joint:
+    """Return a joint plan as it is drawn; its lines lie side by side, so that each is visible in shared cells."""
     lines = {}
     for number, (robot, way) in enumerate(plan.ways.items()):
         body = bodies[robot]
@@ -165,9 +192,12 @@ def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Drawing:
         middles = [cells.centre(cell) for cell in way[passed:] if 0 <= cell < len(cells)]
         if middles:
             lines[robot] = [(body.x, body.y), *((x + aside, y + aside) for x, y in middles)]
-    orders = [(cells.centre(cell), in_words(order)) for cell, order in plan.turns.items() if 0 <= cell < len(cells)]
-    leads = [(bodies[plan.leader].x, bodies[plan.leader].y)] if plan.leader in bodies else []
-    return Drawing(plan.leader, leads, lines, orders[:ORDERS])
+    turns = [
+        TurnOrder(at=cells.centre(cell), robots=in_words(order))
+        for cell, order in plan.turns.items()
+        if 0 <= cell < len(cells)
+    ]
+    return Joint(leader=plan.leader, ways=lines, turns=turns[:ORDERS])
 
 
 def in_words(order: tuple[str, ...]) -> str:

@@ -1,4 +1,4 @@
-"""The fold of messages into progress: ``fold`` takes one message and returns a new ``Progress``, and does no more.
+"""The fold of what arrives into progress: ``fold`` takes one message and returns a new ``Progress``, and does no more.
 
 Time comes from the messages only. Messages of robots count only in the run that the world announced last. A stop once
 reached stays reached; of everything else the latest tick wins.
@@ -10,6 +10,7 @@ from typing import Final
 
 import msgspec
 
+from swarm.bus import Arrival, Presence
 from swarm.messages import (
     RADIO,
     STATE,
@@ -18,10 +19,7 @@ from swarm.messages import (
     Clock,
     Event,
     Liveness,
-    Message,
     Phase,
-    Plan,
-    Point,
     PoolCounts,
     State,
     Truth,
@@ -48,10 +46,6 @@ class RobotProgress(msgspec.Struct, frozen=True, kw_only=True):
     unreachable: tuple[int, ...] = ()
     assignment: int = 0  # number of its stops; 0: the scenario's
     assigned_at: int = -1  # tick from which it has had them
-    pose: tuple[float, float, float] | None = None  # m, m, rad
-    pose_tick: int = -1
-    path: tuple[Point, ...] = ()
-    path_tick: int = -1
 
     @property
     def stops(self) -> int:
@@ -129,29 +123,32 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         return Liveness.ALIVE if fresh else Liveness.STALE
 
 
-def fold(progress: Progress, message: Message) -> Progress:
-    """Return the progress after a message; it is the same object if the message has nothing new."""
-    match message:
+def fold(progress: Progress, arrived: object) -> Progress:
+    """Return the progress after a message, or after what ``Bus.receive`` returned; the same object if nothing is new.
+
+    A robot's presence has the session of its process, which tells two processes with one name apart.
+    """
+    match arrived:
+        case Arrival(message=message):
+            return fold(progress, message)
+        case Presence(role="robot", id=robot, session=session, alive=alive):
+            sessions = progress.tokens.get(robot, frozenset())
+            sessions = sessions | {session} if alive else sessions - {session}
+            return msgspec.structs.replace(progress, tokens=MappingProxyType({**progress.tokens, robot: sessions}))
         case Clock() | Truth() | Event():
-            if message.run < progress.run:
+            if arrived.run < progress.run:
                 return progress
-            if message.run > progress.run:
+            if arrived.run > progress.run:
                 progress = Progress(
-                    run=message.run, order=progress.order, present=progress.present, tokens=progress.tokens
+                    run=arrived.run, order=progress.order, present=progress.present, tokens=progress.tokens
                 )
-            return _world(progress, message)
-        case Broadcast() | State() | Plan() if message.run == progress.run:
-            old = progress.robot(message.robot)
-            new = _plan(old, message) if isinstance(message, Plan) else _mission(old, message)
-            return progress if new is old else _with_robots(progress, {message.robot: new})
+            return _world(progress, arrived)
+        case Broadcast() | State() if arrived.run == progress.run:
+            old = progress.robot(arrived.robot)
+            if (new := _mission(old, arrived)) is not old:
+                robots = MappingProxyType({**progress.robots, arrived.robot: new})
+                return msgspec.structs.replace(progress, robots=robots)
     return progress
-
-
-def presence(progress: Progress, robot: str, session: str, alive: bool) -> Progress:
-    """Return the progress after a robot's process came or went; the session tells two processes with one name apart."""
-    sessions = progress.tokens.get(robot, frozenset())
-    sessions = sessions | {session} if alive else sessions - {session}
-    return msgspec.structs.replace(progress, tokens=MappingProxyType({**progress.tokens, robot: sessions}))
 
 
 def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
@@ -162,15 +159,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
     if message.tick >= progress.tick:
         rate = message.tick / message.time if message.tick and message.time else progress.rate
         progress = msgspec.structs.replace(progress, tick=message.tick, time=message.time, rate=rate)
-    if isinstance(message, Truth):
-        seen = {}
-        for body in message.bodies:
-            old = progress.robot(body.robot)
-            if message.tick > old.pose_tick:
-                pose = (body.x, body.y, body.yaw)
-                seen[body.robot] = msgspec.structs.replace(old, pose=pose, pose_tick=message.tick)
-        return _with_robots(progress, seen) if seen else progress
-    if message.tick < progress.clock_tick or progress.phase is Phase.OVER:
+    if isinstance(message, Truth) or message.tick < progress.clock_tick or progress.phase is Phase.OVER:
         return progress
     return msgspec.structs.replace(
         progress,
@@ -184,7 +173,7 @@ def _world(progress: Progress, message: Clock | Truth | Event) -> Progress:
 
 
 def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
-    """Return the robot after a message; a broadcast and a state have the mission, a broadcast also has the pose."""
+    """Return the robot after a message about its mission."""
     changed: dict[str, object] = {}
     if isinstance(message, State) and message.assignment > robot.assignment:
         robot = msgspec.structs.replace(
@@ -200,8 +189,6 @@ def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
             changed |= {"state_tick": message.tick, "unreachable": tuple(message.unreachable)}
     elif message.tick > robot.broadcast_tick:
         changed["broadcast_tick"] = message.tick
-        if message.tick > robot.pose_tick:
-            changed |= {"pose": (message.x, message.y, message.yaw), "pose_tick": message.tick}
     if message.tick > robot.tick:
         changed |= {"tick": message.tick, "target": message.target, "distance": message.distance}
         changed["leg"] = max(message.distance, robot.leg if message.target == robot.target else 0.0)
@@ -210,12 +197,6 @@ def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
         if message.activity is not robot.activity or robot.tick < 0:
             changed |= {"activity": message.activity, "since": message.tick}
     return msgspec.structs.replace(robot, **changed) if changed else robot
-
-
-def _plan(robot: RobotProgress, message: Plan) -> RobotProgress:
-    if message.tick <= robot.path_tick:
-        return robot
-    return msgspec.structs.replace(robot, path=tuple(message.points), path_tick=message.tick)
 
 
 def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tuple[int | None, ...]:
@@ -227,7 +208,3 @@ def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tupl
         if there and (first is None or tick < first):
             times[stop] = tick
     return tuple(times)
-
-
-def _with_robots(progress: Progress, changed: dict[str, RobotProgress]) -> Progress:
-    return msgspec.structs.replace(progress, robots=MappingProxyType({**progress.robots, **changed}))

@@ -5,7 +5,8 @@ viewer without a screen crashes at a glyph that its font lacks. All robots share
 kind is sent once per batch as columns, which is cheap. Every call gives its time explicitly.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -14,14 +15,12 @@ import rerun as rr
 
 from dashboard.fold import naming, palette
 from dashboard.fold.collect import Batch
-from dashboard.fold.contacts import Touch, touches
-from dashboard.fold.learning import Learned
-from dashboard.fold.overlays import Arrow, Box, Drawing, Overlay
+from dashboard.fold.overlays import Arrow, Box, Learned, Overlay
 from dashboard.fold.scene import Scene
 from dashboard.rerun import shapes
 from dashboard.rerun.layout import ACCOUNT, TIMELINE
 from dashboard.rerun.reader import moving
-from dashboard.rerun.stage import Scenery, pixels, place
+from dashboard.rerun.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
 
@@ -32,30 +31,24 @@ MARKS: Final = 200  # contacts that are marked, the newest
 
 
 class Picture:
-    """The picture of one run, drawn into its recording."""
+    """The picture of one run, drawn into its recording; of robots ``detailed``, with sensors and held cells.
+
+    The ``stage`` is what stands still: it is drawn first.
+    """
 
     def __init__(
-        self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None
+        self, stream: rr.RecordingStream, scene: Scene, robots: tuple[str, ...], detailed: tuple[str, ...]
     ) -> None:
-        self.robots = robots
-        self._stream = stream
-        self._stage = Scenery(self._log, scene, robots)
-        self._colours = self._stage.colours
-        self._detailed = [n for n, name in enumerate(robots) if detailed is None or name in detailed]
+        self.stage = Stage(partial(stream.log, static=True), scene, robots)
+        self._robots, self._stream = robots, stream
+        self._colours = self.stage.colours
+        self._detailed = [robots.index(name) for name in detailed]
         self._trails = shapes.Trails(len(robots))
         self._frames_seen = 0
         self._words = dict.fromkeys(robots, (0.0, naming.READY))  # since when [s], and the newest word
         self._plans_shown = False
-        self._touched: list[Touch] = []
+        self._touched: list[naming.Touch] = []
         self._learned: Learned | None = None
-
-    def set_stage(self) -> None:
-        """Draw the map, the targets and every name and colour."""
-        self._stage.set()
-
-    def draw_map(self, scene: Scene) -> None:
-        """Draw walls and obstacles, which have changed."""
-        self._stage.draw_map(scene)
 
     # --- what moves ---
 
@@ -68,10 +61,10 @@ class Picture:
             if time < self._words[name][0]:
                 continue  # of the time before this dashboard came
             self._words[name] = (time, word)
-            labels = [self._label(name) for name in self.robots]
+            labels = [self._label(name) for name in self._robots]
             self._at(time, "world/heading", rr.LineStrips2D.from_fields(labels=labels))
         for time, paths in batch.paths[-PATHS:]:
-            strips = [np.array(paths[name], dtype=np.float32).reshape(-1, 2) for name in self.robots]
+            strips = [_array(paths.get(name, ())) for name in self._robots]
             self._at(time, "world/paths", rr.LineStrips2D.from_fields(strips=strips))
         for event in batch.events:
             self._draw_event(event)
@@ -82,12 +75,12 @@ class Picture:
             self._lay_over(overlay)
 
     def _draw_frames(self, frames: list[Truth], distances: list[list[float]]) -> None:
-        values = shapes.table(frames, self.robots)
+        values = shapes.table(frames, self._robots)
         times = [frame.time for frame in frames]
-        scene, (rows, robots, _) = self._stage.scene.settings, values.shape
+        scene, (rows, robots, _) = self.stage.scene.settings, values.shape
         radius = scene.robot.radius
-        if not self._stage.homes_known and frames[0].tick <= scene.rate:
-            self._stage.draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
+        if not self.stage.homes_known and frames[0].tick <= scene.rate:
+            self.stage.draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
         each, near = [robots] * rows, values[:, self._detailed]
         positions = values[..., :2].reshape(-1, 2)
         self._columns("world/robots", times, rr.Points2D.columns(positions=positions).partition(each))
@@ -129,7 +122,7 @@ class Picture:
 
     def _draw_contacts(self, events: Sequence[Event]) -> None:
         """Mark where robots have touched something; marks stay, and both robots of a contact share one."""
-        for touch in touches(events):
+        for touch in naming.touches(events):
             if touch.at in {other.at for other in self._touched}:
                 continue
             self._touched = [*self._touched, touch][-MARKS:]
@@ -150,18 +143,18 @@ class Picture:
             self._at(overlay.time, "rules", text)
         self._draw_held(overlay.time, overlay.held)
         self._draw_waits(overlay.time, overlay.waits)
-        self._draw_plans(overlay.time, overlay.plans)
+        self._draw_plans(overlay)
         if overlay.learned is not None and overlay.learned != self._learned:
             self._learned = overlay.learned
             self._draw_learned(overlay.time, overlay.learned)
 
     def _draw_learned(self, time: float, learned: Learned) -> None:
         cells = rr.SegmentationImage(shapes.learned_image(learned), draw_order=-20.0)
-        self._at(time, "learned/cells", place(self._stage.scene, learned.resolution))
+        self._at(time, "learned/cells", place(self.stage.scene, learned.resolution))
         self._at(time, "learned/cells", cells)
 
     def _draw_held(self, time: float, held: Mapping[str, Sequence[Box]]) -> None:
-        cells = [(cell, n) for n in self._detailed for cell in held.get(self.robots[n], ())]
+        cells = [(cell, n) for n in self._detailed for cell in held.get(self._robots[n], ())]
         boxes = np.array([cell for cell, _ in cells], dtype=np.float32).reshape(-1, 4)
         colours = [self._colours[n] for _, n in cells]
         shown = rr.Boxes2D(mins=boxes[:, :2], sizes=boxes[:, 2:], colors=colours, radii=pixels(0.7), draw_order=1.0)
@@ -173,35 +166,36 @@ class Picture:
         shown = rr.Arrows2D(origins=origins, vectors=vectors, colors=palette.WAITS, radii=pixels(1.0), draw_order=32.0)
         self._at(time, "world/waits", shown)
 
-    def _draw_plans(self, time: float, plans: Sequence[Drawing]) -> None:
+    def _draw_plans(self, overlay: Overlay) -> None:
         """Draw each plan in its leader's colour: the remaining paths, and the order in which cells are entered."""
-        if not plans and not self._plans_shown:
+        if not overlay.joint and not self._plans_shown:
             return
-        self._plans_shown = bool(plans)
+        self._plans_shown = bool(overlay.joint)
         lines, line_colours = [], []
         ends, end_colours = [], []
         spots, texts, spot_colours = [], [], []
-        for plan in plans:
+        for plan in overlay.joint:
             colour = palette.lightened(self._colour(plan.leader))
-            rings = shapes.rings(plan.leads, self._stage.scene.settings.robot.radius * RING)
-            lines += [*(np.array(line, dtype=np.float32) for line in plan.lines.values()), *rings]
-            line_colours += [colour] * (len(plan.lines) + len(rings))
-            ends += [line[-1] for line in plan.lines.values()]
-            end_colours += [self._colour(name) for name in plan.lines]
-            spots += [spot for spot, _ in plan.orders]
-            texts += [naming.plain(text) for _, text in plan.orders]
-            spot_colours += [colour] * len(plan.orders)
+            leads = [overlay.spots[plan.leader]] if plan.leader in overlay.spots else []
+            rings = shapes.rings(leads, self.stage.scene.settings.robot.radius * RING)
+            lines += [*(_array(line) for line in plan.ways.values()), *rings]
+            line_colours += [colour] * (len(plan.ways) + len(rings))
+            ends += [line[-1] for line in plan.ways.values()]
+            end_colours += [self._colour(name) for name in plan.ways]
+            spots += [turn.at for turn in plan.turns]
+            texts += [naming.plain(turn.robots) for turn in plan.turns]
+            spot_colours += [colour] * len(plan.turns)
         strips = rr.LineStrips2D(lines, colors=line_colours, radii=pixels(0.8), draw_order=6.5)
-        self._at(time, "world/plans", strips)
+        self._at(overlay.time, "world/plans", strips)
         dots = rr.Points2D(_array(ends), colors=end_colours, radii=pixels(3.5), draw_order=6.6)
-        self._at(time, "world/plans/ends", dots)
+        self._at(overlay.time, "world/plans/ends", dots)
         marks = rr.Points2D(
             _array(spots), colors=spot_colours, radii=pixels(4.5), labels=texts, show_labels=True, draw_order=33.0
         )
-        self._at(time, "world/plans/order", marks)
+        self._at(overlay.time, "world/plans/order", marks)
 
     def _colour(self, name: str) -> palette.Colour:
-        return self._colours[self.robots.index(name)] if name in self.robots else palette.TARGET
+        return self._colours[self._robots.index(name)] if name in self._robots else palette.TARGET
 
     def keep(self, time: float, account: str) -> None:
         """Keep an account of the run at a time [s]; no view shows it."""
@@ -216,9 +210,6 @@ class Picture:
         self._stream.send_chunks(moving(path))
 
     # --- inside ---
-
-    def _log(self, entity: str, what: rr.AsComponents) -> None:
-        self._stream.log(entity, what, static=True)
 
     def _at(self, time: float, entity: str, what: rr.AsComponents) -> None:
         self._stream.set_time(TIMELINE, duration=time)

@@ -1,19 +1,20 @@
-"""The reader of recordings: it returns the texts of an entity, of a file that may be anything."""
+"""The reader of recordings: what is in a file, which may be anything, and which file a dashboard goes on from."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import rerun
 import rerun.chunk
 
-from dashboard.fold.account import Saved, read
+from dashboard.fold.account import Saved, is_earlier, read
 from dashboard.frames import is_whole, readable, written_by
 from dashboard.rerun.layout import ACCOUNT, APPLICATION, TIMELINE
 from swarm.errors import ConfigError
 
 TEXT: Final = "TextDocument:text"
+LARGEST: Final = 256 * 2**20  # bytes of a file to go on from; the server keeps no more either
 ASK: Final = "give the FILE of `swarm run --record FILE`"
 
 
@@ -55,6 +56,21 @@ def read_account(path: Path) -> tuple[Saved, bool]:
         return read(recorded.texts[-1]), recorded.whole
     except ConfigError as fault:
         raise ConfigError(f"{path}: {fault}") from None
+
+
+def earlier(files: Sequence[Path], account: Saved) -> Path | None:
+    """Return the newest recording of the same run among those of earlier dashboards, the newest first; None: none.
+
+    A fleet that was restarted has several recordings of each dashboard.
+    """
+    for first in files:
+        for path in (*sorted(first.parent.glob(f"{first.stem}-run*{first.suffix}"), reverse=True), first):
+            try:
+                if path.stat().st_size <= LARGEST and is_earlier(read_account(path)[0], account):
+                    return path
+            except (OSError, ConfigError):
+                continue
+    return None
 
 
 def moving(path: Path) -> Iterator[rerun.chunk.Chunk]:

@@ -1,6 +1,10 @@
-"""The destinations of recordings: a server that viewers connect to, and files."""
+"""The destinations of recordings: a server that viewers connect to, and files.
 
-from collections.abc import Collection
+A file that is finished is made smaller: Rerun writes many small chunks, and few large ones take less room.
+"""
+
+import os
+import subprocess
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -9,15 +13,15 @@ from typing import Final
 import rerun as rr
 
 from dashboard.fold.scene import Scene
-from dashboard.frames import finish
-from dashboard.mode import ANY, LOOPBACK
-from dashboard.rerun.compaction import compact
+from dashboard.frames import finish, is_whole
+from dashboard.mode import ANY, LOOPBACK, viewer_program
 from dashboard.rerun.drawing import Picture
 from dashboard.rerun.layout import APPLICATION, blueprint
 from swarm.errors import ConfigError
 
 FLUSH: Final = 0.3  # s between two flushes
 SMALLER: Final = 10.0  # s to make files smaller; the launcher waits 15 s for the dashboard
+LARGEST: Final = 1_000_000_000  # bytes of a file that is made smaller; Rerun's program holds all of it in memory
 MEMORY: Final = "256MiB"  # of recordings that the server keeps for viewers that come late
 
 
@@ -34,10 +38,8 @@ class Recordings:
         self._files: list[Path] = []
         self.url: str | None = None  # for viewers
 
-    def begin(
-        self, name: str, scene: Scene, robots: tuple[str, ...], detailed: Collection[str] | None = None
-    ) -> Picture:
-        """Begin a run's recording; sensors and held cells are drawn of the robots ``detailed``, None for all.
+    def begin(self, name: str, scene: Scene, robots: tuple[str, ...], detailed: tuple[str, ...]) -> Picture:
+        """Begin a run's recording; sensors and held cells are drawn of the robots ``detailed``.
 
         Raises:
             ConfigError: the file cannot be written.
@@ -53,25 +55,21 @@ class Recordings:
             sinks.append(server)
         elif self.url is not None:
             sinks.append(rr.GrpcSink(self.url))
+        files: list[Path] = []
         if self._record is not None:
-            sinks.append(rr.FileSink(str(self._file()), write_footer=False))
-        plan = blueprint(scene)
+            number = len(self._streams) + 1
+            files = [self._record if number == 1 else self._record.with_stem(f"{self._record.stem}-run{number}")]
+        sinks += [rr.FileSink(str(file), write_footer=False) for file in files]
         try:
-            stream.set_sinks(*sinks, default_blueprint=plan)
+            stream.set_sinks(*sinks, default_blueprint=blueprint(scene))
         except RuntimeError as fault:
             raise ConfigError(f"record: expected to write {self._record}, got {fault}; choose another file") from None
-        if self._record is not None:
-            self._files.append(self._file())
-        stream.send_recording_name(name)
+        self._files += files
         self._streams.append(stream)
-        view = Picture(stream, scene, robots, detailed)
-        view.set_stage()
-        return view
-
-    def _file(self) -> Path:
-        assert self._record is not None
-        number = len(self._streams) + 1
-        return self._record if number == 1 else self._record.with_stem(f"{self._record.stem}-run{number}")
+        stream.send_recording_name(name)
+        picture = Picture(stream, scene, robots, detailed)
+        picture.stage.set()
+        return picture
 
     @property
     def records(self) -> bool:
@@ -95,3 +93,23 @@ class Recordings:
             if (left := until - monotonic()) > 0.0:
                 compact(file, left)
         self._files.clear()
+
+
+def compact(recording: Path, within: float) -> None:
+    """Make a recording smaller. It stays as it is if that takes longer than ``within`` [s], or fails in any way."""
+    program = viewer_program()
+    if program is None or not is_whole(recording) or recording.stat().st_size > LARGEST:
+        return
+    part = recording.with_name(f".{recording.name}.part")
+    quiet = subprocess.DEVNULL
+    # "live": chunks of a size that the viewer shows well; those for servers are hardly smaller
+    command = [str(program), "rrd", "optimize", "--profile", "live", str(recording), "-o", str(part)]
+    try:
+        done = subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, timeout=within, check=False)
+        if done.returncode == 0 and is_whole(part) and part.stat().st_size < recording.stat().st_size:
+            os.replace(part, recording)
+    except (OSError, subprocess.TimeoutExpired):
+        return
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)

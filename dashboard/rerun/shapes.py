@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dashboard.fold import palette
-from dashboard.fold.learning import Learned
+from dashboard.fold.overlays import Learned
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.messages import Body, Mover, Truth

@@ -11,40 +11,38 @@ from dashboard.rerun import shapes
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL, Point
 
-Log = Callable[[str, rr.AsComponents], None]  # entity, what: for all times
+Log = Callable[[str, rr.AsComponents], None]  # entity and what is drawn, for all times
 
 UPRIGHT: Final = rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]])  # Rerun's 2D view has y down
 
 
-class Scenery:
+class Stage:
     """The parts of one run's picture that do not move."""
 
     def __init__(self, log: Log, scene: Scene, robots: tuple[str, ...]) -> None:
         self.scene = scene
-        self.robots = robots
         self.colours = [palette.robot(number) for number in range(len(robots))]
         self.homes_known = False
-        self._log = log
+        self._log, self._robots = log, robots
 
     def set(self) -> None:
         """Draw the map, the targets and every name and colour."""
         self._log("world", UPRIGHT)
-        self.draw_map()
+        self.draw_map(self.scene)
         self._draw_targets()
         self._give_looks()
         self._colour_lanes()
         if self.scene.starts:
             self.draw_homes({name: (pose[0], pose[1]) for name, pose in self.scene.starts.items()})
 
-    def draw_map(self, scene: Scene | None = None) -> None:
+    def draw_map(self, scene: Scene) -> None:
         """Draw walls and obstacles, and the border; call it again when they have changed."""
-        self.scene = scene or self.scene
-        floor = self.scene.map
-        self._log("world/map", place(self.scene, floor.resolution))
+        self.scene, floor = scene, scene.map
+        self._log("world/map", place(scene, floor.resolution))
         self._log("world/map", rr.Image(shapes.floor_image(floor), color_model="RGB", draw_order=-20.0))
         border = rr.LineStrips2D([shapes.border(floor)], colors=palette.WALL, radii=pixels(1.0), draw_order=-10.0)
         self._log("world/border", border)
-        if not self.scene.settings.map.known:
+        if not scene.settings.map.known:
             self._log("learned", UPRIGHT)
             self._log("learned/border", border)
             solid = [(FREE, "not told", palette.FLOOR), (WALL, "told to be solid", palette.WALL)]
@@ -53,8 +51,8 @@ class Scenery:
     def draw_homes(self, spots: Mapping[str, Point]) -> None:
         """Draw where robots started [m]."""
         self.homes_known = True
-        places = [number for number, name in enumerate(self.robots) if name in spots]
-        squares = shapes.squares([spots[self.robots[n]] for n in places], self.scene.settings.robot.radius * 1.2)
+        places = [number for number, name in enumerate(self._robots) if name in spots]
+        squares = shapes.squares([spots[self._robots[n]] for n in places], self.scene.settings.robot.radius * 1.2)
         colours = [self.colours[n] for n in places]
         self._log("world/homes", rr.LineStrips2D(squares, colors=colours, radii=pixels(1.2), draw_order=3.0))
 
@@ -64,10 +62,10 @@ class Scenery:
         spots: list[Point] = []
         names: list[str] = []
         colours: list[palette.Colour] = []
-        for number in range(len(self.robots) if own else 1):
+        for number in range(len(self._robots) if own else 1):
             for index, spot in enumerate(self.scene.targets(number), start=1):
                 spots.append(spot)
-                names.append(f"{self.robots[number]}: {index}" if own else f"target {index}")
+                names.append(f"{self._robots[number]}: {index}" if own else f"target {index}")
                 colours.append(self.colours[number] if own else palette.TARGET)
         if spots:
             rings = shapes.rings(spots, max(settings.reach, settings.robot.radius))
@@ -79,7 +77,7 @@ class Scenery:
 
     def _give_looks(self) -> None:
         """Log the colours and widths of what moves."""
-        radius, colours, names = self.scene.settings.robot.radius, self.colours, list(self.robots)
+        radius, colours, names = self.scene.settings.robot.radius, self.colours, list(self._robots)
         faded = [palette.faded(colour) for colour in colours]
         discs = rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, labels=names, show_labels=False)
         self._log("world/robots", discs)
@@ -99,7 +97,7 @@ class Scenery:
 
     def _colour_lanes(self) -> None:
         home = self.scene.settings.return_home
-        for number, name in enumerate(self.robots):
+        for number, name in enumerate(self._robots):
             stops = len(self.scene.targets(number)) + home
             words = [naming.stop_lane(stop, stops, home) for stop in range(stops)]
             colours = [palette.stop(stop, stops) for stop in range(stops)]

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
+from secrets import token_urlsafe
 from socket import create_connection
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.box.address import address, token
-from dashboard.mode import BOX, LOOPBACK, choose, has_screen, page_address, resolved
+from dashboard.mode import BOX, LOOPBACK, box_address, choose, has_screen, page_address, resolved
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
@@ -33,6 +33,7 @@ from swarm.secure import names as members
 from swarm.stopping import told_to_stop
 from world.views.report_file import write
 
+TOKEN: Final = 18  # bytes of chance in the token of a box
 ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
 
@@ -73,7 +74,7 @@ def run(options: Options) -> int:
             shown |= ports
         box = None
         if options.dashboard == BOX:
-            port, secret = _free_port(), token()
+            port, secret = _free_port(), token_urlsafe(TOKEN)
             box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
             if asked == "auto" and box["open_page"] and lacks is not None:
                 say(f"{lacks}; the box shows the fleet")
@@ -144,7 +145,7 @@ def _watch(
                 bus = opened.enter_context(Bus(endpoint.seen_by(members.WATCHER), processes.name))
                 _follow(bus, processes)
             if box is not None and _answers(box["port"]):
-                page, box = address(box["port"], box["token"]), None
+                page, box = box_address(box["port"], box["token"]), None
                 entry.tell_box(page)
                 say(f"box: {page}")
             for request in _show(bus, terminal):
@@ -225,7 +226,7 @@ def _show(bus: Bus | None, terminal: Terminal) -> list[Request]:
     while bus is not None and (arrived := bus.receive(0.0)) is not None:
         if isinstance(arrived, Request):
             requests.append(arrived)
-        terminal.fold(arrived)
+        terminal.take(arrived)
     terminal.refresh()
     return requests
 

@@ -7,7 +7,8 @@ from typing import TypeVar
 
 from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
-from swarm.messages import CLOCK, MAP, PLAN, STATE, STATUS, Map, Message
+from swarm.messages import CLOCK, MAP, PLAN, STATE, STATUS, Message
+from tests.dashboard.drawn import floor
 from tests.dashboard.measured import status
 from tests.dashboard.rehearsal import Rehearsal
 
@@ -40,7 +41,7 @@ class World:
     def serve(self) -> None:
         """Answer late joiners from now on."""
         self._bus.keep(CLOCK, lambda: {CLOCK.key: self._rehearsal.clock(self._tick)})
-        self._bus.keep(MAP, self._floor)
+        self._bus.keep(MAP, lambda: {MAP.key: floor(self._rehearsal)})
         self._bus.keep(STATUS, lambda: {STATUS.key: status(self._rehearsal, self._tick)})
         self._bus.keep(STATE, lambda: self._each(STATE.key, self._rehearsal.state))
         self._bus.keep(PLAN, lambda: self._each(PLAN.key, self._rehearsal.plan))
@@ -50,10 +51,6 @@ class World:
         self._rehearsal, self._tick = rehearsal, tick
         for topic, message, ids in rehearsal.messages(tick):
             self._bus.send(topic, message, **ids)
-
-    def _floor(self) -> dict[str, Map]:
-        scenario, packed = self._rehearsal.scenario.to_wire()
-        return {MAP.key: Map(scenario=scenario, packed=packed)}
 
     def _each(self, key: str, message: Callable[[int, int], M]) -> dict[str, M]:
         names = self._rehearsal.names

@@ -65,7 +65,7 @@ def test_an_unknown_word_is_refused() -> None:
 def test_a_host_without_rerun_can_import_all_but_the_view() -> None:
     code = (
         "import sys; sys.modules['rerun'] = None\n"
-        "import dashboard.fold.progress, dashboard.terminal, dashboard.mode, dashboard.fold.collect, dashboard.__main__\n"
+        "import dashboard.fold.progress, dashboard.terminal, dashboard.mode, dashboard.fold.collect, dashboard.box.process, dashboard.__main__\n"
         "assert not [name for name in sys.modules if name.startswith('rerun_')]"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

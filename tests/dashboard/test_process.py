@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from dashboard import process
+from dashboard import process, viewers
 from dashboard.frames import is_whole
 from swarm.bus import Bus, Endpoint, Presence
 from swarm.errors import ConfigError
@@ -145,7 +145,7 @@ def test_what_cannot_be_done_is_said(endpoint: Endpoint, arguments: list[str], e
 
 
 def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "viewer_program", lambda: None)
+    monkeypatch.setattr(viewers, "viewer_program", lambda: None)
     with pytest.raises(ConfigError, match="expected the program `rerun`"):
         process.run(endpoint, "test", "viewer")
 

@@ -32,7 +32,7 @@ def played(terminal: Terminal, wall: Wall, rehearsal: Rehearsal, factor: float) 
     with terminal:
         for tick in range(rehearsal.ticks + 1):
             for _, message, _ in rehearsal.messages(tick):
-                terminal.fold(arrival(message))
+                terminal.take(arrival(message))
             wall.now += 1 / RATE / factor
             terminal.refresh()
 
@@ -56,12 +56,12 @@ def test_in_a_terminal_there_is_one_row_a_robot() -> None:
     played(Terminal(console, clock=wall), wall, Rehearsal(3), factor=20.0)
     with console.capture() as capture:
         terminal = Terminal(console, clock=wall)
-        terminal.fold(arrival(clock(40)))
-        terminal.fold(arrival(broadcast(40, activity=Activity.GIVE_WAY)))
-        terminal.fold(arrival(clock(100)))
-        terminal.fold(Presence("robot", "a", "session", True))
-        terminal.fold(Presence("robot", "b", "session", True))
-        terminal.fold(Presence("robot", "b", "session", False))
+        terminal.take(arrival(clock(40)))
+        terminal.take(arrival(broadcast(40, activity=Activity.GIVE_WAY)))
+        terminal.take(arrival(clock(100)))
+        terminal.take(Presence("robot", "a", "session", True))
+        terminal.take(Presence("robot", "b", "session", True))
+        terminal.take(Presence("robot", "b", "session", False))
         console.print(terminal.renderable())
     assert "silent" in capture.get()
     assert "gone" in capture.get()
@@ -76,7 +76,7 @@ def test_who_waits_is_said_with_for_how_long() -> None:
         broadcast(99, activity=Activity.GIVE_WAY),
         clock(100),
     ):
-        terminal.fold(arrival(message))
+        terminal.take(arrival(message))
     with console.capture() as capture:
         console.print(terminal.renderable())
     assert "gives way 3 s" in capture.get()
@@ -85,16 +85,16 @@ def test_who_waits_is_said_with_for_how_long() -> None:
 def test_a_large_fleet_is_summed_up() -> None:
     console = Console(file=StringIO(), width=100)
     terminal = Terminal(console)
-    terminal.fold(arrival(clock(0, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
+    terminal.take(arrival(clock(0, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
     with console.capture() as capture:
         console.print(terminal.renderable())
     assert f"{ROWS + 7} robots: {ROWS + 7} ready" in capture.get()
     assert "r3" not in capture.get()
     for tick in (40, 2000):
-        terminal.fold(arrival(clock(tick, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
+        terminal.take(arrival(clock(tick, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
         for number in range(ROWS + 7):
             waits = Activity.GIVE_WAY if number == 3 else Activity.DRIVE
-            terminal.fold(arrival(broadcast(tick, f"r{number}", activity=waits, distance=5.0 if tick == 40 else 2.0)))
+            terminal.take(arrival(broadcast(tick, f"r{number}", activity=waits, distance=5.0 if tick == 40 else 2.0)))
     with console.capture() as capture:
         console.print(terminal.renderable())
     assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in capture.get()
@@ -104,7 +104,7 @@ def test_a_large_fleet_is_summed_up() -> None:
 
 def test_the_headline_says_how_far_the_pool_is() -> None:
     terminal = Terminal(Console(file=StringIO()), clock=Wall())
-    terminal.fold(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
+    terminal.take(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
     assert "running,   0% of the way, 3 of 7 pool targets done" in terminal.line()
 
 
@@ -116,8 +116,8 @@ def test_a_restart_tells_the_stops_anew() -> None:
     out, wall = StringIO(), Wall()
     terminal = Terminal(Console(file=out, width=80), clock=wall)
     for run in (1, 2):
-        terminal.fold(arrival(clock(0, run=run)))
-        terminal.fold(arrival(broadcast(9, run=run, reached=[True, False, False])))
+        terminal.take(arrival(clock(0, run=run)))
+        terminal.take(arrival(broadcast(9, run=run, reached=[True, False, False])))
         terminal.refresh()
     assert out.getvalue().count("a reached 1 (1 of 3)") == 2
 
@@ -129,14 +129,14 @@ def lines_of(out: StringIO) -> list[str]:
 def test_the_stops_of_each_order_are_told() -> None:
     out, wall = StringIO(), Wall()
     terminal = Terminal(Console(file=out, width=80), clock=wall)
-    terminal.fold(arrival(clock(0)))
+    terminal.take(arrival(clock(0)))
     for tick, assignment, reached in (
         (20, 0, [True, True, False]),
         (40, 1, [False, False]),
         (60, 1, [True, False]),
         (80, 1, [True, True]),
     ):
-        terminal.fold(arrival(state(tick, assignment=assignment, reached=reached)))
+        terminal.take(arrival(state(tick, assignment=assignment, reached=reached)))
         terminal.refresh()
     assert [line.split(maxsplit=2)[2] for line in lines_of(out)] == [
         "a reached 1 (1 of 3)",
@@ -160,10 +160,10 @@ def test_only_the_last_stop_of_a_scenario_that_returns_is_home(name: str) -> Non
     home, assignment, expected = LAST[name]
     out, wall = StringIO(), Wall()
     terminal = Terminal(Console(file=out, width=80), home=home, clock=wall)
-    terminal.fold(arrival(clock(0)))
-    terminal.fold(arrival(state(20, assignment=assignment, reached=[True, False], target=1)))
+    terminal.take(arrival(clock(0)))
+    terminal.take(arrival(state(20, assignment=assignment, reached=[True, False], target=1)))
     assert terminal.line().endswith(f"a {'home' if expected == 'home' else 'to 2'}, b ready")
-    terminal.fold(arrival(state(40, assignment=assignment, reached=[True, True], target=2)))
+    terminal.take(arrival(state(40, assignment=assignment, reached=[True, True], target=2)))
     terminal.refresh()
     assert lines_of(out)[1].endswith(f"a reached {expected} (2 of 2)")
 
@@ -212,7 +212,7 @@ def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_term
     console = Console(file=out, force_terminal=on_terminal, width=80, no_color=True)
     with Terminal(console, quiet=quiet, clock=Wall()) as terminal:
         for message in (clock(0), *heard):
-            terminal.fold(arrival(message))
+            terminal.take(arrival(message))
             terminal.refresh()
     lines = [line.strip() for line in Text.from_ansi(out.getvalue()).plain.splitlines()]
     assert [line for line in lines if re.match(r"[\d.]+ s  [abc] ", line) and "reached" not in line] == expected
@@ -222,11 +222,11 @@ def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_term
 def test_what_the_launcher_has_told_is_not_told_again() -> None:
     out = StringIO()
     with Terminal(Console(file=out, width=80), quiet=True, clock=Wall()) as terminal:
-        terminal.fold(arrival(clock(0)))
+        terminal.take(arrival(clock(0)))
         terminal.explain(["a"], ["gone", "lost"])
         for tick, kind in ((20, "gone"), (30, "back"), (40, "gone"), (60, "lost")):
-            terminal.fold(arrival(event(kind, "is back", tick=tick)))
-        terminal.fold(arrival(event("gone", robot="b", tick=80)))
+            terminal.take(arrival(event(kind, "is back", tick=tick)))
+        terminal.take(arrival(event("gone", robot="b", tick=80)))
     assert [line.split(";")[0].strip() for line in out.getvalue().splitlines()] == [
         "1.5 s  a is back",
         "2.0 s  a is gone: its process has ended",
@@ -248,7 +248,7 @@ def test_a_terminal_breaks_lines_between_words_only_and_a_file_never() -> None:
 def test_the_end_is_told_once() -> None:
     out, wall = StringIO(), Wall()
     with Terminal(Console(file=out, width=80), clock=wall) as terminal:
-        terminal.fold(arrival(clock(7, phase=Phase.OVER)))
+        terminal.take(arrival(clock(7, phase=Phase.OVER)))
         terminal.refresh()
     assert sum(line.endswith("  over") for line in out.getvalue().splitlines()) == 1
 
@@ -270,12 +270,12 @@ def test_a_fleet_that_waits_for_go_says_so_once_and_again_when_something_changes
     out, wall = StringIO(), Wall()
     terminal = Terminal(Console(file=out, force_terminal=False, width=80), held=True, clock=wall)
     waiting = clock(0, phase=Phase.WAITING)
-    terminal.fold(arrival(waiting))
+    terminal.take(arrival(waiting))
     for _ in range(30):
         wall.now += 1.0
         terminal.refresh()
     assert out.getvalue().count("waiting for `swarm go`") == 1
-    terminal.fold(arrival(state(0, robot="a")))
+    terminal.take(arrival(state(0, robot="a")))
     for _ in range(30):
         wall.now += 1.0
         terminal.refresh()
@@ -287,8 +287,8 @@ def test_a_fleet_that_waits_for_go_says_so_once_and_again_when_something_changes
 def test_what_somebody_asked_for_is_in_the_log_unless_only_trouble_is(kind: str, quiet: bool) -> None:
     out = StringIO()
     terminal = Terminal(Console(file=out, force_terminal=False, width=80), quiet=quiet)
-    terminal.fold(arrival(clock(20)))
+    terminal.take(arrival(clock(20)))
     robot = None if kind in {"edit", "pool"} else "a"
-    terminal.fold(arrival(Event(run=1, tick=20, time=1.0, robot=robot, kind=kind, text="was asked")))
+    terminal.take(arrival(Event(run=1, tick=20, time=1.0, robot=robot, kind=kind, text="was asked")))
     terminal.refresh()
     assert (f"{robot or kind}: was asked" in out.getvalue()) is not quiet

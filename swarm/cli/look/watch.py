@@ -46,7 +46,7 @@ def watch(options: argparse.Namespace) -> int:
                 if arrived is None and worlds.have_gone():  # not while its last words may be on the way
                     console.print("the world has gone; Ctrl-C ends this")
                 while arrived is not None:
-                    terminal.fold(arrived)
+                    terminal.take(arrived)
                     worlds.fold(arrived)
                     arrived = bus.receive(0.0)
                 terminal.refresh()

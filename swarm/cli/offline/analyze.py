@@ -18,7 +18,7 @@ STARTS: Final = 20  # of a dashboard, whose files are looked for
 
 def analyze(options: argparse.Namespace) -> int:
     """Print what a recorded run was like."""
-    from dashboard.recording import analysis
+    from dashboard.fold import analysis
 
     if lacking := without_rerun():
         raise ConfigError(f"analyze: {lacking}")

@@ -6,7 +6,6 @@ import pytest
 from dashboard.box import frames as telling
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import scene_of
-from swarm.fuzzy import Controller, Profile
 from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario
 from tests.dashboard.fold.test_progress import clock, event, folded, state, truth
@@ -20,7 +19,7 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
         msgspec.structs.replace(event(50), kind="contact", robot="a"),
         msgspec.structs.replace(clock(80), pool=PoolCounts(given=5, done=2, taken=1, waiting=2)),
     )
-    told = telling.overview(progress, home=True, link=True)
+    told = telling.Overviewing(progress, home=True, link=True)()
     assert (told.run, told.phase, told.time, told.contacts) == (1, Phase.RUNNING, 4.0, 1)
     assert told.pool == PoolCounts(given=5, done=2, taken=1, waiting=2)
     first, second = told.robots
@@ -31,19 +30,18 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
 
 
 def test_before_the_world_speaks_there_is_an_overview_too() -> None:
-    told = telling.overview(Progress(), home=True, link=False)
+    told = telling.Overviewing(Progress(), home=True, link=False)()
     assert (told.run, told.share, told.robots) == (0, 0.0, ())
 
 
 def test_the_rules_of_selected_robots_are_those_of_the_controller(paper: Scenario) -> None:
     scenario, packed = paper.to_wire()
     scene = scene_of(Map(scenario=scenario, packed=packed))
-    controller = Controller(Profile.from_builtins(scene.profile))
     seen = truth(10)
-    assert telling.rules(controller, scene, seen, frozenset({"nobody"})) == {}
-    why = telling.rules(controller, scene, seen, frozenset({"a"}))["a"]
+    assert telling.rules(scene, seen, frozenset({"nobody"})) == {}
+    why = telling.rules(scene, seen, frozenset({"a"}))["a"]
     assert isinstance(why, telling.Why)
-    expected = controller.explain(1.0, 1.0, 1.0, 0.0)
+    expected = scene.controller.explain(1.0, 1.0, 1.0, 0.0)
     assert (why.left_v, why.right_v) == (expected.left_v, expected.right_v)
     assert [text for *_, text in why.rules] == [rule.text for rule in expected.rules]
 

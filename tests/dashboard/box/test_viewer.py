@@ -60,7 +60,7 @@ def test_a_viewer_that_does_not_start_is_a_sentence(tmp_path: Path) -> None:
     from dashboard.box.viewer import RerunPage
 
     nobody = Endpoint("127.0.0.1", 0).claim()
-    with RerunPage(nobody, "no fleet", lambda line: None) as page, pytest.raises(PeerError, match="ended and said"):
+    with RerunPage(nobody, "no fleet") as page, pytest.raises(PeerError, match="ended and said"):
         page.address()
 
 

@@ -9,27 +9,20 @@ from msgspec.structs import replace
 
 from dashboard.fold import palette
 from dashboard.fold.collect import totals
-from dashboard.fold.contacts import Touch, touches
+from dashboard.fold.naming import Touch, touches
 from dashboard.fold.overlays import detailed
 from dashboard.fold.progress import Progress, fold
 from dashboard.fold.scene import Scene, scene_of
 from dashboard.rerun import Recordings
 from dashboard.rerun.layout import blueprint
-from dashboard.show import Show
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL
-from swarm.messages import Activity, Broadcast, Event, Map
+from swarm.messages import Activity, Broadcast, Event, Message
+from tests.dashboard.drawn import drawn, floor, played
 from tests.dashboard.recorded import Recording
 from tests.dashboard.rehearsal import RATE, Rehearsal
-from tests.dashboard.rerun.test_view import floor, played
 
-pytestmark = pytest.mark.usefixtures("strict")
 MARKS = "/world/contacts"
-
-
-@pytest.fixture
-def strict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("RERUN_STRICT", "1")
 
 
 def touch(tick: int, robot: str, text: str, at: tuple[float, float] | None) -> Event:
@@ -51,29 +44,19 @@ def test_a_contact_of_two_robots_is_one_touch_and_one_without_a_place_none() -> 
 
 @pytest.mark.parametrize("rarely", [False, True])
 def test_contacts_are_marked_where_they_happened_from_then_on(tmp_path: Path, rarely: bool) -> None:
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
+    rehearsal = Rehearsal(2)
+    messages: list[Message | None] = []
     for message in (floor(rehearsal), rehearsal.clock(0), *PAIR, WALLED, UNKNOWN):
-        show.take(message)
-        if not rarely:
-            show.draw()
-    show.draw()
-    recorder.close()
-    recording = Recording(tmp_path / "run.rrd")
+        messages += [message] if rarely else [message, None]
+    recording = drawn(tmp_path / "run.rrd", messages)
     assert recording.rows(MARKS, "Points2D:positions") == [(0.5, [[2, 3]]), (1.5, [[2, 3], [1, 1.5]])]
     assert recording.rows(MARKS, "Points2D:labels")[-1][1] == ["0.5 s: r1 touches robot r2", "1.5 s: r1 touches wall"]
 
 
 def test_sensors_and_held_cells_are_those_of_a_few_or_of_one(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(9), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test", selected="r4")
-    show.take(floor(rehearsal))
-    for tick in range(0, 41, 2):
-        for message in (rehearsal.clock(tick), rehearsal.truth(tick)):
-            show.take(message)
-    show.draw()
-    recorder.close()
-    recording = Recording(tmp_path / "run.rrd")
+    rehearsal = Rehearsal(9)
+    messages = [one for tick in range(0, 41, 2) for one in (rehearsal.clock(tick), rehearsal.truth(tick))]
+    recording = drawn(tmp_path / "run.rrd", [floor(rehearsal), *messages], selected="r4")
     assert {len(fans) for _, fans in recording.rows("/world/sensors", "LineStrips2D:strips")} == {3}
     ((_, held), *_) = recording.rows("/world/held", "Boxes2D:colors")
     assert set(held) == {int("{:02x}{:02x}{:02x}ff".format(*palette.robot(3)), 16)}
@@ -103,9 +86,9 @@ def test_names_are_white_whatever_the_colour_of_their_robot(tmp_path: Path) -> N
 def test_the_border_is_round_the_whole_map(tmp_path: Path, yaw: float) -> None:
     rehearsal = Rehearsal(1)
     scene = scene_of(floor(rehearsal))
-    turned = Scene(scene.settings, dataclasses.replace(scene.map, origin=Pose(1.0, 2.0, yaw)), scene.starts)
+    turned = dataclasses.replace(scene, map=dataclasses.replace(scene.map, origin=Pose(1.0, 2.0, yaw)))
     recorder = Recordings(serve=None, record=tmp_path / "run.rrd")
-    recorder.begin("border", turned, rehearsal.names)
+    recorder.begin("border", turned, rehearsal.names, ())
     recorder.close()
     ((_, [strip]),) = Recording(tmp_path / "run.rrd").rows("/world/border", "LineStrips2D:strips")
     sides = np.linalg.norm(np.diff(strip, axis=0), axis=1)
@@ -114,30 +97,21 @@ def test_the_border_is_round_the_whole_map(tmp_path: Path, yaw: float) -> None:
     np.testing.assert_allclose(strip[1], (1.0 + 14.0 * np.cos(yaw), 2.0 + 14.0 * np.sin(yaw)), atol=1e-4)
 
 
-def unknown(rehearsal: Rehearsal) -> Map:
-    told, packed = rehearsal.scenario.to_wire()
-    settings = replace(told.settings, map=replace(told.settings.map, known=False))
-    return Map(scenario=replace(told, settings=settings), packed=packed)
-
-
 def test_a_floor_that_is_learned_grows_beside_the_true_one(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
-    show.take(unknown(rehearsal))
+    rehearsal = Rehearsal(2)
     told = {20: [0, 1], 60: [1, 27], 100: [1, 10**6]}
+    messages: list[Message] = [floor(rehearsal, known=False)]
     for tick in range(0, 141, 2):
-        for _, message, _ in rehearsal.messages(tick):
-            if isinstance(message, Broadcast):
-                message = replace(message, walls=told.get(tick, []))
-            show.take(message)
-    show.draw()
-    recorder.close()
-    recording = Recording(tmp_path / "run.rrd")
+        messages += [
+            replace(message, walls=told.get(tick, [])) if isinstance(message, Broadcast) else message
+            for _, message, _ in rehearsal.messages(tick)
+        ]
+    recording = drawn(tmp_path / "run.rrd", messages)
     rows = recording.rows("/learned/cells", "SegmentationImage:buffer")
     solid = [np.flatnonzero(np.array(image, dtype=np.uint8) == WALL).tolist() for _, [image] in rows]
     assert solid == [[], [0, 1], [0, 1, 27], [0, 1, 27]], "a cell outside the floor is left out"
     assert {image for _, [image] in rows for image in image} <= {FREE, WALL}
-    assert "Floor as learned [m]" in str(view_names(scene_of(unknown(rehearsal))))
+    assert "Floor as learned [m]" in str(view_names(scene_of(floor(rehearsal, known=False))))
     assert "Floor as learned [m]" not in str(view_names(scene_of(floor(rehearsal))))
 
 

@@ -4,8 +4,9 @@ import pytest
 from msgspec.structs import replace
 
 from dashboard.fold import naming
-from dashboard.fold.progress import EVENTS_KEPT, Progress, fold, presence
-from swarm.messages import Activity, Body, Broadcast, Clock, Event, Liveness, Message, Phase, Plan, State, Truth
+from dashboard.fold.progress import EVENTS_KEPT, Progress, fold
+from swarm.bus import Presence
+from swarm.messages import Activity, Body, Broadcast, Clock, Event, Liveness, Message, Phase, State, Truth
 
 
 def clock(tick: int = 0, run: int = 1, phase: Phase = Phase.RUNNING, robots: tuple[str, ...] = ("a", "b")) -> Clock:
@@ -50,7 +51,6 @@ def folded(*messages: Message, progress: Progress | None = None) -> Progress:
 def test_a_broadcast_says_where_a_robot_is_and_what_it_is_about() -> None:
     robot = folded(clock(), broadcast(4, target=1, distance=2.5, reached=[True, False, False])).robot("a")
     assert (robot.activity, robot.target, robot.distance) == (Activity.DRIVE, 1, 2.5)
-    assert robot.pose == (1.0, 2.0, 0.5)
     assert robot.reached_at == (4, None, None)
     assert (robot.stops, robot.reached) == (3, 1)
 
@@ -73,7 +73,7 @@ def test_a_robot_cannot_begin_a_run() -> None:
 @pytest.mark.parametrize("new", [clock(0, run=2), truth(0, run=2), event(0, run=2)])
 def test_a_restart_clears_everything_but_who_is_there(new: Message) -> None:
     before = folded(clock(10), broadcast(4, reached=[True, True, True]), event(5))
-    after = fold(presence(before, "a", "session", True), new)
+    after = fold(fold(before, Presence("robot", "a", "session", True)), new)
     assert (after.run, after.tick, after.share) == (2, 0, 0.0)
     assert after.robot("a").reached_at == ()
     assert after.events == ((new,) if isinstance(new, Event) else ())
@@ -169,19 +169,13 @@ def test_tokens_say_who_is_gone_and_sessions_are_told_apart() -> None:
         ("two", False, Liveness.GONE),
         ("three", True, Liveness.ALIVE),
     ):
-        progress = presence(progress, "a", session, alive)
+        progress = fold(progress, Presence("robot", "a", session, alive))
         assert progress.heard("a") is expected
 
 
-def test_the_truth_moves_robots_and_the_clock() -> None:
-    progress = folded(clock(), truth(20, x=7.0), truth(10, x=1.0), broadcast(15))
-    assert progress.robot("a").pose == (7.0, 0.0, 0.0)
+def test_the_truth_moves_the_clock_and_only_forward() -> None:
+    progress = folded(clock(), truth(20), truth(10), broadcast(15))
     assert (progress.tick, progress.time) == (20, 1.0)
-
-
-def test_the_latest_plan_counts() -> None:
-    plans = [Plan(robot="a", run=1, tick=tick, points=[(float(tick), 0.0)]) for tick in (5, 9, 7)]
-    assert folded(clock(), *plans).robot("a").path == ((9.0, 0.0),)
 
 
 def test_a_run_that_is_over_stays_over() -> None:

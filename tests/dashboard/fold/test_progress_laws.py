@@ -65,7 +65,7 @@ def run(messages: list[Message]) -> Progress:
 def essence(progress: Progress) -> object:
     """What must not depend on the order: all but how long somebody waited, which only the order in time can tell."""
     return {
-        name: (robot.tick, robot.activity, robot.target, robot.distance, robot.reached_at, robot.pose, robot.state_tick)
+        name: (robot.tick, robot.activity, robot.target, robot.distance, robot.reached_at, robot.state_tick)
         for name, robot in progress.robots.items()
     }
 

@@ -4,12 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from dashboard.rerun import Recordings, compaction
-from dashboard.rerun.compaction import compact
-from dashboard.show import Show
+from dashboard.rerun import recorder
+from dashboard.rerun.recorder import compact
+from tests.dashboard.drawn import played
 from tests.dashboard.recorded import Recording
 from tests.dashboard.rehearsal import Rehearsal
-from tests.dashboard.rerun.test_view import floor
 
 ROWS = (
     ("/world/robots", "Points2D:positions"),
@@ -22,16 +21,7 @@ ROWS = (
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """Return a recording in as many chunks as a fleet's: one for each kind of thing and drawing."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
-    show.take(floor(rehearsal))
-    for tick in range(400):
-        for _, message, _ in rehearsal.messages(tick):
-            show.take(message)
-        if tick % 10 == 0:
-            show.draw()
-            recorder._streams[0].flush()
-    recorder.close(within=0.0)
+    played(tmp_path / "run.rrd", Rehearsal(2), ticks=400)
     return tmp_path / "run.rrd"
 
 
@@ -68,10 +58,10 @@ def test_a_recording_that_cannot_be_read_stays_as_it_is(path: Path, harm: object
 def test_without_time_room_or_program_it_stays_as_it_is(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = path.read_bytes()
     compact(path, within=0.0)
-    monkeypatch.setattr(compaction, "LARGEST", 1000)
+    monkeypatch.setattr(recorder, "LARGEST", 1000)
     compact(path, within=60.0)
     monkeypatch.undo()
-    monkeypatch.setattr(compaction, "viewer_program", lambda: None)
+    monkeypatch.setattr(recorder, "viewer_program", lambda: None)
     compact(path, within=60.0)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]

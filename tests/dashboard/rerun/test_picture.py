@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from tests.dashboard.drawn import played
 from tests.dashboard.rehearsal import Rehearsal
-from tests.dashboard.rerun.test_view import played
 
 pytestmark = [
     pytest.mark.processes,

@@ -10,13 +10,11 @@ import rerun as rr
 from msgspec.structs import replace
 
 from dashboard.frames import is_whole
-from dashboard.rerun import Recordings
-from dashboard.show import Show
 from swarm.cli import main
-from swarm.messages import Account, Phase, Status
-from tests.dashboard.recording.test_analysis import DONE, HALF, status_of
+from swarm.messages import Account, Message, Phase, Status
+from tests.dashboard.drawn import drawn, floor
+from tests.dashboard.fold.test_analysis import DONE, HALF, status_of
 from tests.dashboard.rehearsal import RATE, Rehearsal
-from tests.dashboard.rerun.test_view import floor
 
 Capture = pytest.CaptureFixture[str]
 SECONDS = 10
@@ -24,17 +22,13 @@ SECONDS = 10
 
 def recorded(path: Path, robots: dict[str, Account], *, keep: bool = True) -> Path:
     """Record the first seconds of a run, whose world tells its status once a second; it is over at the end."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=path)
-    show = Show(recorder, "test")
-    show.take(floor(rehearsal))
+    rehearsal = Rehearsal(2)
+    messages: list[Message | None] = [floor(rehearsal)]
     for tick in range(SECONDS * RATE + 1):
-        for _, message, _ in rehearsal.messages(tick):
-            show.take(message)
+        messages += [message for _, message, _ in rehearsal.messages(tick)]
         if tick % RATE == 0 and keep:
-            show.take(told(robots, tick // RATE))
-            show.draw()
-            recorder._streams[0].flush()  # as time does
-    recorder.close(within=0.0)
+            messages += [told(robots, tick // RATE), None]
+    drawn(path, messages)
     return path
 
 

@@ -9,44 +9,17 @@ from msgspec.structs import replace
 
 from dashboard.fold import palette
 from dashboard.fold.collect import Batch
-from dashboard.fold.overlays import Drawing, Overlay
+from dashboard.fold.overlays import Joint, Overlay, TurnOrder
 from dashboard.fold.scene import scene_of
 from dashboard.rerun import Recordings
-from dashboard.show import Show
 from swarm.errors import ConfigError
-from swarm.messages import Event, Events, Map, Message, Mover, Phase, Truth
+from swarm.messages import Event, Events, Message, Mover, Phase, Truth
+from tests.dashboard.drawn import drawn, floor, played, sent
 from tests.dashboard.recorded import Recording
 from tests.dashboard.rehearsal import TARGETS, Rehearsal
 
-pytestmark = pytest.mark.usefixtures("strict")
 PLANS = "LineStrips2D:strips"
 MOVING = ("robots", "heading", "sensors", "trails", "paths", "movers")
-
-
-@pytest.fixture
-def strict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("RERUN_STRICT", "1")
-
-
-def floor(rehearsal: Rehearsal) -> Map:
-    scenario, packed = rehearsal.scenario.to_wire()
-    return Map(scenario=scenario, packed=packed)
-
-
-def played(path: Path, *rehearsals: Rehearsal, ticks: int | None = None, every: int = 10) -> Recording:
-    """Draw rehearsals, one after the other, into a file; read the first one back."""
-    recorder = Recordings(serve=None, record=path)
-    show = Show(recorder, "test")
-    show.take(floor(rehearsals[0]))
-    for rehearsal in rehearsals:
-        for tick in range((rehearsal.ticks if ticks is None else ticks) + 1):
-            for _, message, _ in rehearsal.messages(tick):
-                show.take(message)
-            if tick % every == 0:
-                show.draw()
-    show.draw()
-    recorder.close()
-    return Recording(path)
 
 
 @pytest.fixture(scope="module")
@@ -85,14 +58,8 @@ def test_headings_point_where_the_robots_look(whole: tuple[Rehearsal, Recording]
 
 def test_lanes_tell_the_mission(whole: tuple[Rehearsal, Recording]) -> None:
     words = [state for _, [state] in whole[1].rows("/progress/r1", "StateChange:state")]
-    assert [word for word in words if word not in {"gives way", "ready"}] == [
-        "to 1",
-        "to 2",
-        "to 2",
-        "to 3",
-        "home",
-        "done",
-    ]
+    left = [word for word in words if word not in {"gives way", "ready"}]
+    assert left == ["to 1", "to 2", "to 2", "to 3", "home", "done"]
     assert "gives way" in words
     (_, known), *_ = whole[1].rows("/progress/r1", "StateConfiguration:values")
     assert set(words) <= set(known)
@@ -193,64 +160,52 @@ def test_few_drawings_leave_no_change_out(tmp_path: Path) -> None:
 
 
 def test_a_restart_is_a_recording_of_its_own(tmp_path: Path) -> None:
-    first = played(tmp_path / "run.rrd", Rehearsal(2, run=1), Rehearsal(2, run=2), ticks=200)
-    second = Recording(tmp_path / "run-run2.rrd")
-    for recording in (first, second):
+    runs = [Rehearsal(2, run=1), Rehearsal(2, run=2)]
+    first = drawn(tmp_path / "run.rrd", [floor(runs[0]), *(part for run in runs for part in sent(run, range(201)))])
+    for recording in (first, Recording(tmp_path / "run-run2.rrd")):
         assert len(recording.rows("/world/robots", "Points2D:positions")) == 101
         assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")][-1] == "to 2"
 
 
 def test_a_robot_that_came_later_is_drawn_from_then_on_in_a_recording_of_its_own(tmp_path: Path) -> None:
-    recorder, few, more = Recordings(serve=None, record=tmp_path / "run.rrd"), Rehearsal(2), Rehearsal(3)
-    show = Show(recorder, "test")
+    few, more = Rehearsal(2), Rehearsal(3)
     messages: list[Message] = [floor(few), few.clock(0), few.truth(2), few.truth(4)]
     messages += [floor(more), more.clock(5), more.truth(6), *(more.state(n, 6) for n in range(3)), more.truth(8)]
-    for message in messages:
-        show.take(message)
-    show.draw()
-    recorder.close()
-    before, after = Recording(tmp_path / "run.rrd"), Recording(tmp_path / "run-run2.rrd")
+    before, after = drawn(tmp_path / "run.rrd", messages), Recording(tmp_path / "run-run2.rrd")
     counts = [[len(places) for _, places in one.rows("/world/robots", "Points2D:positions")] for one in (before, after)]
     assert counts[0][-2:] == [2, 2]
     assert counts[1][-2:] == [3, 3]
     assert "/progress/r3" in after.entities
-    assert "r3" in show.progress.robots
 
 
 def test_a_changed_map_is_drawn_again(tmp_path: Path) -> None:
-    recorder, rehearsal = Recordings(serve=None, record=tmp_path / "run.rrd"), Rehearsal(1)
-    show = Show(recorder, "test")
-    show.take(floor(rehearsal))
-    show.take(rehearsal.clock(0))
+    rehearsal = Rehearsal(1)
+    before = floor(rehearsal)
     rehearsal.scenario.map.cells[10, 20] = 1
-    show.take(floor(rehearsal))
-    recorder.close()
-    images = [row for _, [row] in Recording(tmp_path / "run.rrd").rows("/world/map", "Image:buffer")]
-    pixels = np.array(images[-1], dtype=np.uint8).reshape(20, 28, 3)
-    assert tuple(pixels[10, 20]) == palette.WALL
-    assert tuple(pixels[10, 21]) == palette.FLOOR
+    recording = drawn(tmp_path / "run.rrd", [before, rehearsal.clock(0), before, floor(rehearsal)])
+    images = [
+        np.array(row, dtype=np.uint8).reshape(20, 28, 3) for _, [row] in recording.rows("/world/map", "Image:buffer")
+    ]
+    assert len(images) == 2, "what has not changed is not drawn again"
+    assert tuple(images[-1][10, 20]) == palette.WALL
+    assert tuple(images[-1][10, 21]) == palette.FLOOR
 
 
-def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path) -> None:
-    said: list[str] = []
-    show = Show(Recordings(serve=None, record=tmp_path / "run.rrd"), "test", said.append)
-    broken = floor(Rehearsal(2))
-    show.take(replace(broken, packed=replace(broken.packed, cells=b"")))
-    assert show.scene is None
-    assert len(said) == 1
+def test_a_floor_that_is_none_is_said_and_skipped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good = floor(rehearsal := Rehearsal(2))
+    broken = replace(good, packed=replace(good.packed, cells=b""))
+    recording = drawn(tmp_path / "run.rrd", [broken, rehearsal.clock(0), good, rehearsal.truth(0)])
+    assert len(recording.rows("/world/map", "Image:buffer")) == 1
+    (said,) = capsys.readouterr().out.splitlines()
+    assert said.startswith("dashboard: ")
 
 
 def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
     """Clock, states, plans and map are fetched, in any order; then the run goes on."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
+    rehearsal = Rehearsal(2)
     late: list[Message] = [rehearsal.clock(600), *(rehearsal.state(n, 600) for n in range(2))]
     late += [*(rehearsal.plan(n, 600) for n in range(2)), floor(rehearsal), rehearsal.truth(602)]
-    for message in late:
-        show.take(message)
-    show.draw()
-    recorder.close()
-    recording = Recording(tmp_path / "run.rrd")
+    recording = drawn(tmp_path / "run.rrd", late)
     assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")] == ["to 2"]
     assert len(recording.rows("/world/paths", "LineStrips2D:strips")) == 1
     assert "/world/homes" not in recording.entities
@@ -258,49 +213,43 @@ def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
 
 def test_a_dashboard_that_comes_in_a_pause_shows_poses_and_each_event_once(tmp_path: Path) -> None:
     """All that is fetched comes once more, as after a restart; nothing is drawn twice."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
+    rehearsal = Rehearsal(2)
     events = [Event(run=0, tick=n, time=n / 20, robot="r1", kind="note", text=f"number {n}") for n in range(5)]
     kept: list[Message] = [replace(rehearsal.clock(600), phase=Phase.PAUSED), floor(rehearsal), Events(events=events)]
-    for message in (*kept, rehearsal.truth(600), *kept, events[-1]):
-        show.take(message)
-    show.draw()
-    recorder.close()
-    recording = Recording(tmp_path / "run.rrd")
+    recording = drawn(tmp_path / "run.rrd", [*kept, rehearsal.truth(600), *kept, events[-1]])
     assert len(recording.rows("/world/robots", "Points2D:positions")) == 1
-    assert show.progress.events == tuple(events)
     texts = [text for _, [text] in recording.rows("/events", "TextLog:text")]
     assert [text.count(event.text) for text, event in zip(texts, events, strict=True)] == [1] * 5
 
 
 def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     """A robot that no frame shows, an event of nobody, frames of nobody: none of it stops the drawing."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
-    show.take(floor(rehearsal))
-    show.take(rehearsal.clock(0))
-    show.take(Truth(run=0, tick=2, time=0.1, bodies=rehearsal.truth(2).bodies[:1]))
-    show.take(Truth(run=0, tick=4, time=0.2, bodies=[]))
-    show.take(Event(run=0, tick=4, time=0.2, robot="somebody", kind="odd", text="two\nlines"))
-    show.draw()
-    recorder.close()
-    rows = Recording(tmp_path / "run.rrd").rows("/world/robots", "Points2D:positions")
+    rehearsal = Rehearsal(2)
+    recording = drawn(
+        tmp_path / "run.rrd",
+        [
+            floor(rehearsal),
+            rehearsal.clock(0),
+            Truth(run=0, tick=2, time=0.1, bodies=rehearsal.truth(2).bodies[:1]),
+            Truth(run=0, tick=4, time=0.2, bodies=[]),
+            Event(run=0, tick=4, time=0.2, robot="somebody", kind="odd", text="two\nlines"),
+        ],
+    )
+    rows = recording.rows("/world/robots", "Points2D:positions")
     assert np.isnan(rows[0][1][1]).all()
     assert np.isnan(rows[1][1]).all()
 
 
 def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
-    rehearsal, recorder = Rehearsal(1), Recordings(serve=None, record=tmp_path / "run.rrd")
-    show = Show(recorder, "test")
-    show.take(floor(rehearsal))
-    show.take(rehearsal.clock(0))
+    rehearsal = Rehearsal(1)
     disc = Mover(x=2.0, y=3.0, yaw=0.0, radius=0.5, size=(0.0, 0.0))
     box = Mover(x=5.0, y=5.0, yaw=np.pi / 2, radius=0.0, size=(2.0, 1.0))
-    for tick, movers in enumerate(([disc, box], [], [box])):
-        show.take(Truth(run=0, tick=tick, time=tick / 20, bodies=[], movers=movers))
-    show.draw()
-    recorder.close()
-    rows = [strips for time, strips in Recording(tmp_path / "run.rrd").rows("/world/movers", "LineStrips2D:strips")]
+    frames = [
+        Truth(run=0, tick=tick, time=tick / 20, bodies=[], movers=movers)
+        for tick, movers in enumerate(([disc, box], [], [box]))
+    ]
+    recording = drawn(tmp_path / "run.rrd", [floor(rehearsal), rehearsal.clock(0), *frames])
+    rows = [strips for _, strips in recording.rows("/world/movers", "LineStrips2D:strips")]
     assert [len(strips) for strips in rows] == [2, 0, 1]
     np.testing.assert_allclose(np.hypot(*(np.array(rows[0][0]) - (2.0, 3.0)).T), 0.5, atol=1e-5)
     np.testing.assert_allclose(np.ptp(rows[2][0], axis=0), (1.0, 2.0), atol=1e-5)
@@ -308,18 +257,23 @@ def test_moving_obstacles_are_drawn_where_they_are(tmp_path: Path) -> None:
 
 def test_what_lies_over_the_floor_is_drawn(tmp_path: Path) -> None:
     rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=tmp_path / "run.rrd")
-    view = recorder.begin("layers", scene_of(floor(rehearsal)), rehearsal.names)
+    view = recorder.begin("layers", scene_of(floor(rehearsal)), rehearsal.names, rehearsal.names)
     view.draw(Batch())
     line = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
-    held = {"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]}
-    rules = "| rule | strength |\n|---|---|\n| left is near \u2192 fast | 0.5 |"
-    led = Drawing("r2", [(1.0, 1.0)], {"r2": line}, [((2.0, 1.0), "r2 > r1 \u2192")])
+    nothing = Overlay(time=2.0, spots={}, rules="", held={}, waits=[], joint=[])
+    led = Joint(leader="r2", ways={"r2": line}, turns=[TurnOrder(at=(2.0, 1.0), robots="r2 > r1 \u2192")])
+    first = nothing._replace(
+        time=0.5,
+        rules="| rule | strength |\n|---|---|\n| left is near \u2192 fast | 0.5 |",
+        held={"r2": [(1.0, 1.0, 0.5, 0.5)], "nobody": [(0.0, 0.0, 1.0, 1.0)]},
+        waits=[((1.0, 1.0), (2.0, 1.0))],
+    )
     overlays = [
-        Overlay(0.5, rules, held, [((1.0, 1.0), (2.0, 1.0))], []),
-        Overlay(1.0, "", {}, [], [led]),
-        Overlay(1.5, "", {}, [], [Drawing("nobody", [], {"nobody": line}, [])]),
-        Overlay(2.0, "", {}, [], []),
-        Overlay(2.5, "", {}, [], []),
+        first,
+        nothing._replace(time=1.0, joint=[led], spots={"r2": (1.0, 1.0)}),
+        nothing._replace(time=1.5, joint=[Joint(leader="nobody", ways={"nobody": line}, turns=[])]),
+        nothing,
+        nothing._replace(time=2.5),
     ]
     view.draw(Batch(overlays=overlays))
     recorder.close()
@@ -334,14 +288,14 @@ def test_what_lies_over_the_floor_is_drawn(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     recorder, rehearsal = Recordings(serve=None, record=tmp_path), Rehearsal(1)
     with pytest.raises(ConfigError, match="expected to write"):
-        recorder.begin("no", scene_of(floor(rehearsal)), rehearsal.names)
+        recorder.begin("no", scene_of(floor(rehearsal)), rehearsal.names, ())
 
 
 def test_the_server_listens_on_loopback_only() -> None:
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
     recorder, rehearsal = Recordings(serve=("127.0.0.1", port), record=None), Rehearsal(1)
-    recorder.begin("served", scene_of(floor(rehearsal)), rehearsal.names)
+    recorder.begin("served", scene_of(floor(rehearsal)), rehearsal.names, ())
     assert recorder.url == f"rerun+http://127.0.0.1:{port}/proxy"
     socket.create_connection(("127.0.0.1", port), timeout=5).close()
     with pytest.raises(ConnectionRefusedError):

@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from dashboard.viewer_page import policy
+from dashboard.viewers import policy
 from swarm.bus import Bus
 from tests.dashboard.actors import World, router
 from tests.dashboard.browsing import LACKS, PATIENCE, PROGRAM, browser

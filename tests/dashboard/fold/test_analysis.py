@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from dashboard.fold import analysis
 from dashboard.fold.account import Saved, read, saved, written
-from dashboard.recording import analysis
 from swarm.bus.codec import encode
 from swarm.errors import ConfigError
 from swarm.messages import STATUS, Account, Activity, Liveness, Phase, RobotStatus, State, Status

@@ -8,14 +8,13 @@ import pytest
 from msgspec.structs import replace
 
 from dashboard.fold.collect import past
-from dashboard.recording import earlier
-from dashboard.rerun import Recordings
-from dashboard.show import Show
-from swarm.messages import Account, Phase, Status
+from dashboard.rerun import reader
+from dashboard.rerun.reader import earlier
+from swarm.messages import Account, Message, Phase, Status
+from tests.dashboard.drawn import drawn, floor
+from tests.dashboard.fold.test_analysis import HALF, NOTHING, account, status_of
 from tests.dashboard.recorded import Recording
-from tests.dashboard.recording.test_analysis import HALF, NOTHING, account, status_of
 from tests.dashboard.rehearsal import RATE, Rehearsal
-from tests.dashboard.rerun.test_view import floor
 
 SPOTS = ("/world/robots", "Points2D:positions")
 LANES = ("/progress/r1", "StateChange:state")
@@ -28,24 +27,13 @@ def status(rehearsal: Rehearsal, tick: int, row: Account) -> Status:
 
 def shown(path: Path, ticks: range, files: Sequence[Path] = (), row: Account = NOTHING) -> Recording:
     """Record some ticks of a run, each second with what the world tells of it; the first is at the begin."""
-    rehearsal, recorder = Rehearsal(2), Recordings(serve=None, record=path)
-    said: list[str] = []
-    show = Show(recorder, "test", said.append, earlier=files)
-    show.take(floor(rehearsal))
-    show.take(rehearsal.clock(ticks[0]))
-    for number in range(2):
-        show.take(rehearsal.state(number, ticks[0]))
+    rehearsal = Rehearsal(2)
+    messages: list[Message | None] = [floor(rehearsal), rehearsal.clock(ticks[0])]
+    messages += [rehearsal.state(number, ticks[0]) for number in range(2)]
     for tick in ticks:
-        for _, message, _ in rehearsal.messages(tick):
-            show.take(message)
-        if tick % RATE == 0:
-            show.take(status(rehearsal, tick, row))
-            show.draw()
-            recorder._streams[0].flush()
-    show.draw()
-    recorder.close(within=0.0)
-    assert said == []
-    return Recording(path)
+        messages += [message for _, message, _ in rehearsal.messages(tick)]
+        messages += [status(rehearsal, tick, row), None] if tick % RATE == 0 else []
+    return drawn(path, messages, files=files)
 
 
 FIRST, LATER = range(201), range(300, 401)
@@ -60,7 +48,9 @@ def first(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_next_dashboard_shows_what_the_killed_one_has_recorded(first: Path, tmp_path: Path) -> None:
+def test_the_next_dashboard_shows_what_the_killed_one_has_recorded(
+    first: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     alone = shown(tmp_path / "alone.rrd", LATER)
     both = shown(tmp_path / "run.2.rrd", LATER, [first])
     spots = [round(time * RATE) for time, _ in both.rows(*SPOTS)]
@@ -69,16 +59,17 @@ def test_the_next_dashboard_shows_what_the_killed_one_has_recorded(first: Path, 
     assert [word for _, [word] in both.rows(*LANES)][1:4] == ["gives way", "to 1", "to 2"]
     assert both.rows(*LANES)[0][0] == 0.0
     assert len(both.rows("/events", "TextLog:text")) >= len(alone.rows("/events", "TextLog:text"))
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(
     "fields", [{"world": "another"}, {"run": 7}, {"world": None}], ids=["another world", "another run", "not told"]
 )
 def test_what_is_of_another_run_is_not_shown(first: Path, tmp_path: Path, fields: dict[str, object]) -> None:
-    found = earlier.earlier([first], replace(account({}), **({"world": "here", "time": 99.0} | fields)))
+    found = earlier([first], replace(account({}), **({"world": "here", "time": 99.0} | fields)))
     assert found is None
-    assert earlier.earlier([first], account({}, time=99.0)) == first
-    assert earlier.earlier([first], account({}, time=1.0)) is None, "of a later time"
+    assert earlier([first], account({}, time=99.0)) == first
+    assert earlier([first], account({}, time=1.0)) is None, "of a later time"
 
 
 def test_the_newest_file_that_can_be_read_is_taken(first: Path, tmp_path: Path) -> None:
@@ -86,16 +77,16 @@ def test_the_newest_file_that_can_be_read_is_taken(first: Path, tmp_path: Path) 
     second.write_bytes(first.read_bytes())
     third.write_bytes(b"no recording")
     asked = account({}, time=99.0)
-    assert earlier.earlier([third, second, first], asked) == second
-    assert earlier.earlier([tmp_path / "none.rrd", first], asked) == first
+    assert earlier([third, second, first], asked) == second
+    assert earlier([tmp_path / "none.rrd", first], asked) == first
     again = first.with_stem("run-run2")
     first.rename(again)
-    assert earlier.earlier([first], asked) == again, "a run after a restart has a file of its own"
+    assert earlier([first], asked) == again, "a run after a restart has a file of its own"
 
 
 def test_a_file_that_is_too_large_is_left_out(first: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(earlier, "LARGEST", 1000)
-    assert earlier.earlier([first], account({}, time=99.0)) is None
+    monkeypatch.setattr(reader, "LARGEST", 1000)
+    assert earlier([first], account({}, time=99.0)) is None
 
 
 def test_a_late_dashboard_shows_the_stops_before_as_the_world_has_recorded_them(tmp_path: Path) -> None:

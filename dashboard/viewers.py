@@ -1,16 +1,17 @@
-"""The page with Rerun's web viewer, which may ask no other host than the one it came from.
+"""Rerun's viewers of a fleet: its own window, and a page in the browser, which may ask no other host than its own.
 
 Rerun's program serves the page to this process only. This process hands it on with a content security policy: the
 browser then refuses the viewer's own requests for fonts, updates and telemetry.
 """
 
+import ctypes
 import http.client
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
-from collections.abc import Callable
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -18,11 +19,11 @@ from threading import Thread
 from time import monotonic
 from typing import Final
 
-from dashboard.ending import end_with_us
-from dashboard.mode import LOOPBACK, page_address
+from dashboard.mode import LOOPBACK, page_address, viewer_program
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
 
+SET_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of Linux's prctl
 STARTED: Final = 20.0  # s, wall time for Rerun's program to answer
 SILENT: Final = 30.0  # s without a word, after which a connection is dropped
 FILES: Final = frozenset({"/", "/favicon.ico", "/favicon.svg", "/re_viewer.js", "/re_viewer_bg.wasm", "/sw.js"})
@@ -44,27 +45,62 @@ def policy(hosts: list[str], data: int) -> str:
     )
 
 
+def end_with_us() -> None:
+    """Let Linux end this process, a child, when the thread ends that started it, whatever ended that."""
+    with suppress(OSError, AttributeError):  # another system
+        ctypes.CDLL(None).prctl(SET_DEATH_SIGNAL, signal.SIGTERM)
+
+
+def rerun_program() -> Path:
+    """Return the program of Rerun.
+
+    Raises:
+        ConfigError: it is not installed.
+    """
+    program = viewer_program()
+    if program is None:
+        raise ConfigError("dashboard: expected the program `rerun`, found none; install rerun-sdk again")
+    return program
+
+
+class ViewerWindow:
+    """The native viewer in its own window. It stays open after the run, and closes when we are stopped."""
+
+    def __init__(self) -> None:
+        self._program = rerun_program()
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def __call__(self, url: str) -> None:
+        """Open the viewer at an address."""
+        print(f"dashboard: {url}")
+        arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK]
+        self._process = _started(arguments, ends_with_us=False)
+
+    def close(self) -> None:
+        """Close the viewer if it is open."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait(5)
+
+
 class ViewerPage:
     """The page, served on one address. The data comes from the port ``data``; ``bind`` is where both listen."""
 
-    def __init__(self, program: Path, bind: str, port: int, data: int, log: Callable[[str], None]) -> None:
-        self._bind, self._port, self._data, self._log = bind, port, data, log
-        self._program = program
+    def __init__(self, bind: str, port: int, data: int) -> None:
+        self._bind, self._port, self._data = bind, port, data
+        self._program = rerun_program()
         self._process: subprocess.Popen[bytes] | None = None
         self._server: ThreadingHTTPServer | None = None
 
     def __call__(self, url: str) -> None:
-        """Serve the page until ``close``, and log its address.
+        """Serve the page until ``close``, and print its address.
 
         Raises:
             ConfigError: Rerun's program ended, or did not answer in time, or the port is in use.
         """
         behind = Endpoint(LOOPBACK, 0).claim().port
-        quiet = subprocess.DEVNULL
         arguments = [str(self._program), url, "--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(behind)]
-        self._process = subprocess.Popen(
-            arguments, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | QUIET, preexec_fn=end_with_us
-        )
+        self._process = _started(arguments, ends_with_us=True)
         deadline = monotonic() + STARTED
         while not _answers(behind):
             with suppress(subprocess.TimeoutExpired):
@@ -76,7 +112,7 @@ class ViewerPage:
         except OSError as fault:
             raise ConfigError(f"dashboard: expected to serve port {self._port}, got: {fault.strerror}") from None
         Thread(target=self._server.serve_forever, daemon=True).start()
-        self._log(f"dashboard: {page_address(self._port, self._data, self._bind)}")
+        print(f"dashboard: {page_address(self._port, self._data, self._bind)}")
 
     def close(self) -> None:
         """Close the page if it is served."""
@@ -86,6 +122,19 @@ class ViewerPage:
         if self._process is not None:
             self._process.terminate()
             self._process.wait(5)
+
+
+def _started(arguments: list[str], *, ends_with_us: bool) -> "subprocess.Popen[bytes]":
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen(
+        arguments,
+        stdin=quiet,
+        stdout=quiet,
+        stderr=quiet,
+        env=os.environ | QUIET,
+        start_new_session=not ends_with_us,
+        preexec_fn=end_with_us if ends_with_us else None,
+    )
 
 
 def _answers(port: int) -> bool:

@@ -1,1 +1,0 @@
-"""Recorded runs: read again, and in numbers."""

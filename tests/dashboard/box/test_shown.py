@@ -1,0 +1,94 @@
+"""Which frames the box shows of what it hears, and when."""
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import pytest
+
+from dashboard.box import frames as telling
+from dashboard.box.process import OVERVIEW_EVERY, Page
+from dashboard.box.server import Server
+from swarm.bus import Link
+from swarm.messages import CLOCK, EVENTS, MAP, PLAN, TRUTH, Message
+from tests.conftest import MakeBus
+from tests.dashboard.drawn import floor
+from tests.dashboard.fold.test_progress import clock, event, truth
+from tests.dashboard.rehearsal import RATE, Rehearsal
+
+
+class Shown:
+    """Keeps what would be shown."""
+
+    def __init__(self) -> None:
+        self.selected: frozenset[str] = frozenset()
+        self.frames: dict[str, Any] = {}
+
+    def show(self, frames: Mapping[str, object]) -> None:
+        self.frames |= frames
+
+
+@pytest.fixture
+def shown() -> Shown:
+    return Shown()
+
+
+@pytest.fixture
+def page(make_bus: MakeBus, shown: Shown) -> Page:
+    return Page(make_bus(), cast("Server", shown))
+
+
+def test_only_what_is_new_is_shown(page: Page, shown: Shown) -> None:
+    assert not page.moved
+    first = floor(Rehearsal(1))
+    for message in (first, clock(5), truth(6), event(6)):
+        page.take(message)
+    assert page.moved
+    page.show()
+    assert set(shown.frames) == {MAP.key, CLOCK.key, TRUTH.key, EVENTS.key, PLAN.key}
+    assert (shown.frames[MAP.key], shown.frames[TRUTH.key]) == (first, truth(6))
+    shown.frames.clear()
+    page.take(truth(5))
+    page.show()
+    assert (page.moved, shown.frames) == (False, {})
+
+
+def test_the_overview_comes_less_often_and_says_whether_the_box_is_connected(page: Page, shown: Shown) -> None:
+    page.take(clock(5))
+    page.take(Link(up=False))
+    for number in range(1, OVERVIEW_EVERY + 1):
+        page.show()
+        assert (telling.OVERVIEW in shown.frames) is (number == OVERVIEW_EVERY)
+    overview = shown.frames.pop(telling.OVERVIEW)()
+    assert (overview.time, overview.link) == (0.25, False)
+    page.show(last=True)
+    assert telling.OVERVIEW in shown.frames
+
+
+@pytest.mark.parametrize(
+    ("selected", "plans", "rules"), [({"r2"}, ["r1"], ["r2"]), ({"nobody"}, [], []), (set(), [], None)]
+)
+def test_joint_plans_and_rules_are_those_of_selected_robots(
+    page: Page, shown: Shown, selected: set[str], plans: list[str], rules: list[str] | None
+) -> None:
+    """Robot r1 drives to its second stop, and r2 to its first, by a joint plan."""
+    rehearsal = Rehearsal(3)
+    messages: list[Message] = [floor(rehearsal)]
+    messages += [message for tick in range(10 * RATE, 11 * RATE + 1) for _, message, _ in rehearsal.messages(tick)]
+    for message in messages:
+        page.take(message)
+    shown.selected = frozenset(selected)
+    page.show(last=True)
+    assert [plan.leader for plan in shown.frames[telling.JOINT]] == plans
+    assert all("r2" in plan.ways for plan in shown.frames[telling.JOINT])
+    assert shown.frames[telling.LEARNED] is None, "the floor was given"
+    assert (list(shown.frames[telling.RULES]) if telling.RULES in shown.frames else None) == rules
+
+
+def test_where_robots_learn_the_floor_it_is_shown(page: Page, shown: Shown) -> None:
+    rehearsal = Rehearsal(2)
+    for message in (floor(rehearsal, known=False), rehearsal.clock(0), rehearsal.truth(0)):
+        page.take(message)
+    shown.selected = frozenset({"r1"})
+    page.show(last=True)
+    assert shown.frames[telling.LEARNED].cells == []
+    assert shown.frames[telling.JOINT] == []

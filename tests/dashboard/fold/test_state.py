@@ -1,0 +1,111 @@
+"""The state that all pictures read: which messages are news, what a new run clears, whose radio is needed."""
+
+import pytest
+from msgspec.structs import replace
+
+from dashboard.fold.state import ALL, RunState
+from swarm.bus import Arrival, Presence
+from swarm.errors import SwarmError
+from swarm.messages import CLOCK, Events, Liveness, Message, Phase, Plan
+from tests.dashboard.drawn import floor
+from tests.dashboard.fold.test_progress import clock, event, state, truth
+from tests.dashboard.measured import status
+from tests.dashboard.rehearsal import RATE, Rehearsal
+
+FLOOR = floor(Rehearsal(1))
+STATUS = status(Rehearsal(1), 20)
+SECOND = 11 * RATE  # r1 drives to its second stop, and r2 to its first, by a joint plan
+
+
+def plan(tick: int, run: int = 1) -> Plan:
+    return Plan(robot="a", run=run, tick=tick, points=[(float(tick), 0.0)])
+
+
+def told(*arrived: object) -> RunState:
+    known = RunState()
+    for one in arrived:
+        known.take(one)
+    return known
+
+
+# fmt: off
+NEWS: dict[str, tuple[list[object], object, Message | None]] = {  # what came before, what comes -> the news
+    "a clock":                   ([],                                  clock(5),                          clock(5)),
+    "what arrives on the wire":  ([],                                  Arrival(CLOCK, {}, clock(5)),      clock(5)),
+    "an older clock":            ([clock(9)],                          clock(5),                          None),
+    "a robot before the world":  ([],                                  state(5),                          None),
+    "a robot":                   ([clock()],                           state(5),                          state(5)),
+    "a robot once more":         ([clock(), state(5)],                 state(5),                          None),
+    "a robot of another run":    ([clock()],                           replace(state(5), run=7),          None),
+    "a path":                    ([clock(), plan(4)],                  plan(5),                           plan(5)),
+    "an older path":             ([clock(), plan(6)],                  plan(5),                           None),
+    "a path of another run":     ([clock()],                           plan(5, run=0),                    None),
+    "poses":                     ([clock(), truth(4)],                 truth(5),                          truth(5)),
+    "poses older than a clock":  ([clock(9), truth(4)],                truth(5),                          truth(5)),
+    "poses moved in a pause":    ([clock(), truth(5)],                 truth(5, x=9.0),                   truth(5, x=9.0)),
+    "older poses":               ([clock(), truth(6)],                 truth(5),                          None),
+    "poses of the last run":     ([clock(), truth(6)],                 truth(9, run=0),                   None),
+    "an event":                  ([clock()],                           event(5),                          event(5)),
+    "an event once more":        ([clock(), event(5)],                 event(5),                          None),
+    "some events once more":     ([clock(), event(5)],                 Events(events=[event(5), event(6)]), Events(events=[event(6)])),
+    "all events once more":      ([clock(), event(5)],                 Events(events=[event(5)]),         None),
+    "a floor":                   ([],                                  FLOOR,                             FLOOR),
+    "a floor once more":         ([FLOOR],                             FLOOR,                             None),
+    "a status":                  ([STATUS],                            STATUS,                            STATUS),
+    "presence":                  ([clock()],                           Presence("robot", "a", "one", True), None),
+    "nothing":                   ([],                                  None,                              None),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", NEWS)
+def test_what_is_news(name: str) -> None:
+    before, comes, news = NEWS[name]
+    assert told(*before).take(comes) == news
+
+
+def test_the_newest_of_the_run_is_kept_and_a_new_run_clears_it() -> None:
+    known = told(FLOOR, Presence("robot", "a", "one", True), clock(9), truth(6), truth(5), plan(5), plan(9), plan(7))
+    assert (known.clock, known.truth, known.paths) == (clock(9), truth(6), {"a": plan(9)})
+    assert known.progress.heard("b") is Liveness.GONE
+    known.take(truth(0, run=2))
+    assert (known.clock, known.truth, known.paths) == (None, truth(0, run=2), {})
+    assert (known.floor, known.progress.order) == (FLOOR, ("a", "b"))
+    assert known.progress.tokens == {"a": frozenset({"one"})}
+
+
+def test_messages_of_the_wire_are_counted() -> None:
+    known = told(*[Arrival(CLOCK, {}, clock(tick)) for tick in (1, 2)], clock(3))
+    assert known.heard == {CLOCK.key: 2}
+
+
+def test_a_floor_that_is_none_is_refused_and_the_one_before_stays() -> None:
+    known = told(FLOOR)
+    with pytest.raises(SwarmError):
+        known.take(replace(FLOOR, packed=replace(FLOOR.packed, cells=b"")))
+    assert known.floor == FLOOR
+
+
+# fmt: off
+WANTED: dict[str, tuple[list[Message], set[str], set[str]]] = {  # what is known, who is looked at -> who is heard
+    "nobody looks":               ([floor(Rehearsal(3)), Rehearsal(3).truth(SECOND)],      set(),      set()),
+    "a member of a joint plan":   ([floor(Rehearsal(3)), Rehearsal(3).truth(SECOND)],      {"r2"},     {"r1", "r2", "r3"}),
+    "one on its own way":         ([floor(Rehearsal(3)), Rehearsal(3).truth(SECOND)],      {"r1"},     set()),
+    "one who is not there":       ([floor(Rehearsal(3)), Rehearsal(3).truth(SECOND)],      {"nobody"}, set()),
+    "a floor that is learned":    ([floor(Rehearsal(3), known=False)],                     set(),      {ALL}),
+    "no floor yet":               ([Rehearsal(3).truth(SECOND)],                           {"r2"},     set()),
+    "no poses yet":               ([floor(Rehearsal(3))],                                  {"r2"},     set()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_only_robots_whose_plan_somebody_looks_at_are_heard(name: str) -> None:
+    known, looked_at, expected = WANTED[name]
+    assert told(*known).wanted(looked_at) == expected
+
+
+def test_a_run_that_is_over_is_told_by_the_clock_too() -> None:
+    over = clock(9, phase=Phase.OVER)
+    known = told(clock(5), over)
+    assert (known.clock, known.progress.phase) == (over, Phase.OVER)
