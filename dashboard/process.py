@@ -1,5 +1,6 @@
 """The dashboard process: it listens, folds messages, draws twice a second, and ends with the run."""
 
+import subprocess
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,7 +12,7 @@ from dashboard.mode import LOOPBACK, Mode
 from dashboard.rerun import Recordings
 from dashboard.rerun.recorder import SMALLER
 from dashboard.show import Show
-from dashboard.viewers import ViewerPage, ViewerWindow
+from dashboard.viewers import open_window, rerun_program, served_page
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError
 from swarm.messages import STATUS, Phase
@@ -52,22 +53,26 @@ def run(
     page = Endpoint(bind, web_port).claim().port if mode == "web" else 0
     if mode != "off-screen" and not Endpoint(bind, data).local:
         print(f"dashboard: {bind} is open: anybody who reaches it sees the fleet, since Rerun has no keys")
+    program = rerun_program() if mode != "off-screen" else Path()
+    windows: list[subprocess.Popen[bytes]] = []
     recorder = Recordings(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet))
         closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
 
-        opened: Callable[[str], None] = print  # off-screen there is nothing to open
-        if mode == "web":
-            opened = ViewerPage(bind, page, data)
-            closing.callback(opened.close)
-        elif mode == "viewer":
-            opened = ViewerWindow()
+        def opened(url: str) -> None:
+            if mode == "web":
+                closing.enter_context(served_page(url, program, bind, page, data))
+            elif mode == "viewer":
+                windows.append(open_window(url, program))
+
         show = Show(recorder, fleet, opened, rules, earlier)
         follow(bus, show, stop.is_set)
         show.draw()
-        if stop.is_set() and isinstance(opened, ViewerWindow):
-            opened.close()
+        if stop.is_set():  # a window stays open after the run
+            for window in windows:
+                window.terminate()
+                window.wait(5)
     return 0
 
 

@@ -75,10 +75,8 @@ class Show:
     def _begin_if_changed(self) -> bool:
         """Begin a recording if the run or its list of robots is another one; return True if it is."""
         progress, scene = self.state.progress, self.state.scene
-        if self._collector is not None and (self._collector.run, self._collector.robots) == (
-            progress.run,
-            progress.order,
-        ):
+        collector, now = self._collector, (progress.run, progress.order)
+        if collector is not None and (collector.run, collector.robots) == now:
             return False
         self.draw()
         self._collector = None

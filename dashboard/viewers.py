@@ -12,7 +12,8 @@ import shutil
 import signal
 import socket
 import subprocess
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
@@ -63,77 +64,58 @@ def rerun_program() -> Path:
     return program
 
 
-class ViewerWindow:
-    """The native viewer in its own window. It stays open after the run, and closes when we are stopped."""
-
-    def __init__(self) -> None:
-        self._program = rerun_program()
-        self._process: subprocess.Popen[bytes] | None = None
-
-    def __call__(self, url: str) -> None:
-        """Open the viewer at an address."""
-        print(f"dashboard: {url}")
-        arguments = [str(self._program), url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK]
-        self._process = _started(arguments, ends_with_us=False)
-
-    def close(self) -> None:
-        """Close the viewer if it is open."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait(5)
+def open_window(url: str, program: Path) -> "subprocess.Popen[bytes]":
+    """Open the native viewer in its own window, which outlives this process."""
+    print(f"dashboard: {url}")
+    return _started(program, url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK, ends_with_us=False)
 
 
-class ViewerPage:
-    """The page, served on one address. The data comes from the port ``data``; ``bind`` is where both listen."""
+@contextmanager
+def served_page(url: str, program: Path, bind: str, port: int, data: int) -> Iterator[None]:
+    """Serve the page on one address as long as the block lasts, and print its address.
 
-    def __init__(self, bind: str, port: int, data: int) -> None:
-        self._bind, self._port, self._data = bind, port, data
-        self._program = rerun_program()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._server: ThreadingHTTPServer | None = None
+    The data comes from the port ``data``; ``bind`` is where both listen.
 
-    def __call__(self, url: str) -> None:
-        """Serve the page until ``close``, and print its address.
-
-        Raises:
-            ConfigError: Rerun's program ended, or did not answer in time, or the port is in use.
-        """
-        behind = Endpoint(LOOPBACK, 0).claim().port
-        arguments = [str(self._program), url, "--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(behind)]
-        self._process = _started(arguments, ends_with_us=True)
+    Raises:
+        ConfigError: Rerun's program ended, or did not answer in time, or the port is in use.
+    """
+    behind = Endpoint(LOOPBACK, 0).claim().port
+    page = ("--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(behind))
+    process = _started(program, url, *page, ends_with_us=True)
+    try:
         deadline = monotonic() + STARTED
         while not _answers(behind):
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(0.05)
-            if self._process.returncode is not None or monotonic() > deadline:
-                raise ConfigError(f"dashboard: expected a page on port {self._port}, got none; try --dashboard off")
+                process.wait(0.05)
+            if process.returncode is not None or monotonic() > deadline:
+                raise ConfigError(f"dashboard: expected a page on port {port}, got none; try --dashboard off")
         try:
-            self._server = _server(self._bind.strip("[]"), self._port, behind, self._data)
+            server = _server(bind.strip("[]"), port, behind, data)
         except OSError as fault:
-            raise ConfigError(f"dashboard: expected to serve port {self._port}, got: {fault.strerror}") from None
-        Thread(target=self._server.serve_forever, daemon=True).start()
-        print(f"dashboard: {page_address(self._port, self._data, self._bind)}")
+            raise ConfigError(f"dashboard: expected to serve port {port}, got: {fault.strerror}") from None
+        Thread(target=server.serve_forever, daemon=True).start()
+        print(f"dashboard: {page_address(port, data, bind)}")
+        try:
+            yield
+        finally:
+            server.shutdown()
+            server.server_close()
+    finally:
+        process.terminate()
+        process.wait(5)
 
-    def close(self) -> None:
-        """Close the page if it is served."""
-        if self._server is not None:
-            self._server.shutdown()
-            self._server.server_close()
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait(5)
 
-
-def _started(arguments: list[str], *, ends_with_us: bool) -> "subprocess.Popen[bytes]":
-    quiet = subprocess.DEVNULL
+def _started(program: Path, *arguments: str, ends_with_us: bool) -> "subprocess.Popen[bytes]":
+    """Start Rerun's program, which says nothing."""
+    quiet, ending = subprocess.DEVNULL, end_with_us if ends_with_us else None
     return subprocess.Popen(
-        arguments,
+        [program, *arguments],
         stdin=quiet,
         stdout=quiet,
         stderr=quiet,
         env=os.environ | QUIET,
         start_new_session=not ends_with_us,
-        preexec_fn=end_with_us if ends_with_us else None,
+        preexec_fn=ending,
     )
 
 

@@ -12,20 +12,7 @@ import msgspec
 from dashboard.box.saving import scenario_file
 from swarm.bus import Bus
 from swarm.errors import ConfigError, PeerError, nearest
-from swarm.messages import (
-    ACTION,
-    EDIT,
-    MAP,
-    ORDER,
-    PLACES,
-    POOL,
-    REPLIES,
-    ROBOT_ACTION,
-    SETUP,
-    STATUS,
-    Id,
-    Topic,
-)
+from swarm.messages import ACTION, EDIT, MAP, ORDER, PLACES, POOL, REPLIES, ROBOT_ACTION, SETUP, STATUS, Id, Topic
 from swarm.messages.schema import index
 
 # path -> topic of the wire; a path below /robot/ has the robot's name behind it

@@ -5,6 +5,7 @@ It takes no part in the fleet: the fleet runs the same without it, with one brow
 
 import webbrowser
 from collections.abc import Callable
+from contextlib import closing
 from time import monotonic
 from typing import Final
 
@@ -14,7 +15,7 @@ from dashboard.box.server import Server
 from dashboard.box.viewer import RerunPage
 from dashboard.fold.state import RunState
 from dashboard.listening import Listener
-from dashboard.mode import LOOPBACK, box_address
+from dashboard.mode import box_address
 from swarm.bus import Bus, Endpoint, Link
 from swarm.errors import SwarmError
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, SETUP, TRUTH, Clock, Event, Events, Map, Plan, Truth
@@ -36,14 +37,7 @@ KEYS: Final[dict[type, str]] = {  # of news -> of the frame that shows it
 }
 
 
-def run(
-    endpoint: Endpoint,
-    fleet: str,
-    port: int,
-    token: str,
-    *,
-    open_page: bool = False,
-) -> int:
+def run(endpoint: Endpoint, fleet: str, port: int, token: str, *, open_page: bool = False) -> int:
     """Serve the box until we are told to stop; ``open_page`` shows it in this machine's browser.
 
     Raises:
@@ -52,8 +46,8 @@ def run(
     with (
         told_to_stop() as stop,
         Bus(endpoint, fleet) as bus,
-        RerunPage(endpoint, fleet) as viewer,
-        Server(LOOPBACK, port, token, Asking(bus, viewer.address)) as server,
+        closing(RerunPage(endpoint, fleet)) as viewer,
+        Server(port, token, Asking(bus, viewer.address)) as server,
     ):
         server.show({telling.HELLO: telling.hello(fleet, shipped())})
         if open_page:

@@ -19,6 +19,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from dashboard.box.asking import REQUESTS, Asking
 from dashboard.box.board import MOST_VIEWERS, Board, Viewer
 from dashboard.box.frames import framed
+from dashboard.mode import LOOPBACK
 from swarm.errors import ConfigError, PeerError, SwarmError
 
 SILENT: Final = 10.0  # s in which a browser answers a ping, and a connection brings its first request
@@ -26,7 +27,7 @@ IDLE: Final = 30.0  # s for which a connection is kept for another request
 MOST_ASKED: Final = 16  # requests under way; more are refused
 LONGEST: Final = 262_144  # bytes of a request, as the wire's longest
 SAID: Final = 1000  # bytes of what a page says over its WebSocket
-LOOPBACK: Final = {"127.0.0.1", "localhost", "[::1]"}
+OURS: Final = {LOOPBACK, "localhost", "[::1]"}  # names of this machine
 TYPES: Final = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -68,8 +69,8 @@ def _answered(body: bytes, kind: str = "application/json") -> web.Response:
 class Server:
     """The server on a port of this machine. Use it in a ``with``; ``show`` puts a frame on everybody's page."""
 
-    def __init__(self, host: str, port: int, token: str, asking: Asking) -> None:
-        self._host, self._port, self._token, self._wire = host, port, token, asking
+    def __init__(self, port: int, token: str, asking: Asking) -> None:
+        self._port, self._token, self._wire = port, token, asking
         self._board = Board(framed)
         self._news: set[asyncio.Event] = set()  # one a browser: something waits for it
         self._files = assets()
@@ -147,7 +148,7 @@ class Server:
         self._over = asyncio.Event()
         try:
             try:
-                await web.TCPSite(runner, self._host, self._port).start()
+                await web.TCPSite(runner, LOOPBACK, self._port).start()
             except OSError as fault:
                 self._listens.set_exception(ConfigError(f"box: port {self._port}: expected a free port, got {fault}"))
                 return
@@ -176,7 +177,7 @@ class Server:
         """Let in only requests to this machine's own name, from the box's own page or from no page."""
         self._spoke.add(request.protocol)
         origin = request.headers.get("Origin")
-        if request.host.rsplit(":", 1)[0] not in LOOPBACK:
+        if request.host.rsplit(":", 1)[0] not in OURS:
             return refused(403, f"expected a request to 127.0.0.1 or localhost, got one to {request.host[:100]!r}")
         if origin is not None and origin != f"http://{request.host}":
             return refused(403, f"expected a request of the box's own page, got one of {origin[:100]!r}")

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from threading import Lock, Thread
-from types import TracebackType
 from typing import Final
 
 from swarm.bus import Endpoint
@@ -17,7 +16,7 @@ SAYS: Final = "dashboard: http://"  # how the line with its address begins
 
 
 class RerunPage:
-    """The page with Rerun's viewer of one fleet. Use it in a ``with``: the dashboard ends with it."""
+    """The page with Rerun's viewer of one fleet. It ends with ``close``."""
 
     def __init__(self, endpoint: Endpoint, fleet: str) -> None:
         self._endpoint, self._fleet = endpoint.seen_by(WATCHER), fleet
@@ -25,12 +24,8 @@ class RerunPage:
         self._process: subprocess.Popen[str] | None = None
         self._address = ""
 
-    def __enter__(self) -> "RerunPage":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
+        """End the dashboard if it runs."""
         process = self._process
         if process is None or process.poll() is not None:
             return

@@ -24,8 +24,7 @@ OVERLAYS: Final = 10  # most overlays in one batch, about, if time runs faster
 class Batch:
     """The content of one drawing. Times are seconds since the run began."""
 
-    frames: list[Truth] = field(default_factory=list)
-    distances: list[list[float]] = field(default_factory=list)  # m, of each robot at each frame
+    frames: list[tuple[Truth, list[float]]] = field(default_factory=list)  # with the distance of each robot [m]
     lanes: list[tuple[float, str, str]] = field(default_factory=list)  # time, robot, new activity
     paths: list[tuple[float, dict[str, list[Point]]]] = field(default_factory=list)  # time, robot -> path
     events: list[Event] = field(default_factory=list)
@@ -34,13 +33,9 @@ class Batch:
 
     def thinned(self) -> "Batch":
         """Drop frames evenly until few enough are left to be drawn in time; the last frame stays."""
-        bodies = sum(len(frame.bodies) for frame in self.frames)
-        step = -(-bodies // BODIES)
-        if step > 1:
-            last = len(self.frames) - 1
-            kept = [k for k in range(len(self.frames)) if (last - k) % step == 0]
-            self.frames = [self.frames[k] for k in kept]
-            self.distances = [self.distances[k] for k in kept]
+        bodies = sum(len(frame.bodies) for frame, _ in self.frames)
+        step = max(1, -(-bodies // BODIES))
+        self.frames = self.frames[(len(self.frames) - 1) % step :: step]
         return self
 
 
@@ -110,8 +105,7 @@ class Collector:
 
     def _note_frame(self, truth: Truth) -> None:
         self._truth = truth
-        self._batch.frames.append(truth)
-        self._batch.distances.append([self._state.progress.robot(name).distance for name in self.robots])
+        self._batch.frames.append((truth, [self._state.progress.robot(name).distance for name in self.robots]))
         self._sum_up()
         planned = frozenset(body.robot for body in truth.bodies if body.members)
         if planned != self._planned:

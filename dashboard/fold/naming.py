@@ -7,7 +7,7 @@ from dashboard.fold.progress import RobotProgress
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Event
 
-WAITS, BLOCKED, READY, STOPPED, DONE, HOME = "gives way", "blocked", "ready", "stopped", "done", "home"
+WAITS, BLOCKED, READY, DONE, HOME = "gives way", "blocked", "ready", "done", "home"
 CONTACT: Final = "contact"  # the kind of event
 DOING: Final[Mapping[str, str]] = {WAITS: "giving way", "drives": "driving", "starts": "starting"}  # by word: of many
 
@@ -42,19 +42,9 @@ def lane(robot: RobotProgress, home: bool) -> str:
     """Return in a word or two what a robot does: the stop that it drives to, or why it stands."""
     if robot.stops == 0:
         return READY
-    match robot.activity:
-        case Activity.GIVE_WAY:
-            return WAITS
-        case Activity.BLOCKED:
-            return BLOCKED
-        case Activity.STOPPED:
-            return STOPPED
-        case Activity.DONE:
-            return DONE
-        case Activity.READY:
-            return READY
-        case Activity.DRIVE:
-            return stop_lane(robot.target, robot.stops, _ends_home(robot, home))
+    if robot.activity is Activity.DRIVE:
+        return stop_lane(robot.target, robot.stops, _ends_home(robot, home))
+    return words(robot.activity)
 
 
 def words(activity: Activity) -> str:

@@ -22,8 +22,7 @@ OBSTACLE: Final[Colour] = (110, 92, 78)
 MOVER: Final[Colour] = (190, 160, 135)
 UNKNOWN: Final[Colour] = (60, 64, 70)
 TARGET: Final[Colour] = (235, 235, 235)
-HEADING: Final[Colour] = (255, 255, 255)
-SENSED: Final[Colour] = (255, 255, 255)
+WHITE: Final[Colour] = (255, 255, 255)
 WAITS: Final[Colour] = (230, 159, 0)
 BLOCKED: Final[Colour] = (213, 94, 0)
 CONTACT: Final[Colour] = (255, 60, 60)
@@ -37,15 +36,9 @@ def robot(number: int) -> Colour:
     return round(red * share), round(green * share), round(blue * share)
 
 
-def faded(colour: Colour) -> Colour:
-    """Return the colour halfway to the floor's."""
-    red, green, blue = ((part + under) // 2 for part, under in zip(colour, FLOOR, strict=True))
-    return red, green, blue
-
-
-def lightened(colour: Colour) -> Colour:
-    """Return the colour halfway to white."""
-    red, green, blue = ((part + 255) // 2 for part in colour)
+def halfway(colour: Colour, other: Colour) -> Colour:
+    """Return the colour in the middle of two."""
+    red, green, blue = ((one + two) // 2 for one, two in zip(colour, other, strict=True))
     return red, green, blue
 
 

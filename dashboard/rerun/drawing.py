@@ -55,7 +55,7 @@ class Picture:
     def draw(self, batch: Batch) -> None:
         """Draw a batch."""
         if batch.frames:
-            self._draw_frames(batch.frames, batch.distances)
+            self._draw_frames([frame for frame, _ in batch.frames], [row for _, row in batch.frames])
         for time, name, word in batch.lanes:
             self._at(time, f"progress/{name}", rr.StateChange(state=word))
             if time < self._words[name][0]:
@@ -175,7 +175,7 @@ class Picture:
         ends, end_colours = [], []
         spots, texts, spot_colours = [], [], []
         for plan in overlay.joint:
-            colour = palette.lightened(self._colour(plan.leader))
+            colour = palette.halfway(self._colour(plan.leader), palette.WHITE)
             leads = [overlay.spots[plan.leader]] if plan.leader in overlay.spots else []
             rings = shapes.rings(leads, self.stage.scene.settings.robot.radius * RING)
             lines += [*(_array(line) for line in plan.ways.values()), *rings]

@@ -73,7 +73,7 @@ def sector_colours(values: Floats, sensors: SensorSettings) -> Bytes:
     """Return the colours of the sectors (K*N*3, 4): faint if nothing is in range, else brighter, red within `near`."""
     seen = values[..., 3:6].reshape(-1)
     colours = np.empty((seen.size, 4), dtype=np.uint8)
-    colours[:, :3] = palette.SENSED
+    colours[:, :3] = palette.WHITE
     colours[:, 3] = np.where(seen < sensors.range - 1e-3, 110, 28)
     colours[seen < min(NEAR, sensors.range)] = (*palette.BLOCKED, 200)
     return colours

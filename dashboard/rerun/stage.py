@@ -78,11 +78,11 @@ class Stage:
     def _give_looks(self) -> None:
         """Log the colours and widths of what moves."""
         radius, colours, names = self.scene.settings.robot.radius, self.colours, list(self._robots)
-        faded = [palette.faded(colour) for colour in colours]
+        faded = [palette.halfway(colour, palette.FLOOR) for colour in colours]
         discs = rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, labels=names, show_labels=False)
         self._log("world/robots", discs)
         heading = rr.LineStrips2D.from_fields(  # a label has the colour of what it is at: that of the headings is white
-            colors=palette.HEADING, radii=radius * 0.12, draw_order=31.0, show_labels=True
+            colors=palette.WHITE, radii=radius * 0.12, draw_order=31.0, show_labels=True
         )
         self._log("world/heading", heading)
         self._log("world/trails", rr.LineStrips2D.from_fields(colors=faded, radii=radius * 0.2, draw_order=5.0))

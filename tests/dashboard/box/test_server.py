@@ -66,7 +66,7 @@ def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
 @pytest.fixture
 def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
     free = Endpoint("127.0.0.1", 0).claim().port
-    with Server("127.0.0.1", free, TOKEN, Asking(make_bus(), no_viewer)) as server:
+    with Server(free, TOKEN, Asking(make_bus(), no_viewer)) as server:
         server.show({"test/frame": 1})
         yield free
 
@@ -237,6 +237,6 @@ def test_a_page_that_says_garbage_is_sent_away(saying: str, port: int) -> None:
 def test_a_port_in_use_is_a_sentence(port: int, make_bus: MakeBus) -> None:
     with (
         pytest.raises(ConfigError, match=rf"box: port {port}: expected a free port"),
-        Server("127.0.0.1", port, TOKEN, Asking(make_bus(), no_viewer)),
+        Server(port, TOKEN, Asking(make_bus(), no_viewer)),
     ):
         pass

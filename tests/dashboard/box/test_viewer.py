@@ -1,5 +1,6 @@
 """The box's tab with Rerun's viewer, and a floor of ten thousand walls: a real browser on a real fleet."""
 
+from contextlib import closing
 from pathlib import Path
 
 import msgspec
@@ -60,7 +61,7 @@ def test_a_viewer_that_does_not_start_is_a_sentence(tmp_path: Path) -> None:
     from dashboard.box.viewer import RerunPage
 
     nobody = Endpoint("127.0.0.1", 0).claim()
-    with RerunPage(nobody, "no fleet") as page, pytest.raises(PeerError, match="ended and said"):
+    with closing(RerunPage(nobody, "no fleet")) as page, pytest.raises(PeerError, match="ended and said"):
         page.address()
 
 

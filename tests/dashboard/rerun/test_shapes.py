@@ -73,14 +73,12 @@ def test_trails_are_bounded_and_skip_what_stands() -> None:
 @pytest.mark.parametrize("frames", [0, 1, 7, 499, 500, 501, 2500])
 def test_thinning_keeps_the_last_frame_and_the_order(frames: int) -> None:
     bodies = Rehearsal(8).truth(0).bodies
-    batch = Batch(
-        frames=[Truth(run=0, tick=tick, time=tick / 20, bodies=bodies) for tick in range(frames)],
-        distances=[[float(tick)] for tick in range(frames)],
-    ).thinned()
-    ticks = [frame.tick for frame in batch.frames]
+    all_frames = [(Truth(run=0, tick=tick, time=tick / 20, bodies=bodies), [float(tick)]) for tick in range(frames)]
+    kept = Batch(frames=all_frames).thinned().frames
+    ticks = [frame.tick for frame, _ in kept]
     assert len(ticks) * 8 <= BODIES
     assert ticks == sorted(ticks)
-    assert [[float(tick)] for tick in ticks] == batch.distances
+    assert [[float(tick)] for tick in ticks] == [distances for _, distances in kept]
     if frames:
         assert ticks[-1] == frames - 1
         assert len({b - a for a, b in itertools.pairwise(ticks)}) <= 1
