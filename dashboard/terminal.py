@@ -7,7 +7,7 @@ from operator import itemgetter
 from textwrap import TextWrapper
 from time import monotonic
 from types import TracebackType
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
@@ -59,7 +59,7 @@ class Terminal:
         self._phase_told: tuple[int, Phase] | None = None
         self._line_told = ""
 
-    def __enter__(self) -> "Terminal":
+    def __enter__(self) -> Self:
         if self._console.is_terminal and not self._quiet:
             self._live = Live(self.renderable(), console=self._console, auto_refresh=False, transient=False)
             self._live.start()

@@ -9,7 +9,6 @@ from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.messages import CLOCK, MAP, PLAN, STATE, STATUS, Message
 from tests.dashboard.drawn import floor
-from tests.dashboard.measured import status
 from tests.dashboard.rehearsal import Rehearsal
 
 
@@ -42,7 +41,7 @@ class World:
         """Answer late joiners from now on."""
         self._bus.keep(CLOCK, lambda: {CLOCK.key: self._rehearsal.clock(self._tick)})
         self._bus.keep(MAP, lambda: {MAP.key: floor(self._rehearsal)})
-        self._bus.keep(STATUS, lambda: {STATUS.key: status(self._rehearsal, self._tick)})
+        self._bus.keep(STATUS, lambda: {STATUS.key: self._rehearsal.status(self._tick)})
         self._bus.keep(STATE, lambda: self._each(STATE.key, self._rehearsal.state))
         self._bus.keep(PLAN, lambda: self._each(PLAN.key, self._rehearsal.plan))
 

@@ -20,16 +20,20 @@ from swarm.messages import (
     RADIO,
     STATE,
     TRUTH,
+    Account,
     Activity,
     Body,
     Broadcast,
     Clock,
     Event,
+    Liveness,
     Message,
     Phase,
     Plan,
     Point,
+    RobotStatus,
     State,
+    Status,
     Steering,
     Topic,
     Truth,
@@ -75,15 +79,13 @@ WAY: Final[tuple[tuple[Point, ...], ...]] = (  # to each stop in turn; home is a
 
 def scenario() -> Scenario:
     """Return the scenario that belongs to it."""
-    settings = checked(
-        {
-            "name": "rehearsal",
-            "map": {"text": DRAWN, "cell": 0.5},
-            "start": {"area": [0.7, 0.7, 4.0, 3.0]},
-            "targets": [list(target) for target in TARGETS],
-        },
-        "rehearsal",
-    )
+    told = {
+        "name": "rehearsal",
+        "map": {"text": DRAWN, "cell": 0.5},
+        "start": {"area": [0.7, 0.7, 4.0, 3.0]},
+        "targets": [list(target) for target in TARGETS],
+    }
+    settings = checked(told, "rehearsal")
     return settled(Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper")))
 
 
@@ -148,18 +150,11 @@ class Rehearsal:
         way = plan.ways[self.names[number]] if plan is not None else ()
         left = way.index(held[0]) if held[0] in way else 0
         return Record(
-            robot=self.names[number],
-            stamp=tick,
-            x=now.x,
-            y=now.y,
-            goal=way[-1] if way else held[0],
-            held=held,
-            ahead=way[left + len(held) :][:6],
-            epoch=plan.epoch if plan is not None else None,
-            left=left,
+            robot=self.names[number], stamp=tick, x=now.x, y=now.y, goal=way[-1] if way else held[0], held=held,
+            ahead=way[left + len(held) :][:6], epoch=plan.epoch if plan is not None else None, left=left,
             entered=left + len(held) - 1 if way else 0,
             plan=next((made for made in self._plans.values() if made.epoch.leader == self.names[number]), None),
-        )
+        )  # fmt: skip
 
     def _held(self, number: int, now: At) -> tuple[int, ...]:
         """Return the cell a robot is in and the next one of its way."""
@@ -178,12 +173,9 @@ class Rehearsal:
         pause = start + 15 * RATE  # stands three seconds for another
         waits = pause <= tick < pause + 3 * RATE
         driven = max(0, min(tick, pause) - start + max(0, tick - pause - 3 * RATE)) * SPEED / RATE
-        reached, target = [], 0
-        for leg in legs:
-            there = driven >= length(leg) - 0.2
-            if not there:
-                break
-            driven -= length(leg)
+        target = 0
+        while target < len(legs) and driven >= length(legs[target]) - 0.2:
+            driven -= length(legs[target])
             target += 1
         reached = [stop < target for stop in range(len(legs))]
         if target == len(legs):
@@ -208,26 +200,13 @@ class Rehearsal:
             before = self.at(number, tick - 1) if tick else None
             new_leg = before is None or before.target != now.target
             if (tick + number) % 4 == 0 or new_leg:
-                yield (
-                    RADIO,
-                    Broadcast(
-                        x=now.x,
-                        y=now.y,
-                        yaw=now.yaw,
-                        activity=now.activity,
-                        target=now.target,
-                        distance=now.distance,
-                        reached=now.reached,
-                        traffic=TrafficBroadcast(
-                            own=records[number],
-                            others=tuple(Relayed(1, record) for record in records if record.robot != name),
-                        ),
-                        robot=name,
-                        run=self.run,
-                        tick=tick,
-                    ),
-                    {"robot": name, "zx": 0, "zy": 0},
-                )
+                others = tuple(Relayed(1, record) for record in records if record.robot != name)
+                said = Broadcast(
+                    robot=name, run=self.run, tick=tick, x=now.x, y=now.y, yaw=now.yaw, activity=now.activity,
+                    target=now.target, distance=now.distance, reached=now.reached,
+                    traffic=TrafficBroadcast(own=records[number], others=others),
+                )  # fmt: skip
+                yield RADIO, said, {"robot": name, "zx": 0, "zy": 0}
             if tick % RATE == 0 or before is None or before.activity != now.activity or new_leg:
                 yield STATE, self.state(number, tick), {"robot": name}
             if new_leg:
@@ -248,16 +227,9 @@ class Rehearsal:
         """Return where a mission stands."""
         now = self.at(number, tick)
         return State(
-            robot=self.names[number],
-            run=self.run,
-            tick=tick,
-            activity=now.activity,
-            target=now.target,
-            reached=now.reached,
-            unreachable=[],
-            distance=now.distance,
-            replans=now.target,
-        )
+            robot=self.names[number], run=self.run, tick=tick, activity=now.activity, target=now.target,
+            reached=now.reached, unreachable=[], distance=now.distance, replans=now.target,
+        )  # fmt: skip
 
     def plan(self, number: int, tick: int) -> Plan:
         """Return which path a robot follows."""
@@ -274,26 +246,38 @@ class Rehearsal:
             turn = wrap(later.yaw - now.yaw) * 0.2 * RATE if now.moving else 0.0
             speed = SPEED if now.moving else 0.0
             left, front, right = (self._sees(now, side) for side in (radians(60), 0.0, radians(-60)))
-            bodies.append(
-                Body(
-                    robot=name,
-                    x=now.x,
-                    y=now.y,
-                    yaw=wrap(now.yaw),
-                    left_v=max(-2.0, min(2.0, speed - turn)),
-                    right_v=max(-2.0, min(2.0, speed + turn)),
-                    left=left,
-                    front=front,
-                    right=right,
-                    heading=0.0,
-                    steering=Steering.TABLES if now.moving else Steering.BRAKED,
-                    activity=now.activity,
-                    held=list(self._held(number, now)),
-                    waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
-                    members=list(self._groups[number // GROUP]) if now.target in {0, 2} else [],
-                )
-            )
+            body = Body(
+                robot=name, x=now.x, y=now.y, yaw=wrap(now.yaw), left_v=max(-2.0, min(2.0, speed - turn)),
+                right_v=max(-2.0, min(2.0, speed + turn)), left=left, front=front, right=right, heading=0.0,
+                steering=Steering.TABLES if now.moving else Steering.BRAKED, activity=now.activity,
+                held=list(self._held(number, now)),
+                waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
+                members=list(self._groups[number // GROUP]) if now.target in {0, 2} else [],
+            )  # fmt: skip
+            bodies.append(body)
         return Truth(run=self.run, tick=tick, time=tick / RATE, bodies=bodies)
+
+    def status(self, tick: int) -> Status:
+        """Return what a world tells of it at a tick; what nobody has measured is 0."""
+        phase = self.clock(tick).phase
+        return Status(
+            scenario=self.scenario.settings.name, run=self.run, tick=tick, time=tick / RATE, phase=phase,
+            complete=phase is Phase.OVER, reason="", edits=0, events=[], world="rehearsal",
+            robots=[self._row(number, tick) for number in range(len(self.names))],
+            contacts={"robot": 0, "wall": 0, "obstacle": 0},
+        )  # fmt: skip
+
+    def _row(self, number: int, tick: int) -> RobotStatus:
+        now, told = self.at(number, tick), self.state(number, tick)
+        account = Account(
+            targets=len(now.reached), reached=[tick / RATE if there else None for there in now.reached], laps=0,
+            path_length=tick / RATE * SPEED, shortest_length=None, waiting=0.0, waits_for={}, replans=told.replans,
+            contacts=0, struck=0, stalled=0, unreachable=[],
+        )  # fmt: skip
+        return RobotStatus(
+            robot=told.robot, liveness=Liveness.ALIVE, since=0.0, pose=(now.x, now.y, wrap(now.yaw)), state=told,
+            waits=[], event=None, account=account,
+        )  # fmt: skip
 
     def _ahead(self, number: int, now: At) -> list[Point]:
         if now.target >= len(self._legs[number]):

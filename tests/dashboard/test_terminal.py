@@ -1,5 +1,6 @@
 import re
 from io import StringIO
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -9,7 +10,7 @@ from rich.text import Text
 from dashboard.fold.progress import RobotProgress
 from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
-from swarm.messages import RADIO, Activity, Event, Message, Phase, PoolCounts
+from swarm.messages import Activity, Event, Message, Phase, PoolCounts
 from tests.dashboard.fold.test_progress import broadcast, clock, state
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
@@ -24,126 +25,114 @@ class Wall:
         return self.now
 
 
-def arrival(message: Message) -> Arrival:
-    return Arrival(RADIO, {}, message)  # the topic plays no part
+class Screen(Terminal):
+    """A terminal that writes into a text."""
+
+    def __init__(self, *messages: object, on_terminal: bool = False, **options: Any) -> None:  # noqa: ANN401
+        self.wall, self.out = Wall(), StringIO()
+        console = Console(file=self.out, force_terminal=on_terminal, width=100, no_color=True)
+        super().__init__(console, **{"clock": self.wall} | options)
+        self.hear(*messages)
+
+    def hear(self, *messages: object) -> None:
+        for message in messages:
+            self.take(message)
+            self.refresh()
+
+    @property
+    def text(self) -> str:
+        return self.out.getvalue()
+
+    @property
+    def table(self) -> str:
+        """The table as it is now."""
+        console = Console(file=(out := StringIO()), width=100)
+        console.print(self.renderable())
+        return out.getvalue()
 
 
-def played(terminal: Terminal, wall: Wall, rehearsal: Rehearsal, factor: float) -> None:
-    with terminal:
+def played(screen: Screen, rehearsal: Rehearsal, factor: float) -> Screen:
+    with screen:
         for tick in range(rehearsal.ticks + 1):
-            for _, message, _ in rehearsal.messages(tick):
-                terminal.take(arrival(message))
-            wall.now += 1 / RATE / factor
-            terminal.refresh()
+            for topic, message, _ in rehearsal.messages(tick):
+                screen.take(Arrival(topic, {}, message))
+            screen.wall.now += 1 / RATE / factor
+            screen.refresh()
+    return screen
 
 
 def test_without_a_terminal_there_are_plain_lines() -> None:
-    out, wall, rehearsal = StringIO(), Wall(), Rehearsal(2)
-    played(Terminal(Console(file=out, force_terminal=False, width=80), clock=wall), wall, rehearsal, factor=2.0)
-    lines = out.getvalue().splitlines()
+    rehearsal = Rehearsal(2)
+    text = played(Screen(), rehearsal, factor=2.0).text
+    lines = text.splitlines()
     assert sum("reached" in line for line in lines) == 2 * 4
-    assert "r1 reached home (4 of 4)" in out.getvalue()
+    assert "r1 reached home (4 of 4)" in text
     regular = [line for line in lines if "of the way" in line]
     seconds = rehearsal.ticks / RATE / 2.0
     assert len(regular) == pytest.approx(seconds / 5.0, abs=2)
     assert regular[-1].endswith("100% of the way, 2.0 x real time: r1 done, r2 done")
-    assert out.getvalue().isascii()
+    assert text.isascii()
 
 
 def test_in_a_terminal_there_is_one_row_a_robot() -> None:
-    out, wall = StringIO(), Wall()
-    console = Console(file=out, force_terminal=True, width=100)
-    played(Terminal(console, clock=wall), wall, Rehearsal(3), factor=20.0)
-    with console.capture() as capture:
-        terminal = Terminal(console, clock=wall)
-        terminal.take(arrival(clock(40)))
-        terminal.take(arrival(broadcast(40, activity=Activity.GIVE_WAY)))
-        terminal.take(arrival(clock(100)))
-        terminal.take(Presence("robot", "a", "session", True))
-        terminal.take(Presence("robot", "b", "session", True))
-        terminal.take(Presence("robot", "b", "session", False))
-        console.print(terminal.renderable())
-    assert "silent" in capture.get()
-    assert "gone" in capture.get()
+    rows = Text.from_ansi(played(Screen(on_terminal=True), Rehearsal(3), factor=20.0).text).plain.splitlines()[-4:]
+    assert [row.split()[:1] for row in rows if row.strip()] == [["r1"], ["r2"], ["r3"]]
+    assert all("####" in row and row.rstrip().endswith(" s") for row in rows if row.strip())
+
+
+def test_who_is_silent_is_told_apart_from_who_is_gone() -> None:
+    there = [Presence("robot", robot, "session", True) for robot in ("a", "b")]
+    said = (clock(40), broadcast(40, activity=Activity.GIVE_WAY), clock(100))
+    table = Screen(*said, *there, Presence("robot", "b", "session", False)).table
+    assert "silent" in table
+    assert "gone" in table
 
 
 def test_who_waits_is_said_with_for_how_long() -> None:
-    console = Console(file=StringIO(), width=100)
-    terminal = Terminal(console)
-    for message in (
-        clock(0),
-        broadcast(40, activity=Activity.GIVE_WAY),
-        broadcast(99, activity=Activity.GIVE_WAY),
-        clock(100),
-    ):
-        terminal.take(arrival(message))
-    with console.capture() as capture:
-        console.print(terminal.renderable())
-    assert "gives way 3 s" in capture.get()
+    waits = [broadcast(tick, activity=Activity.GIVE_WAY) for tick in (40, 99)]
+    assert "gives way 3 s" in Screen(clock(0), *waits, clock(100)).table
 
 
 def test_a_large_fleet_is_summed_up() -> None:
-    console = Console(file=StringIO(), width=100)
-    terminal = Terminal(console)
-    terminal.take(arrival(clock(0, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
-    with console.capture() as capture:
-        console.print(terminal.renderable())
-    assert f"{ROWS + 7} robots: {ROWS + 7} ready" in capture.get()
-    assert "r3" not in capture.get()
-    for tick in (40, 2000):
-        terminal.take(arrival(clock(tick, robots=tuple(f"r{number}" for number in range(ROWS + 7)))))
-        for number in range(ROWS + 7):
-            waits = Activity.GIVE_WAY if number == 3 else Activity.DRIVE
-            terminal.take(arrival(broadcast(tick, f"r{number}", activity=waits, distance=5.0 if tick == 40 else 2.0)))
-    with console.capture() as capture:
-        console.print(terminal.renderable())
-    assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in capture.get()
-    assert [word for word in capture.get().split() if word[:1] == "r" and word[1:].isdigit()] == ["r3"]
-    assert terminal.line().endswith("needs attention: r3 gives way 98 s")
+    names = tuple(f"r{number}" for number in range(ROWS + 7))
+    screen = Screen(clock(0, robots=names))
+    assert f"{ROWS + 7} robots: {ROWS + 7} ready" in screen.table
+    assert "r3" not in screen.table
+    for tick, distance in ((40, 5.0), (2000, 2.0)):
+        screen.take(clock(tick, robots=names))
+        for name in names:
+            activity = Activity.GIVE_WAY if name == "r3" else Activity.DRIVE
+            screen.take(broadcast(tick, name, activity=activity, distance=distance))
+    assert f"{ROWS + 7} robots: {ROWS + 6} driving, 1 giving way; 1 needs attention" in screen.table
+    assert [word for word in screen.table.split() if word[:1] == "r" and word[1:].isdigit()] == ["r3"]
+    assert screen.line().endswith("needs attention: r3 gives way 98 s")
 
 
 def test_the_headline_says_how_far_the_pool_is() -> None:
-    terminal = Terminal(Console(file=StringIO()), clock=Wall())
-    terminal.take(arrival(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2))))
-    assert "running,   0% of the way, 3 of 7 pool targets done" in terminal.line()
+    told = Screen(replace(clock(100), pool=PoolCounts(given=7, done=3, taken=2, waiting=2)))
+    assert "running,   0% of the way, 3 of 7 pool targets done" in told.line()
 
 
 def test_before_the_world_speaks_it_says_so() -> None:
-    assert Terminal(Console(file=StringIO())).line() == "waiting for the world"
+    assert Screen().line() == "waiting for the world"
 
 
 def test_a_restart_tells_the_stops_anew() -> None:
-    out, wall = StringIO(), Wall()
-    terminal = Terminal(Console(file=out, width=80), clock=wall)
+    screen = Screen()
     for run in (1, 2):
-        terminal.take(arrival(clock(0, run=run)))
-        terminal.take(arrival(broadcast(9, run=run, reached=[True, False, False])))
-        terminal.refresh()
-    assert out.getvalue().count("a reached 1 (1 of 3)") == 2
+        screen.hear(clock(0, run=run), broadcast(9, run=run, reached=[True, False, False]))
+    assert screen.text.count("a reached 1 (1 of 3)") == 2
 
 
-def lines_of(out: StringIO) -> list[str]:
-    return [line for line in out.getvalue().splitlines() if "reached" in line]
+def reached_in(screen: Screen) -> list[str]:
+    return [line.split(maxsplit=2)[2] for line in screen.text.splitlines() if "reached" in line]
 
 
 def test_the_stops_of_each_order_are_told() -> None:
-    out, wall = StringIO(), Wall()
-    terminal = Terminal(Console(file=out, width=80), clock=wall)
-    terminal.take(arrival(clock(0)))
-    for tick, assignment, reached in (
-        (20, 0, [True, True, False]),
-        (40, 1, [False, False]),
-        (60, 1, [True, False]),
-        (80, 1, [True, True]),
-    ):
-        terminal.take(arrival(state(tick, assignment=assignment, reached=reached)))
-        terminal.refresh()
-    assert [line.split(maxsplit=2)[2] for line in lines_of(out)] == [
-        "a reached 1 (1 of 3)",
-        "a reached 2 (2 of 3)",
-        "a reached 1 (1 of 2)",
-        "a reached 2 (2 of 2)",
-    ]
+    said = ((20, 0, [True, True, False]), (40, 1, [False, False]), (60, 1, [True, False]), (80, 1, [True, True]))
+    states = [state(tick, assignment=assignment, reached=reached) for tick, assignment, reached in said]
+    stops = ["1 (1 of 3)", "2 (2 of 3)", "1 (1 of 2)", "2 (2 of 2)"]
+    assert reached_in(Screen(clock(0), *states)) == [f"a reached {stop}" for stop in stops]
 
 
 # fmt: off
@@ -158,14 +147,10 @@ LAST = {  # the scenario returns home, number of the assignment: the name of the
 @pytest.mark.parametrize("name", LAST)
 def test_only_the_last_stop_of_a_scenario_that_returns_is_home(name: str) -> None:
     home, assignment, expected = LAST[name]
-    out, wall = StringIO(), Wall()
-    terminal = Terminal(Console(file=out, width=80), home=home, clock=wall)
-    terminal.take(arrival(clock(0)))
-    terminal.take(arrival(state(20, assignment=assignment, reached=[True, False], target=1)))
-    assert terminal.line().endswith(f"a {'home' if expected == 'home' else 'to 2'}, b ready")
-    terminal.take(arrival(state(40, assignment=assignment, reached=[True, True], target=2)))
-    terminal.refresh()
-    assert lines_of(out)[1].endswith(f"a reached {expected} (2 of 2)")
+    screen = Screen(clock(0), state(20, assignment=assignment, reached=[True, False], target=1), home=home)
+    assert screen.line().endswith(f"a {'home' if expected == 'home' else 'to 2'}, b ready")
+    screen.hear(state(40, assignment=assignment, reached=[True, True], target=2))
+    assert reached_in(screen)[1].endswith(f"a reached {expected} (2 of 2)")
 
 
 def event(kind: str, text: str = "", robot: str | None = "a", tick: int = 50) -> Event:
@@ -208,26 +193,19 @@ SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lin
 @pytest.mark.parametrize("name", SAID)
 def test_trouble_is_said_once_in_words_whatever_else_is_shown(name: str, on_terminal: bool, quiet: bool) -> None:
     heard, expected = SAID[name]
-    out = StringIO()
-    console = Console(file=out, force_terminal=on_terminal, width=80, no_color=True)
-    with Terminal(console, quiet=quiet, clock=Wall()) as terminal:
-        for message in (clock(0), *heard):
-            terminal.take(arrival(message))
-            terminal.refresh()
-    lines = [line.strip() for line in Text.from_ansi(out.getvalue()).plain.splitlines()]
+    with Screen(on_terminal=on_terminal, quiet=quiet) as screen:
+        screen.hear(clock(0), *heard)
+    lines = [line.strip() for line in Text.from_ansi(screen.text).plain.splitlines()]
     assert [line for line in lines if re.match(r"[\d.]+ s  [abc] ", line) and "reached" not in line] == expected
     assert not quiet or lines == expected, "quiet prints nothing else"
 
 
 def test_what_the_launcher_has_told_is_not_told_again() -> None:
-    out = StringIO()
-    with Terminal(Console(file=out, width=80), quiet=True, clock=Wall()) as terminal:
-        terminal.take(arrival(clock(0)))
-        terminal.explain(["a"], ["gone", "lost"])
-        for tick, kind in ((20, "gone"), (30, "back"), (40, "gone"), (60, "lost")):
-            terminal.take(arrival(event(kind, "is back", tick=tick)))
-        terminal.take(arrival(event("gone", robot="b", tick=80)))
-    assert [line.split(";")[0].strip() for line in out.getvalue().splitlines()] == [
+    screen = Screen(clock(0), quiet=True)
+    screen.explain(["a"], ["gone", "lost"])
+    told = ((20, "gone"), (30, "back"), (40, "gone"), (60, "lost"))
+    screen.hear(*(event(kind, "is back", tick=tick) for tick, kind in told), event("gone", robot="b", tick=80))
+    assert [line.split(";")[0].strip() for line in screen.text.splitlines()] == [
         "1.5 s  a is back",
         "2.0 s  a is gone: its process has ended",
         "4.0 s  b is gone: its process has ended",
@@ -246,11 +224,9 @@ def test_a_terminal_breaks_lines_between_words_only_and_a_file_never() -> None:
 
 
 def test_the_end_is_told_once() -> None:
-    out, wall = StringIO(), Wall()
-    with Terminal(Console(file=out, width=80), clock=wall) as terminal:
-        terminal.take(arrival(clock(7, phase=Phase.OVER)))
-        terminal.refresh()
-    assert sum(line.endswith("  over") for line in out.getvalue().splitlines()) == 1
+    with Screen() as screen:
+        screen.hear(clock(7, phase=Phase.OVER))
+    assert sum(line.endswith("  over") for line in screen.text.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
@@ -267,28 +243,18 @@ def test_bar(robot: RobotProgress, expected: str) -> None:
 
 
 def test_a_fleet_that_waits_for_go_says_so_once_and_again_when_something_changes() -> None:
-    out, wall = StringIO(), Wall()
-    terminal = Terminal(Console(file=out, force_terminal=False, width=80), held=True, clock=wall)
-    waiting = clock(0, phase=Phase.WAITING)
-    terminal.take(arrival(waiting))
-    for _ in range(30):
-        wall.now += 1.0
-        terminal.refresh()
-    assert out.getvalue().count("waiting for `swarm go`") == 1
-    terminal.take(arrival(state(0, robot="a")))
-    for _ in range(30):
-        wall.now += 1.0
-        terminal.refresh()
-    assert out.getvalue().count("waiting for `swarm go`") == 2
+    screen = Screen(held=True)
+    for count, message in enumerate((clock(0, phase=Phase.WAITING), state(0)), start=1):
+        screen.take(message)
+        for _ in range(30):
+            screen.wall.now += 1.0
+            screen.refresh()
+        assert screen.text.count("waiting for `swarm go`") == count
 
 
 @pytest.mark.parametrize("kind", ["order", "edit", "stop", "go_on", "home", "cancel", "cancelled", "pool"])
 @pytest.mark.parametrize("quiet", [False, True])
 def test_what_somebody_asked_for_is_in_the_log_unless_only_trouble_is(kind: str, quiet: bool) -> None:
-    out = StringIO()
-    terminal = Terminal(Console(file=out, force_terminal=False, width=80), quiet=quiet)
-    terminal.take(arrival(clock(20)))
     robot = None if kind in {"edit", "pool"} else "a"
-    terminal.take(arrival(Event(run=1, tick=20, time=1.0, robot=robot, kind=kind, text="was asked")))
-    terminal.refresh()
-    assert (f"{robot or kind}: was asked" in out.getvalue()) is not quiet
+    screen = Screen(clock(20), event(kind, "was asked", robot), quiet=quiet)
+    assert (f"{robot or kind}: was asked" in screen.text) is not quiet

@@ -9,11 +9,10 @@ from swarm.errors import SwarmError
 from swarm.messages import CLOCK, Events, Liveness, Message, Phase, Plan
 from tests.dashboard.drawn import floor
 from tests.dashboard.fold.test_progress import clock, event, state, truth
-from tests.dashboard.measured import status
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
 FLOOR = floor(Rehearsal(1))
-STATUS = status(Rehearsal(1), 20)
+STATUS = Rehearsal(1).status(20)
 SECOND = 11 * RATE  # r1 drives to its second stop, and r2 to its first, by a joint plan
 
 
