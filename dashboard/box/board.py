@@ -5,10 +5,10 @@ neither the frames that wait for a browser nor the delay to the fleet can grow. 
 first browser takes it: while nobody looks, nothing is written.
 """
 
-from collections.abc import Callable
+from functools import cached_property
 from typing import Final
 
-Write = Callable[[str, object], str]  # key and content -> text
+from dashboard.box.frames import framed
 
 MOST_VIEWERS: Final = 32
 
@@ -16,17 +16,13 @@ MOST_VIEWERS: Final = 32
 class Frame:
     """The content of a kind, and its text as soon as somebody needs it."""
 
-    def __init__(self, key: str, content: object, write: Write) -> None:
-        self.content = content
-        self._key, self._write = key, write
-        self._text: str | None = None
+    def __init__(self, key: str, content: object) -> None:
+        self.key, self.content = key, content
 
-    @property
+    @cached_property
     def text(self) -> str:
         """The text, written once for all browsers."""
-        if self._text is None:
-            self._text = self._write(self._key, self.content)
-        return self._text
+        return framed(self.key, self.content)
 
 
 class Viewer:
@@ -34,14 +30,12 @@ class Viewer:
 
     def __init__(self, frames: dict[str, Frame]) -> None:
         self.selected: str | None = None
-        self.dropped = 0  # frames that a newer one has replaced before they were sent
         self._waiting = dict(frames)
 
-    def put(self, key: str, frame: Frame) -> None:
+    def put(self, frame: Frame) -> None:
         """Let a frame wait in place of the one before of its kind."""
-        self.dropped += key in self._waiting
-        self._waiting.pop(key, None)  # the newest comes last
-        self._waiting[key] = frame
+        self._waiting.pop(frame.key, None)  # the newest comes last
+        self._waiting[frame.key] = frame
 
     def take(self) -> list[str]:
         """Return the frames that wait, the oldest first; none of them waits any more."""
@@ -52,10 +46,9 @@ class Viewer:
 class Board:
     """The newest frame of each kind, and the browsers that look at them."""
 
-    def __init__(self, write: Write) -> None:
+    def __init__(self) -> None:
         self.viewers: set[Viewer] = set()
         self._frames: dict[str, Frame] = {}
-        self._write = write
 
     @property
     def full(self) -> bool:
@@ -81,7 +74,7 @@ class Board:
         """Put a frame on the board for all browsers; return False, and do nothing, if it is there already."""
         if key in self._frames and self._frames[key].content == content:
             return False
-        self._frames[key] = frame = Frame(key, content, self._write)
+        self._frames[key] = frame = Frame(key, content)
         for viewer in self.viewers:
-            viewer.put(key, frame)
+            viewer.put(frame)
         return True

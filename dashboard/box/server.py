@@ -18,7 +18,6 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from dashboard.box.asking import REQUESTS, Asking
 from dashboard.box.board import MOST_VIEWERS, Board, Viewer
-from dashboard.box.frames import framed
 from dashboard.mode import LOOPBACK
 from swarm.errors import ConfigError, PeerError, SwarmError
 
@@ -71,7 +70,7 @@ class Server:
 
     def __init__(self, port: int, token: str, asking: Asking) -> None:
         self._port, self._token, self._wire = port, token, asking
-        self._board = Board(framed)
+        self._board = Board()
         self._news: set[asyncio.Event] = set()  # one a browser: something waits for it
         self._files = assets()
         self._loop = asyncio.new_event_loop()

@@ -25,11 +25,7 @@ def stop_name(number: int, stops: int, home: bool) -> str:
 
 def stop_of(robot: RobotProgress, number: int, home: bool) -> str:
     """Return the name of a robot's stop; ``home`` is the scenario's, and says nothing of the stops of an order."""
-    return stop_name(number, robot.stops, _ends_home(robot, home))
-
-
-def _ends_home(robot: RobotProgress, home: bool) -> bool:
-    return home and robot.assignment == 0
+    return stop_name(number, robot.stops, home and robot.assignment == 0)
 
 
 def stop_lane(number: int, stops: int, home: bool) -> str:
@@ -43,7 +39,7 @@ def lane(robot: RobotProgress, home: bool) -> str:
     if robot.stops == 0:
         return READY
     if robot.activity is Activity.DRIVE:
-        return stop_lane(robot.target, robot.stops, _ends_home(robot, home))
+        return stop_lane(robot.target, robot.stops, home and robot.assignment == 0)
     return words(robot.activity)
 
 

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import rerun
 import rerun.chunk
@@ -18,42 +18,26 @@ LARGEST: Final = 256 * 2**20  # bytes of a file to go on from; the server keeps 
 ASK: Final = "give the FILE of `swarm run --record FILE`"
 
 
-class Recorded(NamedTuple):
-    """The texts of one entity."""
-
-    texts: list[str]  # in the order of time
-    whole: bool  # the file has the footer that is written at its end
-
-
-def read_texts(path: Path, entity: str) -> Recorded:
-    """Return the texts of an entity; of a file that is cut, those before the cut.
+def read_account(path: Path) -> tuple[Saved, bool]:
+    """Return the last account of a recording, and whether it has its end; of one that is cut, the last before the cut.
 
     Raises:
-        ConfigError: there is no such file, or it is no recording of a dashboard that can be read.
+        ConfigError: the file is no recording of a dashboard that can be read, or has no account.
     """
     try:
         _check(path)
         with readable(path) as file:
-            return Recorded(_texts(file, entity, path), is_whole(path))
+            texts, whole = _accounts(file, path), is_whole(path)
     except OSError as fault:
         why = fault.strerror or _short(fault)
         raise ConfigError(f"{path}: expected a recording that can be read, got: {why}; {ASK}") from None
     except (ValueError, RuntimeError) as fault:
         raise ConfigError(f"{path}: expected a recording, got one that is spoilt: {_short(fault)}; {ASK}") from None
-
-
-def read_account(path: Path) -> tuple[Saved, bool]:
-    """Return the last account of a recording, and whether the recording is whole.
-
-    Raises:
-        ConfigError: the file is no recording that can be read, or has no account.
-    """
-    recorded = read_texts(path, f"/{ACCOUNT}")
-    if not recorded.texts:
-        why = "its dashboard ended before the world had told it any" if recorded.whole else "it is cut before the first"
+    if not texts:
+        why = "its dashboard ended before the world had told it any" if whole else "it is cut before the first"
         raise ConfigError(f"{path}: expected an account of the run, found none: {why}, or it is of an older version")
     try:
-        return read(recorded.texts[-1]), recorded.whole
+        return read(texts[-1]), whole
     except ConfigError as fault:
         raise ConfigError(f"{path}: {fault}") from None
 
@@ -105,7 +89,8 @@ def _ours() -> tuple[int, int]:
     return int(major), int(minor)
 
 
-def _texts(file: Path, entity: str, named: Path) -> list[str]:
+def _accounts(file: Path, named: Path) -> list[str]:
+    """Return the texts of all accounts in a file, in the order of time."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rerun.error_utils.RerunWarning)  # that a file has no footer
         reader = rerun.chunk.RrdReader(file)
@@ -113,7 +98,7 @@ def _texts(file: Path, entity: str, named: Path) -> list[str]:
     if known and APPLICATION not in known:
         found = ", ".join(sorted(known))
         raise ConfigError(f"{named}: expected a recording of a fleet, got one of {found}; {ASK}")
-    chunks = [chunk for chunk in reader.stream().filter(content=entity) if chunk.num_rows] if known else []
+    chunks = [chunk for chunk in reader.stream().filter(content=f"/{ACCOUNT}") if chunk.num_rows] if known else []
     rows = [row for chunk in chunks for row in _rows(chunk)]
     return [text for _, text in sorted(rows, key=lambda row: row[0])]
 

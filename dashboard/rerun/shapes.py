@@ -10,7 +10,7 @@ from dashboard.fold import palette
 from dashboard.fold.overlays import Learned
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
-from swarm.messages import Body, Mover, Truth
+from swarm.messages import Mover, Truth
 from swarm.settings import SensorSettings
 
 Floats = NDArray[np.float32]
@@ -20,7 +20,7 @@ ARC: Final = 5  # points on a sector's arc
 NEAR: Final = 0.8  # m; the paper's `near`
 TRAIL_STEP: Final = 0.15  # m between two points of a trail
 TRAIL_LENGTH: Final = 100  # points of a trail
-COLUMNS: Final = ("x", "y", "yaw", "left", "front", "right", "left_v", "right_v")
+COLUMNS: Final = ("x", "y", "yaw", "left", "front", "right", "left_v", "right_v")  # of a body
 
 
 def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
@@ -31,12 +31,8 @@ def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
         for body in frame.bodies:
             number = place.get(body.robot)
             if number is not None:
-                values[k, number] = _row(body)
+                values[k, number] = [getattr(body, column) for column in COLUMNS]
     return values
-
-
-def _row(body: Body) -> tuple[float, ...]:
-    return (body.x, body.y, body.yaw, body.left, body.front, body.right, body.left_v, body.right_v)
 
 
 def noses(values: Floats, radius: float) -> Floats:

@@ -6,50 +6,30 @@ import pytest
 from dashboard import mode
 from swarm.errors import ConfigError
 
+# fmt: off
+CHOSEN = {  # asked for, a display, Rerun is installed, a file is recorded -> the word beside a fleet, the mode of Rerun
+    "a display":              ("auto",   True,  True,  False, "viewer", "viewer"),
+    "no display":             ("auto",   False, True,  True,  "box",    "web"),
+    "no Rerun":               ("auto",   True,  False, False, "box",    "web"),
+    "neither":                ("auto",   False, False, False, "box",    "web"),
+    "a window":               ("viewer", False, True,  False, "viewer", "viewer"),
+    "a page":                 ("web",    True,  True,  False, "web",    "web"),
+    "nothing":                ("off",    True,  True,  False, "off",    None),
+    "nothing but a file":     ("off",    False, True,  True,  "off",    "off-screen"),
+    "the box":                ("box",    True,  True,  False, "box",    None),
+    "the box and a file":     ("box",    False, True,  True,  "box",    "off-screen"),
+}
+# fmt: on
 
-@pytest.mark.parametrize(
-    ("asked", "environ", "record", "expected"),
-    [
-        ("auto", {"DISPLAY": ":0"}, False, "viewer"),
-        ("auto", {"WAYLAND_DISPLAY": "wayland-0"}, False, "viewer"),
-        ("auto", {"DISPLAY": ""}, False, "web"),
-        ("auto", {}, True, "web"),
-        ("viewer", {}, False, "viewer"),
-        ("web", {"DISPLAY": ":0"}, False, "web"),
-        ("off", {"DISPLAY": ":0"}, False, None),
-        ("off", {}, True, "off-screen"),
-        ("box", {"DISPLAY": ":0"}, False, None),
-        ("box", {}, True, "off-screen"),
-    ],
-)
-def test_choose(
-    monkeypatch: pytest.MonkeyPatch, asked: str, environ: dict[str, str], record: bool, expected: str | None
-) -> None:
-    monkeypatch.setattr(mode, "find_spec", lambda name: object())
+
+@pytest.mark.parametrize("variable", mode.SCREENS)
+@pytest.mark.parametrize("name", CHOSEN)
+def test_where_the_dashboard_is_shown(monkeypatch: pytest.MonkeyPatch, name: str, variable: str) -> None:
+    asked, screen, installed, record, beside_a_fleet, expected = CHOSEN[name]
+    monkeypatch.setattr(mode, "find_spec", lambda package: object() if installed else None)
+    environ = {variable: ":0" if screen else ""}
+    assert mode.resolved(asked, environ) == beside_a_fleet
     assert mode.choose(asked, environ, record=record) == expected
-
-
-def test_a_display_without_the_viewer_program_gets_the_web_viewer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mode, "find_spec", lambda name: None)
-    assert mode.choose("auto", {"DISPLAY": ":0"}) == "web"
-
-
-@pytest.mark.parametrize(
-    ("asked", "screen", "installed", "expected"),
-    [
-        ("auto", True, {"rerun", "rerun_cli"}, "viewer"),
-        ("auto", False, {"rerun", "rerun_cli"}, "box"),
-        ("auto", True, set(), "box"),
-        ("auto", False, set(), "box"),
-        ("web", True, set(), "web"),
-        ("fly", True, set(), "fly"),
-    ],
-)
-def test_auto_of_a_fleet_is_the_viewer_where_there_is_a_display_else_the_box(
-    monkeypatch: pytest.MonkeyPatch, asked: str, screen: bool, installed: set[str], expected: str
-) -> None:
-    monkeypatch.setattr(mode, "find_spec", lambda name: object() if name in installed else None)
-    assert mode.resolved(asked, {"DISPLAY": ":0"} if screen else {}) == expected
 
 
 def test_the_page_is_on_loopback_unless_asked_otherwise() -> None:

@@ -8,10 +8,8 @@ from typing import Any
 
 import pytest
 
-from dashboard.fold.account import read
 from dashboard.frames import readable
-from dashboard.rerun.layout import ACCOUNT
-from dashboard.rerun.reader import read_texts
+from dashboard.rerun.reader import read_account
 from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.messages import EVENT, Phase
@@ -118,10 +116,10 @@ def test_what_a_killed_dashboard_left_and_what_the_next_one_recorded(small: Path
 def has_account(record: Path) -> bool:
     """Return True if a recording that is being written has an account that counts a stop."""
     try:
-        texts = read_texts(record, f"/{ACCOUNT}").texts
+        account, _ = read_account(record)
     except ConfigError:
         return False
-    return any(time is not None for row in (read(texts[-1]).robots.values() if texts else ()) for time in row.reached)
+    return any(time is not None for row in account.robots.values() for time in row.reached)
 
 
 def assert_shows_all(second: Path, first: Path, over: float) -> None:

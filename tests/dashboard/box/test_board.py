@@ -1,53 +1,48 @@
 """What waits for a browser: the newest frame of each kind, however slow it is."""
 
+from collections.abc import Callable
+
 from hypothesis import given
 from hypothesis import strategies as st
 
 from dashboard.box.board import MOST_VIEWERS, Board
+from dashboard.box.frames import framed
 
-
-def write(key: str, content: object) -> str:
-    return f"{key}{content}"
-
-
-frames = st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from("123")), max_size=30)
+frames = st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 3)), max_size=30)
 
 
 @given(frames, frames)
 def test_a_browser_gets_the_newest_frame_of_each_kind_and_none_twice(
-    before: list[tuple[str, str]], after: list[tuple[str, str]]
+    before: list[tuple[str, int]], after: list[tuple[str, int]]
 ) -> None:
-    board = Board(write)
-    for key, frame in before:
-        board.show(key, frame)
+    board, known, changed = Board(), dict(before), set[str]()
+    for key, content in before:
+        board.show(key, content)
     viewer = board.enter()
-    assert sorted(viewer.take()) == sorted({key: key + frame for key, frame in before}.values()), "all there is so far"
-    known, shown = dict(before), 0
-    for key, frame in after:
-        changed = known.get(key) != frame
-        assert board.show(key, frame) is changed
-        known[key] = frame
-        shown += changed
-    taken = viewer.take()
-    assert set(taken) <= {key + frame for key, frame in known.items()}
-    assert len(taken) + viewer.dropped == shown, "each new frame is sent, or replaced by a newer one and counted"
+    assert sorted(viewer.take()) == sorted(framed(*item) for item in known.items()), "all there is so far"
+    for key, content in after:
+        is_new = known.get(key) != content
+        assert board.show(key, content) is is_new
+        known[key] = content
+        changed |= {key} if is_new else set()
+    assert sorted(viewer.take()) == sorted(framed(key, known[key]) for key in changed)
     assert viewer.take() == []
 
 
 def test_the_newest_frame_comes_last() -> None:
-    board = Board(write)
+    board = Board()
     viewer = board.enter()
-    for frame in ("a1", "b1", "a2"):
-        board.show(frame[0], frame[1])
-    assert viewer.take() == ["b1", "a2"]
+    for key, content in (("a", 1), ("b", 1), ("a", 2)):
+        board.show(key, content)
+    assert viewer.take() == [framed("b", 1), framed("a", 2)]
 
 
 def test_browsers_do_not_share_what_waits_for_them_and_a_crowd_is_not_let_in() -> None:
-    board = Board(write)
+    board = Board()
     viewers = [board.enter() for _ in range(MOST_VIEWERS)]
     assert board.full
     board.show("a", 1)
-    assert [viewer.take() for viewer in viewers] == [["a1"]] * MOST_VIEWERS
+    assert [viewer.take() for viewer in viewers] == [[framed("a", 1)]] * MOST_VIEWERS
     viewers[0].selected, viewers[1].selected = "r1", "r1"
     assert board.selected == {"r1"}
     for viewer in viewers[:2]:
@@ -56,16 +51,18 @@ def test_browsers_do_not_share_what_waits_for_them_and_a_crowd_is_not_let_in() -
 
 
 def test_a_frame_is_written_once_for_all_browsers_and_not_at_all_for_nobody() -> None:
-    written: list[object] = []
+    board, written = Board(), list[int]()
 
-    def write(key: str, content: object) -> str:
-        written.append(content)
-        return f"{key}{content}"
+    def content(number: int) -> Callable[[], int]:
+        def written_now() -> int:
+            written.append(number)
+            return number
 
-    board = Board(write)
+        return written_now
+
     for number in range(10):
-        board.show("a", number)
+        board.show("a", content(number))
     viewers = [board.enter(), board.enter()]
     assert written == []
-    assert [viewer.take() for viewer in viewers] == [["a9"], ["a9"]]
+    assert [viewer.take() for viewer in viewers] == [[framed("a", 9)], [framed("a", 9)]]
     assert written == [9]

@@ -3,7 +3,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.overlays import Joint, Overlays, in_words, waits
+from dashboard.fold.overlays import Joint, Overlays, detailed, in_words, waits
 from dashboard.fold.scene import scene_of
 from swarm.messages import Activity, Body, Broadcast, Map, Steering, Truth
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
@@ -162,3 +162,12 @@ def test_a_floor_that_was_given_is_not_learned(paper: Scenario) -> None:
 
 def test_long_orders_are_cut() -> None:
     assert in_words(tuple(f"r{number}" for number in range(1, 11))).endswith("> r8 > +2")
+
+
+@pytest.mark.parametrize(
+    ("robots", "selected", "expected"),
+    [(8, "r1", 8), (9, "r3", ("r3",)), (9, None, ("r1",)), (9, "nobody", ("r1",)), (0, None, ())],
+)
+def test_whose_details_are_drawn(robots: int, selected: str | None, expected: int | tuple[str, ...]) -> None:
+    names = tuple(f"r{number}" for number in range(1, robots + 1))
+    assert detailed(names, selected) == (names if isinstance(expected, int) else expected)

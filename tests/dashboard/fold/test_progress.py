@@ -55,21 +55,6 @@ def test_a_broadcast_says_where_a_robot_is_and_what_it_is_about() -> None:
     assert (robot.stops, robot.reached) == (3, 1)
 
 
-def test_robots_do_not_count_before_the_world_has_said_which_run_it_is() -> None:
-    assert folded(broadcast(4), state(4)) == Progress()
-
-
-@pytest.mark.parametrize("old", [broadcast(9, run=0), state(9, run=0), clock(9, run=0), truth(9, run=0), event(9, 0)])
-def test_what_is_of_an_older_run_is_ignored(old: Message) -> None:
-    before = folded(clock(10), broadcast(4))
-    assert fold(before, old) is before
-
-
-def test_a_robot_cannot_begin_a_run() -> None:
-    before = folded(clock(10), broadcast(4))
-    assert fold(before, broadcast(11, run=2)) is before
-
-
 @pytest.mark.parametrize("new", [clock(0, run=2), truth(0, run=2), event(0, run=2)])
 def test_a_restart_clears_everything_but_who_is_there(new: Message) -> None:
     before = folded(clock(10), broadcast(4, reached=[True, True, True]), event(5))
@@ -186,11 +171,6 @@ def test_a_run_that_is_over_stays_over() -> None:
 def test_few_events_are_kept() -> None:
     progress = folded(clock(), *(event(tick) for tick in range(EVENTS_KEPT + 5)))
     assert [each.tick for each in progress.events] == list(range(5, EVENTS_KEPT + 5))
-
-
-def test_what_a_world_tells_again_that_goes_on_from_its_snapshot_counts_once() -> None:
-    progress = folded(clock(), *(event(tick) for tick in (3, 4, 3, 4, 5)))
-    assert [each.tick for each in progress.events] == [3, 4, 5]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from swarm.bus import Arrival, Presence
 from swarm.errors import SwarmError
 from swarm.messages import CLOCK, Events, Liveness, Message, Phase, Plan
 from tests.dashboard.drawn import floor
-from tests.dashboard.fold.test_progress import clock, event, state, truth
+from tests.dashboard.fold.test_progress import broadcast, clock, event, state, truth
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
 FLOOR = floor(Rehearsal(1))
@@ -35,7 +35,10 @@ NEWS: dict[str, tuple[list[object], object, Message | None]] = {  # what came be
     "a robot before the world":  ([],                                  state(5),                          None),
     "a robot":                   ([clock()],                           state(5),                          state(5)),
     "a robot once more":         ([clock(), state(5)],                 state(5),                          None),
-    "a robot of another run":    ([clock()],                           replace(state(5), run=7),          None),
+    "a robot of a later run":    ([clock()],                           replace(state(5), run=7),          None),
+    "a robot of the last run":   ([clock()],                           broadcast(5, run=0),               None),
+    "a clock of the last run":   ([clock(10)],                         clock(20, run=0),                  None),
+    "an event of the last run":  ([clock(10)],                         event(20, run=0),                  None),
     "a path":                    ([clock(), plan(4)],                  plan(5),                           plan(5)),
     "an older path":             ([clock(), plan(6)],                  plan(5),                           None),
     "a path of another run":     ([clock()],                           plan(5, run=0),                    None),
@@ -58,9 +61,12 @@ NEWS: dict[str, tuple[list[object], object, Message | None]] = {  # what came be
 
 
 @pytest.mark.parametrize("name", NEWS)
-def test_what_is_news(name: str) -> None:
+def test_what_is_news_and_what_is_none_changes_nothing(name: str) -> None:
     before, comes, news = NEWS[name]
-    assert told(*before).take(comes) == news
+    known = told(*before)
+    progress = known.progress
+    assert known.take(comes) == news
+    assert news is not None or known.progress is progress or isinstance(comes, Presence)
 
 
 def test_the_newest_of_the_run_is_kept_and_a_new_run_clears_it() -> None:

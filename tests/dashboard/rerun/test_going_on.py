@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.collect import past
 from dashboard.rerun import reader
 from dashboard.rerun.reader import earlier
 from swarm.messages import Account, Message, Phase, Status
 from tests.dashboard.drawn import drawn, floor
-from tests.dashboard.fold.test_analysis import HALF, NOTHING, account, status_of
+from tests.dashboard.fold.test_analysis import NOTHING, account, status_of
 from tests.dashboard.recorded import Recording
 from tests.dashboard.rehearsal import RATE, Rehearsal
 
@@ -97,18 +96,3 @@ def test_a_late_dashboard_shows_the_stops_before_as_the_world_has_recorded_them(
     assert all(time >= 30.0 for time, _ in lanes[3:])
     labels = recording.rows("/world/heading", "LineStrips2D:labels")
     assert min(time for time, _ in labels) >= 30.0, "names are those of now"
-
-
-@pytest.mark.parametrize(
-    ("reached", "expected"),
-    [
-        ([None, None], [(0.0, "to 1")]),
-        ([4.0, None], [(0.0, "to 1"), (4.0, "home")]),
-        ([4.0, 9.0], [(0.0, "to 1"), (4.0, "home"), (9.0, "done")]),
-        ([9.0, 4.0, None], [(0.0, "to 1"), (4.0, "to 1"), (9.0, "home")]),
-    ],
-)
-def test_where_a_robot_drove_follows_from_when_it_was_there(
-    reached: list[float | None], expected: list[tuple[float, str]]
-) -> None:
-    assert past(replace(HALF, reached=reached), home=True) == expected

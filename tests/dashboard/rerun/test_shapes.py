@@ -1,4 +1,3 @@
-import itertools
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -7,13 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dashboard.fold import palette
-from dashboard.fold.collect import BODIES, Batch
 from dashboard.rerun import shapes
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import Truth
 from swarm.settings import SensorSettings
-from tests.dashboard.rehearsal import Rehearsal
 
 SENSORS = SensorSettings()
 RADIUS = 0.2
@@ -68,20 +64,6 @@ def test_trails_are_bounded_and_skip_what_stands() -> None:
     for _ in range(10):
         trails.add(np.array([[99.9, 0.0], [1.0, 1.0]], dtype=np.float32))
     assert [len(strip) for strip in trails.strips()] == [shapes.TRAIL_LENGTH, 1]
-
-
-@pytest.mark.parametrize("frames", [0, 1, 7, 499, 500, 501, 2500])
-def test_thinning_keeps_the_last_frame_and_the_order(frames: int) -> None:
-    bodies = Rehearsal(8).truth(0).bodies
-    all_frames = [(Truth(run=0, tick=tick, time=tick / 20, bodies=bodies), [float(tick)]) for tick in range(frames)]
-    kept = Batch(frames=all_frames).thinned().frames
-    ticks = [frame.tick for frame, _ in kept]
-    assert len(ticks) * 8 <= BODIES
-    assert ticks == sorted(ticks)
-    assert [[float(tick)] for tick in ticks] == [distances for _, distances in kept]
-    if frames:
-        assert ticks[-1] == frames - 1
-        assert len({b - a for a, b in itertools.pairwise(ticks)}) <= 1
 
 
 def test_colours_are_told_apart() -> None:
