@@ -25,7 +25,7 @@ class Show:
         self,
         recorder: Recordings,
         fleet: str,
-        opened: Callable[[str], None] = print,
+        opened: Callable[[str], None] = lambda url: None,
         selected: str | None = None,
         files: Sequence[Path] = (),
     ) -> None:

@@ -40,7 +40,10 @@ class Batch:
 
 
 class Collector:
-    """The collector of a run's changes, of the robots that it began with; the rules of ``selected`` are shown."""
+    """The collector of a run's changes: it is told what is news, and takes the rest from the state.
+
+    It is for the robots that it began with; the rules of the robot ``selected`` are shown.
+    """
 
     def __init__(self, state: RunState, selected: str | None = None) -> None:
         assert state.scene is not None

@@ -1,4 +1,4 @@
-"""All that is known of a fleet's run: what Rerun's picture, the box and the terminal show. No clock, no I/O."""
+"""All that is known of a fleet's run: what Rerun's picture and the box show. No clock, no I/O."""
 
 from collections import Counter
 from collections.abc import Collection

@@ -31,9 +31,9 @@ MARKS: Final = 200  # contacts that are marked, the newest
 
 
 class Picture:
-    """The picture of one run, drawn into its recording; of robots ``detailed``, with sensors and held cells.
+    """The picture of one run, drawn into its recording; ``stage`` is what stands still in it, and is drawn first.
 
-    The ``stage`` is what stands still: it is drawn first.
+    Of the robots ``detailed``, sensors and held cells are drawn too.
     """
 
     def __init__(
