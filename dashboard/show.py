@@ -101,9 +101,7 @@ class Show:
                 self._view.keep(status.time, written(account))
             files, self._files = self._files, ()
             path = earlier(files, account)
-            if path is not None and self._goes_on_from(path):
-                self._collector.knows_past()
-            self._collector.look_back(account)
+            self._collector.look_back(account, drawn=path is not None and self._goes_on_from(path))
 
     def _goes_on_from(self, path: Path) -> bool:
         """Send what is in a file of a dashboard that was killed; return False, and say why, if that is not possible."""

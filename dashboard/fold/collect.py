@@ -85,15 +85,14 @@ class Collector:
         if name in self._lane:
             self._note_lane(name, progress.seconds(progress.robot(name).tick))
 
-    def knows_past(self) -> None:
-        """Note that what happened before this collector began is drawn already."""
-        self._knows_past = True
+    def look_back(self, account: Saved, *, drawn: bool) -> None:
+        """Collect what an account says of the time before this collector began: the stops of each robot.
 
-    def look_back(self, account: Saved) -> None:
-        """Collect, once, what an account says of the time before this collector began: the stops of each robot."""
-        if self._knows_past:
+        Only the first call counts, and not if that time is ``drawn`` already.
+        """
+        known, self._knows_past = self._knows_past or drawn, True
+        if known:
             return
-        self._knows_past = True
         for name, row in account.robots.items():
             if name in self._lane and not row.laps and not self._state.progress.robot(name).assignment:
                 self._batch.lanes += [(time, name, word) for time, word in past(row, self._home) if time < self._begun]

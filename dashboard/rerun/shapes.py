@@ -105,15 +105,13 @@ def learned_image(learned: Learned) -> Bytes:
 
 def bounds(floor: OccupancyMap, margin: float) -> tuple[float, float, float, float]:
     """Return the lowest and highest x, then y, of the map, with a margin [m]."""
-    rows, columns = floor.shape
-    corners = np.array(floor.corners((0, 0), (rows, columns)))
-    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    low, high = border(floor).min(axis=0) - margin, border(floor).max(axis=0) + margin
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
-def frame_matrix(origin: Pose, scale: float) -> list[list[float]]:
-    """Return the 3 x 3 matrix that turns and scales a map's own frame into ``map``."""
-    c, s = cos(origin.yaw) * scale, sin(origin.yaw) * scale
+def frame_matrix(yaw: float, scale: float) -> list[list[float]]:
+    """Return the 3 x 3 matrix that turns [rad] and scales a map's own frame into ``map``."""
+    c, s = cos(yaw) * scale, sin(yaw) * scale
     return [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 
 

@@ -8,7 +8,6 @@ import rerun as rr
 from dashboard.fold import naming, palette
 from dashboard.fold.scene import Scene
 from dashboard.rerun import shapes
-from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL, Point
 
 Log = Callable[[str, rr.AsComponents], None]  # entity and what is drawn, for all times
@@ -109,7 +108,7 @@ class Stage:
 def place(scene: Scene, resolution: float) -> rr.Transform3D:
     """Return the place of an image of the floor, whose pixels have the side ``resolution`` [m]."""
     origin = scene.map.origin
-    turned = shapes.frame_matrix(Pose(0.0, 0.0, origin.yaw), resolution)
+    turned = shapes.frame_matrix(origin.yaw, resolution)
     return rr.Transform3D(translation=[origin.x, origin.y, 0.0], mat3x3=turned)
 
 

@@ -42,7 +42,7 @@ def test_sectors_brighten_as_things_come_near() -> None:
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-pi, pi), st.floats(0.05, 2))
 def test_the_map_is_placed_by_its_origin(x: float, y: float, yaw: float, cell: float) -> None:
     origin = Pose(x, y, yaw)
-    matrix = np.array(shapes.frame_matrix(Pose(0, 0, yaw), cell))
+    matrix = np.array(shapes.frame_matrix(yaw, cell))
     column, up = 3, 2
     placed = matrix @ (column, up, 1.0)
     np.testing.assert_allclose(placed[:2] + np.array([x, y]), from_frame(origin, column * cell, up * cell), atol=1e-9)
