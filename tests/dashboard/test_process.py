@@ -5,9 +5,10 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import urllib.request
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import psutil
@@ -148,6 +149,32 @@ def test_no_viewer_program_is_said(endpoint: Endpoint, monkeypatch: pytest.Monke
     monkeypatch.setattr(viewers, "viewer_program", lambda: None)
     with pytest.raises(ConfigError, match="expected the program `rerun`"):
         process.run(endpoint, "test", "viewer")
+
+
+@pytest.mark.filterwarnings("ignore:subprocess")  # it outlives the dashboard
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_window_stays_after_the_run_and_closes_when_the_dashboard_is_stopped(
+    endpoint: Endpoint, stopped: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (program := tmp_path / "rerun").write_text(f"#!{sys.executable}\nimport signal\nsignal.pause()\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(viewers, "viewer_program", lambda: program)
+    stop = threading.Event()
+    if stopped:
+        stop.set()
+    monkeypatch.setattr(process, "told_to_stop", lambda: nullcontext(stop))
+    rehearsal = Rehearsal(2)
+    with Bus(endpoint, "test") as bus:
+        world = World(bus, rehearsal)
+        world.send(rehearsal, rehearsal.ticks)
+        world.serve()
+        assert process.run(endpoint, "test", "viewer") == 0
+    windows = [one for one in psutil.Process().children() if str(program) in one.cmdline()]
+    assert len(windows) == (not stopped)
+    for window in windows:
+        assert "--hide-welcome-screen" in window.cmdline()
+        window.kill()
+        window.wait()
 
 
 def test_a_killed_dashboard_leaves_no_page_behind(endpoint: Endpoint) -> None:
