@@ -13,7 +13,7 @@ from swarm.geometry import Pose
 from swarm.messages import RADIO, Activity, Broadcast
 from swarm.messages.traffic import Claim, Record, Relayed, Sighting, TrafficBroadcast
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import RecordWriter
+from swarm.traffic.outputs import RecordWriter
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation

@@ -4,19 +4,26 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
-from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.joint.states import Frozen
+from swarm.traffic.joint.states import Following, Frozen
 from swarm.traffic.obstacles.detector import ProtectiveStop
-from swarm.traffic.outputs import activity, hinderers, looks, stops_in, way_ahead, waypoints
-from swarm.traffic.own_record import SLACK, RecordWriter
+from swarm.traffic.outputs import (
+    SLACK,
+    RecordWriter,
+    StepResult,
+    activity,
+    hinderers,
+    looks,
+    stops_in,
+    way_ahead,
+    waypoints,
+)
+from swarm.traffic.own_route import Goal
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.presence import Footprint
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.result import StepResult
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 

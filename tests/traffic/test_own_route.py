@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.own_route import STRAY, OwnRoute, off_line, own_way
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress

@@ -7,6 +7,7 @@ always clear and there is always a safe answer. The check knows no target and be
 not steer gets nowhere.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from math import copysign, hypot, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
@@ -15,17 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist
-from swarm.messages import Sense
+from swarm.messages import COMMAND, Sense
 from swarm.motion.drive import DifferentialDrive, ramp
 from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
-from swarm.traffic.obstacles.tracker import MovingObstacle
+from swarm.traffic.interface import MovingObstacle
 
+BELIEVED: Final = 20.0  # s for which commands count as late after one was late
+DIFFERS: Final = 0.02  # m/s; a larger difference of rim speeds means a late command
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a standing body has no braking path
+
+RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
 class WheelSpeeds(NamedTuple):
@@ -187,3 +192,38 @@ class SafetyFilter:
         v = sqrt(2 a s), or a little less if that ``comes`` nearer [m/s] meanwhile: s = v^2 / 2a + comes v / a.
         """
         return sqrt(comes**2 + 2 * self._acceleration * max(0.0, gap - SAFETY.front_gap)) - comes
+
+
+class Lateness:
+    """One robot's newest commands, and whether they reach the wheels late."""
+
+    def __init__(self, acceleration: float, dt: float) -> None:
+        self._most = acceleration * dt
+        self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(COMMAND.timeout / dt)))
+        self._before: RimSpeeds | None = None
+        self._tick = -1
+        self._believed = round(BELIEVED / dt)
+        self._ticks = 0
+
+    def compare(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
+        """Compare the last command with what the wheels did; call it once a tick.
+
+        Return the newest commands that the wheels may not have carried out yet, oldest first.
+
+        ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
+        after a pause in which all commands expired.
+        """
+        if tick - self._tick > len(self._commands) + 1:
+            self._commands.clear()
+        self._tick = tick
+        before, self._before = self._before, now
+        self._ticks = max(0, self._ticks - 1)
+        if before is not None and self._commands:
+            for was, wanted, seen in zip(before, self._commands[-1], now, strict=True):
+                if abs(seen - ramp(was, wanted, self._most)) > DIFFERS:
+                    self._ticks = self._believed
+        return tuple(self._commands) if self._ticks else ()
+
+    def command(self, speeds: RimSpeeds) -> None:
+        """Record the rim speeds [m/s] commanded at this tick."""
+        self._commands.append(speeds)

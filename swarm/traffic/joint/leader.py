@@ -1,12 +1,11 @@
 """Leading: a robot calls the others, waits until they stand, searches for a plan, and publishes it.
 
-The functions named in the table of ``joint`` return the result of a transition, or None if it does not happen.
+The functions named in the tables of ``protocol`` return the result of a transition, or None if it does not happen.
 """
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
-from swarm.traffic.joint.following import SETTLE
 from swarm.traffic.joint.problem import RELAXATIONS, members_of, problem_of
-from swarm.traffic.joint.states import Collecting, Free, Memory, Move, Published, Searching
+from swarm.traffic.joint.states import SETTLE, Call, Collecting, Free, Memory, Move, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
 from swarm.traffic.mapf.precedence import Precedence
@@ -103,10 +102,10 @@ def _proof(who: tuple[str, ...], cells: CellMap) -> str:
     )
 
 
-def ignored(memory: Memory, situation: Situation) -> tuple[TrafficNote, ...]:
+def ignored(memory: Memory, call: Call, situation: Situation) -> Move | None:
     """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
     if memory.unconfirmed is None or situation.tick - memory.unconfirmed.tick <= 2 * SETTLE:
-        return ()
+        return None
     (plan, published), memory.unconfirmed = memory.unconfirmed, None
     ignoring = [
         robot
@@ -116,10 +115,11 @@ def ignored(memory: Memory, situation: Situation) -> tuple[TrafficNote, ...]:
         and (record.epoch is None or record.epoch < plan.epoch)
         and record.frozen is None
     ]
-    return tuple(
+    said = [
         TrafficNote("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan")
         for robot in ignoring
-    )
+    ]
+    return Move(call, events=tuple(said))
 
 
 def carried(memory: Memory, situation: Situation) -> JointPlan | None:

@@ -84,6 +84,14 @@ def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> Rout
     return progress.given_back(body.touched)
 
 
+def brought_to_rest(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+    """Return the progress of a robot that was told to stop: it keeps the cells under its body and brake."""
+    free = not progress.route and not progress.following and not progress.reservations.all_claims
+    if free and body.touched.issuperset(progress.reservations.held):
+        return progress
+    return given_back(progress, body, cells)
+
+
 def spread(
     progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficConstants
 ) -> tuple[RouteProgress, Footprint]:

@@ -7,8 +7,8 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.planning.grid import Grid
-from swarm.robot.driving.detour import Detour
 from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
+from swarm.robot.driving.tables import Detour
 from swarm.robot.tuning import DETOUR
 from tests.robot.driving.shared import NO_BOXES, RADIUS, SETTINGS, constraints, sense_of
 from tests.shared import scenario_of

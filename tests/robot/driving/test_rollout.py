@@ -11,9 +11,8 @@ from swarm.fuzzy import Controller, load_profile
 from swarm.geometry import Pose, bearing, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
-from swarm.robot.driving.pilot import fuzzy_speeds
-from swarm.robot.driving.rollout import Rollout
 from swarm.robot.driving.safety import DriveState
+from swarm.robot.driving.tables import Rollout, fuzzy_speeds
 from swarm.robot.tuning import ROLLOUT
 from tests.robot.driving.shared import DT, NOTHING, ROBOT, SETTINGS, rolled, sense_of
 from tests.shared import constant_rules

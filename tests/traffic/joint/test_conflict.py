@@ -7,8 +7,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.joint.conflict import named_leader, reason
-from swarm.traffic.joint.following import Following
-from swarm.traffic.joint.states import Free, Memory, Speaks
+from swarm.traffic.joint.states import Following, Free, Memory, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.states import Following
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import Reservations

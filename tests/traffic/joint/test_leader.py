@@ -234,12 +234,13 @@ IGNORED: dict[str, tuple[tuple[Record, ...], tuple[str, ...]]] = {  # what is he
 def test_who_does_not_follow_after_40_ticks_is_named(name: str) -> None:
     fresh, named = IGNORED[name]
     memory = part(unconfirmed=Published(PLAN, NOW))
-    assert leading.ignored(memory, situation(*fresh, tick=NOW + 40)) == ()
+    assert leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 40)) is None
     assert memory.unconfirmed is not None
-    events = leading.ignored(memory, situation(*fresh, tick=NOW + 41))
-    assert tuple(event.robots[0] for event in events) == named
+    move = leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 41))
+    assert move is not None
+    assert tuple(event.robots[0] for event in move.events) == named
     assert memory.unconfirmed is None
-    assert leading.ignored(memory, situation(*fresh, tick=NOW + 42)) == ()
+    assert leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 42)) is None
 
 
 def test_a_plan_is_carried_for_100_ticks() -> None:

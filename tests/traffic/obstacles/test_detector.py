@@ -12,15 +12,17 @@ from swarm.traffic.obstacles.detector import (
     ABOUT,
     AT_LAST,
     CLOSE,
+    COMING,
     HALTED,
     LINGERS,
+    NEARER,
+    NOTED,
     STILL,
     ObstacleDetector,
     ProtectiveStop,
     robot_at,
 )
 from swarm.traffic.obstacles.scan import KnownBody, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
-from swarm.traffic.obstacles.tracker import COMING, NEARER, NOTED
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import SIDE, Drawn
 

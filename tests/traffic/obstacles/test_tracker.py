@@ -7,17 +7,9 @@ import pytest
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.obstacles.detector import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, BlockedByObstacle, Tracker
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import (
-    COMING,
-    HALF_WIDTH,
-    KEPT,
-    LATELY,
-    NOTED,
-    BlockedByObstacle,
-    MovingObstacle,
-    Tracker,
-)
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 

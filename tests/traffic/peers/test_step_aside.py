@@ -8,8 +8,7 @@ import pytest
 from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.peers.step_aside import CLEAR, LASTS, StepAside
-from swarm.traffic.peers.uncooperative import SAYS, Mutes, Spoken
+from swarm.traffic.peers.uncooperative import CLEAR, LASTS, SAYS, Mutes, Spoken, StepAside
 from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import Drawn

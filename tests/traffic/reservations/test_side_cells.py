@@ -4,10 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.obstacles.tracker import MovingObstacle
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.reservations.claims import room_beside
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.reservations.side_cells import room_beside
 from tests.traffic.maps import Drawn
 
 FLOOR = Drawn("abcdefg", "hijklmn", "opqrstu", "vwxyzAB", "CDEFGHI")

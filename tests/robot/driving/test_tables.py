@@ -7,7 +7,7 @@ import pytest
 
 from swarm.fuzzy import Controller
 from swarm.messages import Sense
-from swarm.robot.driving.pilot import fuzzy_speeds
+from swarm.robot.driving.tables import fuzzy_speeds
 from tests.shared import scenario_of
 
 
