@@ -12,10 +12,9 @@ from swarm.installed import check
 KERNELS: Final = (  # a test compares this list with the code
     "swarm.fuzzy.kernel",
     "swarm.motion.drive",
-    "swarm.motion.sweep",
+    "swarm.planning.astar",
     "swarm.planning.distance",
     "swarm.planning.rays",
-    "swarm.planning.search",
     "swarm.planning.steps",
     "swarm.planning.sweep",
     "swarm.robot.driving.evasion",

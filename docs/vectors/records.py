@@ -18,8 +18,7 @@ from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import Claiming
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 
 NOW: Final = 1000  # tick

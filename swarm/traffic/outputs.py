@@ -17,8 +17,7 @@ from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import way_back
-from swarm.traffic.reservations.presence import VIEW, Footprint
-from swarm.traffic.reservations.route import RouteProgress
+from swarm.traffic.reservations.route import VIEW, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Acks, Reservations, acknowledged
 from swarm.traffic.settings import TrafficConstants
 

@@ -15,8 +15,7 @@ from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import BESIDE, RouteProgress
+from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
 
 STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the path
 RETRY: Final = 20  # ticks before the next attempt after no way was found

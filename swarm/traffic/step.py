@@ -1,7 +1,7 @@
 """One robot's part in traffic: from what it senses and hears in a tick, to what it holds and where it may drive.
 
 Three layers, each safe without the one above. Layer 0: the body stays in the held cells, and stops before unexpected
-obstacles (``presence``, ``obstacles``). Layer 1: a cell is held only once all robots near have acknowledged the claim
+obstacles (``route``, ``obstacles``). Layer 1: a cell is held only once all robots near have acknowledged the claim
 (``claims``, ``rules``). Layer 2: which way to go, alone (``own_route``) or by a joint plan (``joint``). The state is
 pure: no clock, no I/O, no randomness of its own.
 """
@@ -27,9 +27,10 @@ from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import StepAside
 from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
-from swarm.traffic.reservations.presence import (
+from swarm.traffic.reservations.route import (
     Footprint,
     OffRoute,
+    RouteProgress,
     after_sleep,
     brought_to_rest,
     footprint_of,
@@ -38,7 +39,6 @@ from swarm.traffic.reservations.presence import (
     hold_under_body,
     spread,
 )  # fmt: skip
-from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
 
 

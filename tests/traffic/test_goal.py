@@ -6,8 +6,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import OUTSIDE
 from swarm.traffic.own_route import Goal
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from tests.traffic.maps import Drawn
 

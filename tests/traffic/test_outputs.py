@@ -21,8 +21,7 @@ from swarm.traffic.outputs import (
 )
 from swarm.traffic.own_route import Goal
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn

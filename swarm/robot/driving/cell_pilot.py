@@ -10,8 +10,7 @@ from swarm.fuzzy import Controller
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
-from swarm.motion.drive import DifferentialDrive
-from swarm.motion.sweep import gap
+from swarm.motion.drive import DifferentialDrive, gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
 from swarm.robot.driving.evasion import Evasion

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist
 from swarm.messages import COMMAND, Sense
-from swarm.motion.drive import DifferentialDrive, ramp
-from swarm.motion.sweep import NO_COMMANDS, braking_points, first_clear
+from swarm.motion.drive import NO_COMMANDS, DifferentialDrive, braking_points, first_clear, ramp
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings

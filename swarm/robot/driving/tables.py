@@ -16,7 +16,7 @@ from swarm.fuzzy.kernel import TABLES, Floats, Integers, infer_into, scratch_siz
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Sense
-from swarm.motion.sweep import advance
+from swarm.motion.drive import advance
 from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
 from swarm.robot.tuning import DETOUR, PILOT, ROLLOUT, SCALE, RolloutTuning
 from swarm.settings import RobotSettings, Settings

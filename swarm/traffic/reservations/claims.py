@@ -14,8 +14,7 @@ from swarm.messages.traffic import Claim, Record
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import BESIDE, RouteProgress
+from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import ASK, TAKE, Case, obstacle
 from swarm.traffic.settings import LEANS, TrafficConstants
 

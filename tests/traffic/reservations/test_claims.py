@@ -7,8 +7,7 @@ from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.joint.states import Following
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import Claimed, Claiming
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
