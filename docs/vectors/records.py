@@ -53,7 +53,7 @@ def heard(broadcast: Broadcast | bytes) -> tuple[TrafficBroadcast, Json]:
 def situation(tick: int, head: int, others: Mapping[str, Record], **known: Any) -> Situation:  # noqa: ANN401
     """Return what a robot knows whose head is a cell."""
     fresh = {robot: one for robot, one in others.items() if one.stamp >= tick - SETTINGS.fresh}
-    plain = Situation(tick, CELLS, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
+    plain = Situation(tick, CELLS, head, -1, others, fresh)
     return plain._replace(**known)
 
 

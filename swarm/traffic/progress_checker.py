@@ -18,7 +18,7 @@ class ProgressChecker(Generic[Measure]):
     def __init__(self, is_progress: Callable[[Measure, Measure], bool]) -> None:
         self._is_progress = is_progress
         self._then: Measure | None = None
-        self._since: float = 0
+        self._since = 0.0
 
     def check(self, now: Measure, clock: float) -> float:
         """Return how far the ``clock`` has gone on since the last progress."""

@@ -46,8 +46,8 @@ def doing(
     plain = StepResult(
         inputs=TrafficInputs(5, ROW.pose(A), aim.wish), body=Footprint(5, ROW.pose(A), A, frozenset({A})),
         situation=Situation(
-            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=idle, moved=0, blocked=frozenset(ROW.at(shut)),
-            cleared=frozenset(), others=heard, fresh=heard, done=done,
+            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=idle, blocked=frozenset(ROW.at(shut)),
+            others=heard, fresh=heard, done=done,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
         goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, halt=ProtectiveStop(stopped),

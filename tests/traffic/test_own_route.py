@@ -52,8 +52,7 @@ def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
 
     def find(progress: RouteProgress, tick: int, goal: int = e, *blocked: int) -> RouteProgress:
         situation = Situation(
-            tick=tick, cells=row.cells, head=progress.head, goal=goal, idle=False, moved=0, blocked=frozenset(blocked), cleared=frozenset(),
-            others={}, fresh={},
+            tick=tick, cells=row.cells, head=progress.head, goal=goal, blocked=frozenset(blocked), others={}, fresh={}
         )  # fmt: skip
         return own.find(progress, situation, ())
 

@@ -39,11 +39,12 @@ def reason(own: Speaks, settings: TrafficConstants) -> str | None:
     if not own.ahead:
         return None
     situation = own.situation
-    strangers = [robot for robot in own.waits if robot in situation.fresh and not _same_plan(robot, own)]
-    for robot in strangers:
-        record = situation.fresh[robot]
-        if record.frozen is not None or record.stands:
+    for robot in own.waits:
+        record = situation.fresh.get(robot)
+        if record is None or record.frozen is not None or record.stands:
             continue
+        if own.epoch is not None and record.epoch == own.epoch:
+            continue  # it follows the same plan
         if own.ahead[0] in record.held and _rests(record, situation.tick, settings):
             return "rest"
         if record.ahead and own.ahead[0] in record.held and record.ahead[0] in own.held:
@@ -69,10 +70,6 @@ def _patience(own: Speaks, settings: TrafficConstants) -> int:
     """
     looks = not any(robot in own.situation.fresh for robot in own.waits)
     return settings.stuck + (settings.surmise if looks else 0)
-
-
-def _same_plan(robot: str, own: Speaks) -> bool:
-    return own.epoch is not None and own.situation.fresh[robot].epoch == own.epoch
 
 
 def _will_meet(own: Speaks, record: Record) -> bool:

@@ -24,7 +24,8 @@ def named(memory: Memory, call: Free, situation: Situation) -> Move | None:
     memory.shut = {join: until for join, until in memory.shut.items() if until > situation.tick}
     for refusal in refusals:
         memory.shut.update(dict.fromkeys(refusal.shut, situation.tick + memory.settings.obstacle))
-    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), _called(memory, situation))))
+    follow = [robot for robot, record in situation.fresh.items() if not record.stands]  # who was told to stop cannot
+    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), tuple(sorted([memory.me, *follow])))))
 
 
 def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | None:
@@ -53,8 +54,8 @@ def searched_on(memory: Memory, call: Searching, situation: Situation) -> Move |
 def found(memory: Memory, call: Searching, situation: Situation) -> Move | None:
     """Publish the plan, and follow it."""
     answer = call.answer
-    if answer is None or answer.order is None or not _moves(answer):
-        return None
+    if answer is None or answer.order is None or not any(len(way) > 1 for way in answer.order.ways):
+        return None  # there is no plan, or it moves nobody
     plan = _plan(call, answer, answer.order)
     memory.published = memory.unconfirmed = Published(plan, situation.tick)
     memory.leads_from = situation.tick + memory.settings.again
@@ -132,11 +133,6 @@ def carried(memory: Memory, situation: Situation) -> JointPlan | None:
     return None if all_follow else plan
 
 
-def _called(memory: Memory, situation: Situation) -> tuple[str, ...]:
-    """Return the robots in hearing that can follow a plan: those that were told to stop cannot."""
-    return tuple(sorted([memory.me, *(robot for robot, record in situation.fresh.items() if not record.stands)]))
-
-
 def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
     """List what members have said against the plan that I published last."""
     if memory.published is None:
@@ -155,11 +151,6 @@ def _searching(
     if not problem.members or problem.asks in asked:
         return None
     return Searching(collect, problem, problem.search(collect.epoch, cells, memory.settings), asked | {problem.asks})
-
-
-def _moves(answer: Result) -> bool:
-    """Return True if the plan moves any robot."""
-    return answer.order is not None and any(len(way) > 1 for way in answer.order.ways)
 
 
 def _is_proof(call: Searching, answer: Result) -> bool:

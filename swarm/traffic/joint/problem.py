@@ -42,9 +42,8 @@ class Relaxation(NamedTuple):
 
 RELAXATIONS: Final = (
     Relaxation(Round.HELD, True, Displaced.NEAR),
-    Relaxation(
-        Round.HELD, False, Displaced.NEAR
-    ),  # a smaller problem: a search for many robots sometimes takes too long
+    # a smaller problem: a search for many robots sometimes takes too long
+    Relaxation(Round.HELD, False, Displaced.NEAR),
     Relaxation(Round.BODIES, True, Displaced.NEAR),
     Relaxation(Round.HELD, True, Displaced.STAY),
     Relaxation(Round.HELD, False, Displaced.STAY),
@@ -170,7 +169,7 @@ def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[in
 def _strangers(
     situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficConstants
 ) -> frozenset[int]:
-    """Return the cells of robots that are near the members but take no memory."""
+    """Return the cells of robots that are near the members but take no part."""
     return frozenset(
         cell
         for robot, record in situation.others.items()

@@ -19,10 +19,8 @@ from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
-OWN: Final[tuple[float, ...]] = (
-    4.0,
-    10.0,
-)  # radii; a map whose squares are of such a side is its own lattice, which loses no floor
+# radii; a map whose squares are of such a side is its own lattice, which loses no floor
+OWN: Final[tuple[float, ...]] = (4.0, 10.0)
 ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
 PHASES: Final = 4  # lattice offsets tried along each axis
 OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells

@@ -12,7 +12,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving, Record
 from swarm.traffic.interface import MovingObstacle, TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.obstacles.scan import KnownBody, Reading, Scan, hit_by, strange, unexplained
+from swarm.traffic.obstacles.scan import KnownBody, Scan, body_at, hit_by, strange
 from swarm.traffic.progress_checker import ProgressChecker, shorter_way
 from swarm.traffic.reservations.route import BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficConstants
@@ -86,18 +86,16 @@ class ObstacleDetector:
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
         known = self._known(inputs, others, mine) if seen else []
-        near = strange(seen, inputs.pose, cells, known, settings)
+        near = list(strange(seen, inputs.pose, cells, known, settings))
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
-        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known, cells)
+        first = next((one for one in near if one.measured < settings.stop_distance), None)
+        halt = self._stop(inputs, None if first is None else body_at(inputs.pose, first, settings.radius))
         told = [one for record in others for one in record.moving]
         return halt._replace(threats=self._tracker.track(tick, inputs.pose, hits, inputs.scan, told))
 
-    def _stop(
-        self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[KnownBody], cells: CellMap
-    ) -> ProtectiveStop:
-        """Return whether to stop for what is near, and where it stays."""
-        tick, settings = inputs.tick, self._settings
-        place = unexplained(seen, inputs.pose, cells, known, settings)
+    def _stop(self, inputs: TrafficInputs, place: Point | None) -> ProtectiveStop:
+        """Return whether to stop for an obstacle that seems to be near, at ``place`` [m], and where it stays."""
+        tick = inputs.tick
         if place is None:
             self._since = None
             return ProtectiveStop(tick < self._lingers_until)
@@ -109,7 +107,7 @@ class ObstacleDetector:
             self._still = (tick, place)
         if tick - self._still[0] != HALTED:
             return ProtectiveStop(stopped=True)
-        self._found.append((tick + settings.obstacle, place))
+        self._found.append((tick + self._settings.obstacle, place))
         return ProtectiveStop(stopped=True, found=place)
 
     def moving(self) -> tuple[Moving, ...]:

@@ -85,24 +85,12 @@ class KnownBody(NamedTuple):
         return self.cells is None or any(cell in self.cells for cell in cells.touched(*place, EDGE))
 
 
-def unexplained(
-    bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[KnownBody], settings: TrafficConstants
-) -> Point | None:
-    """Return where the first unexpected obstacle among ``bodies`` seems to be [m], None if all are explained.
-
-    A near body is unexpected if it is not where a ``known`` one can be: a box, or a robot that was never heard. The
-    robot must not drive on then.
-    """
-    first = next(strange(bodies, pose, cells, known, settings), None)
-    return None if first is None else _hit(pose, first, settings)
-
-
 def strange(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[KnownBody], settings: TrafficConstants
 ) -> Iterator[Reading]:
-    """Yield those of ``bodies`` that no ``known`` one explains."""
+    """Yield those of ``bodies`` that are not where a ``known`` one can be: a box, or a robot that was never heard."""
     for reading in bodies:
-        hit = _hit(pose, reading, settings)
+        hit = body_at(pose, reading, settings.radius)
         beside = abs(reading.bearing) > TO_A_SIDE
         if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
             yield reading
@@ -175,6 +163,6 @@ def hit_by(pose: Pose, reading: Reading, radius: float) -> Point:
     return pose.x + reach * cos(heading), pose.y + reach * sin(heading)
 
 
-def _hit(pose: Pose, reading: Reading, settings: TrafficConstants) -> Point:
+def body_at(pose: Pose, reading: Reading, radius: float) -> Point:
     """Return where the body that a ray shows has its middle [m], if its radius is half a robot's."""
-    return hit_by(pose, reading, 1.5 * settings.radius)
+    return hit_by(pose, reading, 1.5 * radius)

@@ -175,7 +175,7 @@ class RouteProgress(NamedTuple):
         reservations = Reservations(held[:end], (), self.reservations.number)
         return self._replace(reservations=reservations, steps=self.steps[:end], route=(*held[end:], *self.route))
 
-    def given_back(self, touched: Collection[int]) -> "RouteProgress":
+    def turned_round(self, touched: Collection[int]) -> "RouteProgress":
         """Drop the plan, the claims, and the held cells ahead of the braking path; then turn round if that helps.
 
         A robot that has stopped across two cells drives back: the cell further back becomes the head.
@@ -251,7 +251,7 @@ def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> Rout
     """Drop the way, the claims, and the held cells ahead of the braking path."""
     if BESIDE in progress.steps:  # the cell behind may not be one to stand in
         return restart_here(progress, body, cells)
-    return progress.given_back(body.touched)
+    return progress.turned_round(body.touched)
 
 
 def brought_to_rest(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:

@@ -29,10 +29,7 @@ def record(robot: str, cell: int, tick: int = NOW, **fields: object) -> Record:
 def situation(
     tick: int, fresh: Mapping[str, Record], head: int = A, goal: int = B, *, floor: Drawn = FLOOR
 ) -> Situation:
-    return Situation(
-        tick=tick, cells=floor.cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=fresh,
-        fresh=fresh,
-    )  # fmt: skip
+    return Situation(tick=tick, cells=floor.cells, head=head, goal=goal, others=fresh, fresh=fresh)
 
 
 def robot(me: str) -> JointPlanning:

@@ -32,10 +32,7 @@ def record(robot: str = "r2", **fields: object) -> Record:
 
 def situation(*fresh: Record, tick: int = NOW) -> Situation:
     heard = {one.robot: one for one in fresh}
-    return Situation(
-        tick=tick, cells=FLOOR.cells, head=A, goal=B, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
-        fresh=heard,
-    )  # fmt: skip
+    return Situation(tick=tick, cells=FLOOR.cells, head=A, goal=B, others=heard, fresh=heard)
 
 
 # --- being named ---

@@ -23,10 +23,7 @@ def situation(
     cells: CellMap, tick: int, head: int, goal: int, others: Mapping[str, Record], fresh: Mapping[str, Record]
 ) -> Situation:
     """Where nobody has seen anything that was not told of."""
-    return Situation(
-        tick=tick, cells=cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
-        others=others, fresh=fresh,
-    )  # fmt: skip
+    return Situation(tick=tick, cells=cells, head=head, goal=goal, others=others, fresh=fresh)
 
 
 @pytest.mark.parametrize(("where", "round_it"), [("n", True), ("f", False)], ids=["near", "out of hearing"])

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from swarm.geometry import Pose
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.obstacles.detector import (
@@ -22,7 +23,17 @@ from swarm.traffic.obstacles.detector import (
     ProtectiveStop,
     robot_at,
 )
-from swarm.traffic.obstacles.scan import KnownBody, Reading, Scan, View, has_gone, is_out_of_range, unexplained, view
+from swarm.traffic.obstacles.scan import (
+    KnownBody,
+    Reading,
+    Scan,
+    View,
+    body_at,
+    has_gone,
+    is_out_of_range,
+    strange,
+    view,
+)
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import SIDE, Drawn
 
@@ -56,6 +67,12 @@ def ahead(measured: float, side: float = 0.0) -> tuple[float, float]:
     return HERE.x + 1.5 * SETTINGS.radius + measured, HERE.y + side
 
 
+def unexplained(bodies: Sequence[Reading], pose: Pose, known: Sequence[KnownBody]) -> tuple[float, float] | None:
+    """Return where the first body that none of the known ones explains has its middle."""
+    found = next(strange(bodies, pose, FLOOR.cells, known, SETTINGS), None)
+    return None if found is None else body_at(pose, found, SETTINGS.radius)
+
+
 def cell(x: float, y: float) -> int:
     return FLOOR.cells.cell_of(x, y)
 
@@ -64,8 +81,8 @@ def cell(x: float, y: float) -> int:
 def test_what_nobody_told_of_is_where_it_is_seen(yaw: float) -> None:
     pose = HERE._replace(yaw=yaw)
     reading = Reading(0.4, 1.6, -yaw)  # along x, whichever way the robot faces
-    assert unexplained([reading], pose, FLOOR.cells, [], SETTINGS) == pytest.approx(ahead(0.4))
-    assert unexplained([], pose, FLOOR.cells, [], SETTINGS) is None
+    assert unexplained([reading], pose, []) == pytest.approx(ahead(0.4))
+    assert unexplained([], pose, []) is None
 
 
 # fmt: off
@@ -87,10 +104,10 @@ EXPLAINED: dict[str, tuple[KnownBody, bool]] = {  # of a body seen 0.4 m ahead
 @pytest.mark.parametrize("name", EXPLAINED)
 def test_what_is_known_explains_what_is_seen_where_it_can_be(name: str) -> None:
     known, explained = EXPLAINED[name]
-    found = unexplained([front(0.4)], HERE, FLOOR.cells, [KnownBody((0.0, 0.0), 0.1), known], SETTINGS)
+    found = unexplained([front(0.4)], HERE, [KnownBody((0.0, 0.0), 0.1), known])
     assert (found is None) is explained
     both = [front(0.4), Reading(0.3, 1.6, 2.0)]
-    assert unexplained(both, HERE, FLOOR.cells, [known], SETTINGS) is not None, "the other ray shows another one"
+    assert unexplained(both, HERE, [known]) is not None, "the other ray shows another one"
 
 
 FREE = 9.0  # m, nothing as far as a ray goes
@@ -126,7 +143,7 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 def test_a_known_body_very_near_stops_who_drives_at_it_not_who_drives_past(bearing: float, stops: bool) -> None:
     pose = HERE._replace(yaw=-bearing)  # the body is along x
     known = KnownBody(ahead(0.1), 0.2, nearest=CLOSE)
-    found = unexplained([Reading(0.1, 1.6, bearing)], pose, FLOOR.cells, [known], SETTINGS)
+    found = unexplained([Reading(0.1, 1.6, bearing)], pose, [known])
     assert (found is not None) is stops
 
 

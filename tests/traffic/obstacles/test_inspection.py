@@ -46,8 +46,7 @@ def looked(
     """Look from ``at`` [m] right of the middle of b; every ray measures the same."""
     heard = {record.robot: record for record in others}
     situation = Situation(
-        tick=NOW, cells=ROW.cells, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
-        fresh={robot: heard[robot] for robot in fresh},
+        tick=NOW, cells=ROW.cells, head=B, goal=E, cleared=cleared, others=heard, fresh={robot: heard[robot] for robot in fresh}
     )  # fmt: skip
     pose = ROW.pose(B, yaw)
     scan = Scan(RAYS, [measured] * len(RAYS), lambda bearings: [FAR] * len(bearings))

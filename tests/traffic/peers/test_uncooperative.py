@@ -97,7 +97,7 @@ def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does(
     steps = RouteProgress(Reservations((start,)), (ALONE,))
 
     def way(stays: frozenset[int]) -> tuple[int, ...]:
-        situation = Situation(0, CELLS, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
+        situation = Situation(0, CELLS, start, goal, {}, {}, stays=stays)
         return OwnRoute().find(steps, situation, ()).route
 
     straight = way(frozenset())

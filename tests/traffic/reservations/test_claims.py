@@ -50,9 +50,7 @@ def step(
     cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
     pose = floor.pose(cell)
     situation = Situation(
-        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], idle=False, moved=0,
-        blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)),
-        others=fresh | {one.robot: one for one in silent}, fresh=fresh,
+        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)), others=fresh | {one.robot: one for one in silent}, fresh=fresh
     )  # fmt: skip
     plan = None
     if entries is not None:
