@@ -24,7 +24,6 @@ from typing import Any, Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.joint import leader, member
-from swarm.traffic.joint.conflict import asks
 from swarm.traffic.joint.states import (
     Call,
     Collecting,
@@ -64,25 +63,25 @@ ANY_PLAN: Final = (NONE, Following)
 
 # fmt: off
 CALLS: Final = (  # tried on each occasion from top to bottom, in the state that the ones above have led to
-    #          on                in          what happens           to
-    Transition(Situation,        ANY_CALL,   leader.ignored,        ANY_CALL),
-    Transition(Situation,        ANY_CALL,   member.called,         Frozen),
-    Transition(Situation,        Free,       leader.named,          Collecting),
-    Transition(Situation,        Collecting, leader.all_stand,      Searching),
-    Transition(Situation,        Searching,  leader.searched_on,    Searching),
-    Transition(Situation,        Searching,  leader.found,          Free),
-    Transition(Situation,        Searching,  leader.found_none,     Searching),
-    Transition(Situation,        Searching,  leader.gave_up,        Free),
-    Transition(Situation,        Frozen,     member.plan_came,      Free),
-    Transition(Situation,        Frozen,     member.stood_in_vain,  Free),
-    Transition(Speaks,           Free,       asks,                  Free),
-    Transition(Leaves,           IN_CALL,    member.left,           Free),
-    Transition(Wakes,            ANY_CALL,   member.woke,           Free),
+    #          on               in          what happens          to
+    Transition(Situation,       ANY_CALL,   leader.ignored,       ANY_CALL),
+    Transition(Situation,       ANY_CALL,   member.called,        Frozen),
+    Transition(Situation,       Free,       leader.named,         Collecting),
+    Transition(Situation,       Collecting, leader.all_stand,     Searching),
+    Transition(Situation,       Searching,  leader.searched_on,   Searching),
+    Transition(Situation,       Searching,  leader.found,         Free),
+    Transition(Situation,       Searching,  leader.found_none,    Searching),
+    Transition(Situation,       Searching,  leader.gave_up,       Free),
+    Transition(Situation,       Frozen,     member.plan_came,     Free),
+    Transition(Situation,       Frozen,     member.stood_in_vain, Free),
+    Transition(Speaks,          Free,       member.asks,          Free),
+    Transition(Leaves,          IN_CALL,    member.left,          Free),
+    Transition(Wakes,           ANY_CALL,   member.woke,          Free),
 )
 PLANS: Final = (
-    Transition(Gets,             ANY_PLAN,   member.adopts,         Following),
-    Transition(Gets,             ANY_PLAN,   member.refuses,        ANY_PLAN),
-    Transition((Drops, Leaves),  Following,  member.dropped,        NONE),
+    Transition(Gets,            ANY_PLAN,   member.adopts,        Following),
+    Transition(Gets,            ANY_PLAN,   member.refuses,       ANY_PLAN),
+    Transition((Drops, Leaves), Following,  member.dropped,       NONE),
 )
 # fmt: on
 

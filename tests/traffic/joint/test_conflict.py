@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.joint.conflict import named_leader, reason
+from swarm.traffic.joint.member import named_leader, reason
 from swarm.traffic.joint.states import Following, Free, Memory, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
