@@ -174,12 +174,12 @@ def stands_before_body(result: StepResult) -> bool:
     return len(held) == 1 and bool(route) and route[0] in result.situation.blocked
 
 
-def hinderers(result: StepResult) -> tuple[str, ...]:
+def hinderers(result: StepResult, doing: TrafficActivity) -> tuple[str, ...]:
     """Return the robots that a robot waits for, also those that shut its way: silent, or told to stop.
 
     Decisions are made without those that shut its way: no claim and no joint plan moves them.
     """
-    if result.waits or activity(result) is not TrafficActivity.CUT_OFF:
+    if result.waits or doing is not TrafficActivity.CUT_OFF:
         return result.waits
     situation, route = result.situation, result.progress.route
     cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, situation.cells)
@@ -208,6 +208,7 @@ def outputs_of(
     place = result.progress.place(result.body.cell)
     alone, ahead = peers.alone_in(held, tick), way_ahead(result, place)
     stops, to_look, following = stops_in(result, ahead), looks(result, settings), result.joint.following
+    doing = activity(result)
     return TrafficOutputs(
         broadcast=broadcast,
         held=held,
@@ -221,8 +222,8 @@ def outputs_of(
         exactly=stops or to_look,
         looks=not stops and to_look,
         face=result.face,
-        waits=hinderers(result),
-        activity=activity(result),
+        waits=hinderers(result, doing),
+        activity=doing,
         events=result.events,
         way=(*held[place:], *result.progress.route),
         members=following.members if following is not None else (),

@@ -104,7 +104,7 @@ HINDERED: dict[str, tuple[StepResult, tuple[str, ...]]] = {  # whom a robot is s
 @pytest.mark.parametrize("name", HINDERED)
 def test_a_robot_that_is_shut_off_names_who_stands_there(name: str) -> None:
     decisions, robots = HINDERED[name]
-    assert hinderers(decisions) == robots
+    assert hinderers(decisions, activity(decisions)) == robots
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)

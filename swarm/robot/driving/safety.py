@@ -5,6 +5,9 @@ they lead is clear. Otherwise the filter takes the first of ``SAFETY.remedies`` 
 then the same yaw rate with less forward speed; then a turn in place. The footprint is round, so a turn in place is
 always clear and there is always a safe answer. The check knows no target and begins no turn: a robot whose tables do
 not steer gets nowhere.
+
+Where wheels answer late, what brakes and what stops before a body reckon with the commands that ``Lateness`` says are
+still on their way.
 """
 
 from collections import deque
