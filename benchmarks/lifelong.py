@@ -138,7 +138,7 @@ def measure(name: str, robots: int, seed: int, minutes: float) -> list[str]:
         f"{needed / had:.2f}",
         str(sum(report["contacts"].values())),
         str(report["traffic"]["stalled"]),
-        f"{sum(world.measures.recorder.waiting) / (robots * seconds):.0%}",
+        f"{sum(world.measures.recorder.counts.waiting) / (robots * seconds):.0%}",
         f"{clerk.oldest:.0f}",
         f"{perf_counter() - began:.0f}",
     ]

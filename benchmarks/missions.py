@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from benchmarks.measure import machine, table
 from swarm.scenario.load import Scenario, load
-from world.bodies.bodies import PAPER_TOP_SPEED
+from swarm.settings import PAPER_TOP_SPEED
 from world.simulate import Simulation
 
 SCENARIO: Final = Path(__file__).parents[1] / "scenarios" / "paper.yaml"

@@ -54,14 +54,14 @@ def snapshots(scenario: Path, robots: int, seconds: int) -> tuple[float, int]:
     """Return the time [s] of a snapshot, the median of a run of ``seconds`` simulated seconds, and its bytes."""
     simulation = Simulation.of(load(scenario), robots, 1)
     world = simulation.world
-    bins, longest = Times().state
+    empty = Times()
 
     def host() -> HostState:
         return HostState(
             phase=Phase.RUNNING, held=False, reason="", lost=[], wall_time=0.0, present=list(world.robots),
             most_in_one=1, late=0, states=dict(simulation._states), plans=plans(simulation), events=list(events),
-            seen=dict.fromkeys(world.robots, Seen(Liveness.ALIVE, 0.0)), left=set(), tick_bins=bins,
-            tick_longest=longest, not_reproducible=[], pressed={},
+            seen=dict.fromkeys(world.robots, Seen(Liveness.ALIVE, 0.0)), left=set(), tick_bins=empty.bins,
+            tick_longest=empty.longest, not_reproducible=[], pressed={},
         )  # fmt: skip
 
     file = scenario.with_suffix(".snapshot")

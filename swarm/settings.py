@@ -8,6 +8,7 @@ from typing import Annotated, Final, Literal
 from msgspec import Meta, Struct
 
 MOST_ROBOTS: Final = 1000  # of a fleet
+PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]
 Pace = float | Literal["max"]  # a run's speed: times real time, or lockstep as fast as the machine allows
@@ -60,6 +61,11 @@ class RobotSettings(Section, frozen=True, kw_only=True):
     distance_scale: Annotated[
         float, Meta(ge=0.05, le=10, description="the fuzzy controller gets the sensed distances divided by this")
     ] = 1.0
+
+    @property
+    def top_speed(self) -> float:
+        """The fastest rim speed [m/s]: that of the paper's tables, scaled."""
+        return PAPER_TOP_SPEED * self.speed_scale
 
 
 class SensorSettings(Section, frozen=True, kw_only=True):

@@ -77,7 +77,7 @@ REPRODUCIBLE: dict[str, dict[str, object]] = {
 # fmt: on
 
 
-@pytest.mark.parametrize("name", REPRODUCIBLE)
+@pytest.mark.parametrize("name", mostly_long("three runs", REPRODUCIBLE, "all of it"))
 def test_a_seed_names_a_run_and_another_seed_another_one(paper: Scenario, name: str) -> None:
     scenario = with_settings(paper, **REPRODUCIBLE[name])
     first, again, other = (run(scenario, 3, seed, limit=12.0) for seed in (4, 4, 5))
@@ -85,7 +85,7 @@ def test_a_seed_names_a_run_and_another_seed_another_one(paper: Scenario, name: 
     assert first["digest"] != other["digest"]
 
 
-@pytest.mark.parametrize("name", [name for name in REPRODUCIBLE if name != "plain"])
+@pytest.mark.parametrize("name", mostly_long("two runs", sorted(REPRODUCIBLE.keys() - {"plain"}), "all of it"))
 def test_noise_and_the_reach_of_the_radio_make_a_difference(paper: Scenario, name: str) -> None:
     changed = with_settings(paper, **REPRODUCIBLE[name])
     assert run(changed, 4, 1, limit=25.0)["digest"] != run(paper, 4, 1, limit=25.0)["digest"]
@@ -109,7 +109,7 @@ CONSTANT = {  # every rule says the same
 # fmt: on
 
 
-@pytest.mark.parametrize("name", CONSTANT)
+@pytest.mark.parametrize("name", mostly_long("a whole mission", CONSTANT, "always left"))
 def test_constant_rule_tables_fail_the_mission(paper: Scenario, name: str) -> None:
     scenario = Scenario(paper.settings, paper.map, constant_rules(paper.profile, *CONSTANT[name]))
     report = run(scenario, 1, 1, limit=150.0)

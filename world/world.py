@@ -20,9 +20,11 @@ from swarm.scenario.starts import later_name, names
 from world.bodies.bodies import Bodies, BodiesState
 from world.bodies.radio_model import RadioModel
 from world.bodies.said import Said
-from world.measure.measures import Measures, MeasuresState
+from world.measure.measures import Measures
 from world.measure.progress import STALLED
+from world.measure.state import MeasuresState
 from world.tasks.places import Book
+from world.tasks.reachable import Reachable
 from world.tasks.schedule import as_edit, as_request
 from world.tasks.standing import fallen_silent, why
 from world.tasks.tasks import Tasks, TasksState
@@ -126,7 +128,7 @@ class World:
     def rests(self, members: Sequence[str]) -> bool:
         """Return True if nothing would happen until somebody asks for something; ``members`` are there."""
         awaited = self.tasks.waits_for(members) or self.tasks.planned_edits.left or self.plans_matter
-        return not awaited and not self.bodies.rolling
+        return not awaited and not any(map(any, self.bodies.wheels))
 
     # --- one tick ---
 
@@ -151,7 +153,7 @@ class World:
         """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
         bodies, tasks, measures = self.bodies, self.tasks, self.measures
         poses = self.poses()
-        measures.sensed(self.tick, bodies.distances)
+        measures.steering.sensed(self.tick, bodies.distances)
         arrived = tasks.arrivals(poses, self.time)
         if arrived:
             measures.verdict.clear()  # the jam did not stop the whole fleet
@@ -233,8 +235,10 @@ class World:
 
     def put_in(self, targets: PoolTargets) -> tuple[Accepted, list[Event]]:
         """Put targets into the pool; for the result and errors see ``request``."""
-        outcome = self.tasks.put_in(targets, self.bodies, self.measures.cells, self.time)
-        self.due |= outcome.changed
+        outcome = self.tasks.dispatcher.add(targets, self.poses(), self._reachable, self.time)
+        if outcome.changed:
+            self.measures.recorder.request(len(self.robots), targets)
+            self.due = True
         return Accepted(text=outcome.text), [self.event(kind, text) for kind, text in outcome.events]
 
     def request(self, name: str, request: Order | RobotAction) -> tuple[Accepted, list[Event]]:
@@ -252,12 +256,16 @@ class World:
         if name not in self._number:
             raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
         number = self._number[name]
-        outcome = self.tasks.request(number, request, self.poses()[number], self.bodies.floor, self.measures.cells)
+        outcome = self.tasks.request(number, request, self.poses()[number], self._reachable)
         if outcome.changed:
             self.measures.begin(number, self.time)
             self.due = True
         answer = Accepted(text=outcome.text, number=outcome.number)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
+
+    @property
+    def _reachable(self) -> Reachable:
+        return Reachable(self.settings, self.bodies.floor, self.measures.cells)
 
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
         """Open places for more robots and put bodies there; for the result and errors see ``request``."""

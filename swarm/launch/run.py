@@ -23,7 +23,7 @@ from swarm.launch.output import Output
 from swarm.launch.processes import Processes
 from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings
 from swarm.launch.supervise.fleet import Ended, Fleet
 from swarm.launch.supervise.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
@@ -31,6 +31,7 @@ from swarm.scenario.starts import names
 from swarm.secure import Identity
 from swarm.secure import names as members
 from swarm.stopping import told_to_stop
+from world.views.report_file import write
 
 ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
@@ -97,7 +98,7 @@ def run(options: Options) -> int:
         for line in closing_lines(summary, told_of_recordings(record, fleet.starts["dashboard"], since)):
             say(line)
         if options.report is not None:
-            write_report(options.report, summary)
+            write(summary, options.report)
     return 0 if summary["passed"] else 1
 
 

@@ -1,7 +1,6 @@
 """The end of a run: its summary, the lines of it for people, and its files."""
 
 import json
-import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Any
 
 from dashboard.frames import is_whole
 from dashboard.terminal import ROWS
-from swarm.errors import ConfigError
 from swarm.launch.supervise.table import numbered
 
 
@@ -124,26 +122,3 @@ def _recorded(record: Path, dashboards: int, since: int) -> Iterator[Path]:
             with suppress(OSError):
                 if path.stat().st_mtime_ns >= since:
                     yield path
-
-
-def write_report(path: Path, summary: dict[str, Any]) -> None:
-    """Write the report of a run, all of it or nothing.
-
-    Raises:
-        ConfigError: the file cannot be written.
-    """
-    text = json.dumps(summary, indent=1) + "\n"
-    part = path.with_name(f".{path.name}.part")
-    try:
-        if path.exists() and not path.is_file():  # a device or a pipe cannot be replaced
-            path.write_text(text, encoding="utf-8")
-            return
-        try:
-            part.write_text(text, encoding="utf-8")
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as fault:
-        raise ConfigError(
-            f"--report {path}: expected to write the report, got: {fault.strerror}; make room or choose another file"
-        ) from None

@@ -6,22 +6,28 @@ from typing import Final
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import FREE, Point
+from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import Prepared, check_grid_size, planning_grid, settled
 from swarm.scenario.starts import names, starts
 from swarm.settings import Settings
-from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.lattice.placement import cells_of, comes_near, lattices_tried, short_of, traffic_settings
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.placement import (
+    cells_of,
+    comes_near,
+    lattices_tried,
+    short_of,
+    standable_under,
+    traffic_settings,
+)
 from swarm.traffic.settings import least_range
 
 MOST_STOPS: Final = 20_000  # of all robots
 # share of 2 s that each cell of a lattice that is tried costs, alone and for each target and start; measured
 CELL_COST: Final = 9e-7
 STOP_COST: Final = 5e-10
-NOWHERE: Final = -1
 
 
 def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
@@ -142,12 +148,11 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
         )
     _apart(settings, cells, poses)
     for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
-        if not any(cell != NOWHERE and cells.stands[cell] for cell in cells.touched(x, y, settings.robot.radius)):
+        if not standable_under(cells, (x, y), settings):
             raise ConfigError(
                 f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place in a traffic cell, which is "
                 f"{cells.side:g} m wide, got a nook between cells; {_nearest(cells, (x, y), settings)}"
             )
-    number_of = pieces(cells)
     for where, here, there in _legs(scenario, poses, grid):
         if (short := short_of(cells, there, settings)) > settings.reach:
             raise ConfigError(
@@ -155,8 +160,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
                 f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, got one "
                 f"{short:.2f} m off; {_nearest(cells, there, settings)}"
             )
-        joined = number_of[cells.cell_of(*here)] == number_of[cells.cell_of(*there)] != NOWHERE
-        if not joined and not comes_near(cells, here, there, settings):
+        if not comes_near(cells, here, there, settings):
             raise ConfigError(
                 f"{where}: expected a way over "
                 f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
@@ -167,7 +171,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
 def _nearest(cells: CellMap, place: Point, settings: Settings) -> str:
     """Return what to do about a place without a cell: where the nearest is, if there is any."""
     cell = cells.nearest_standable(*place)
-    if cell == NOWHERE:
+    if cell == OUTSIDE:
         return "open the map, or set `traffic.cell` or `traffic.offset`"
     x, y = cells.moved_inside(cell, place, traffic_settings(settings).standing_room)
     return f"the nearest place is ({x:.2f}, {y:.2f}); move it there, or set `traffic.cell` or `traffic.offset`"
@@ -182,29 +186,12 @@ def _apart(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
     holders: dict[int, str] = {}
     for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
         cell = cells.cell_of(x, y)
-        if cell != NOWHERE and (holder := holders.setdefault(cell, name)) != name:
+        if cell != OUTSIDE and (holder := holders.setdefault(cell, name)) != name:
             middle = cells.centre(cell)
             raise ConfigError(
                 f"{settings.name}: start: expected {holder} and {name} each in a traffic cell of its own, got both in "
                 f"the cell of {cells.side:g} m around ({middle[0]:.2f}, {middle[1]:.2f}); move one of them"
             )
-
-
-def pieces(cells: CellMap) -> list[int]:
-    """Return a number for each cell: cells joined by a way have the same; those not to stand in have none.
-
-    The list ends with the number of the place outside of all cells, whose index is -1.
-    """
-    numbers = [NOWHERE] * len(cells)
-    for first, stands in enumerate(cells.stands):
-        if stands and numbers[first] == NOWHERE:
-            numbers[first], ready = first, [first]
-            for cell in ready:
-                for other in cells.neighbours[cell]:
-                    if numbers[other] == NOWHERE:
-                        numbers[other] = first
-                        ready.append(other)
-    return [*numbers, NOWHERE]
 
 
 def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:
@@ -218,7 +205,14 @@ def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:
             f"{where}: expected a place on the map, which spans about ({low[0]:g}, {low[1]:g}) to "
             f"({high[0]:g}, {high[1]:g}); move it"
         )
-    if floor.at(x, y) != FREE:
-        raise ConfigError(f"{where}: expected free floor, got a wall or obstacle; move it")
+    if wrong := not_free(floor, point):
+        raise ConfigError(f"{where}: {wrong}; move it")
     if not grid.is_free(x, y):
         raise ConfigError(f"{where}: expected at least {radius:g} m from any wall, for the robot's radius; move it")
+
+
+def not_free(floor: OccupancyMap, place: Point) -> str:
+    """Return what was expected of a place [m] and what came, "" if it is free floor."""
+    if not floor.inside(floor.cell_of(*place)):
+        return "expected a place on the map, got one outside"
+    return "" if floor.at(*place) == FREE else "expected free floor, got a wall or obstacle"

@@ -215,7 +215,7 @@ def outputs_of(
         drivable=tuple(dict.fromkeys((*alone, held[place], *result.free_drive))),
         unconstrained=bool(result.free_drive),
         waypoints=waypoints(result, ahead, alone, settings),
-        beside=(*peers.holders_of(held[place], tick), *still),
+        beside=(*peers.holders_of(held[place], tick), *still, *result.halt.bodies),
         may_drive=not result.halt.stopped,
         threats=result.threats,
         room=result.room,

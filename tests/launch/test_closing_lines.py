@@ -1,8 +1,6 @@
 """The last lines of `swarm run`."""
 
-import json
 import os
-import resource
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +8,7 @@ import pytest
 
 from dashboard.frames import FOOTER
 from dashboard.terminal import ROWS
-from swarm.errors import ConfigError
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, write_report
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
@@ -77,23 +74,6 @@ def test_a_recording_of_another_day_is_not_said(tmp_path: Path) -> None:
     os.utime(record, (0, 0))
     assert told_of_recordings(record, 1, since.stat().st_mtime_ns) == [f"not recorded: {record} was not written"]
     assert told_of_recordings(None, 0, 0) == []
-
-
-def test_a_report_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "r.json"
-    write_report(path, {"complete": True})
-    assert json.loads(path.read_text()) == {"complete": True}
-    with pytest.raises(ConfigError, match=r"--report /dev/full: expected to write the report, got: No space left"):
-        write_report(Path("/dev/full"), SUMMARY)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (10, limits[1]))
-    try:
-        with pytest.raises(ConfigError, match="expected to write the report, got: File too large"):
-            write_report(path, SUMMARY)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert json.loads(path.read_text()) == {"complete": True}, "the report of the last run is kept"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from swarm.messages import Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Record, TrafficBroadcast
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
+from tests.shared import mostly_long
 from world.simulate import Simulation
 
 DOORWAY = Path(__file__).parents[2] / "scenarios" / "doorway.yaml"
@@ -94,7 +95,7 @@ def drive(spoil: Callable[[Robot], None], name: str = "r1") -> tuple[dict[str, A
     return simulation.run(limit=200.0), said
 
 
-@pytest.mark.parametrize("name", LIES)
+@pytest.mark.parametrize("name", mostly_long("a whole mission", LIES, "jumps", "speaks for another"))
 def test_a_liar_is_named_and_touches_nobody(name: str) -> None:
     change, fault = LIES[name]
     report, said = drive(lambda robot: lying(robot, change))

@@ -17,6 +17,7 @@ from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
+from tests.shared import mostly_long
 from tests.traffic.maps import BAY, CORRIDOR, DOOR, TREE, Drawn
 from world.faults import Faults
 from world.simulate import Simulation
@@ -28,7 +29,7 @@ def assert_clean(report: dict[str, Any]) -> None:
     assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == report["traffic"]["deadlocks"] == 0
 
 
-@pytest.mark.parametrize("reach", [8.0, 5.0])
+@pytest.mark.parametrize("reach", mostly_long("whole missions again", [8.0, 5.0], 8.0))
 @pytest.mark.parametrize(
     ("drawn", "starts", "goals"),
     [(BAY, "ab", "ba"), (BAY, "abc", "bac"), (TREE, "abc", "bca"), (DOOR, "ab", "ba"), (DOOR, "abcdefgh", "hgfedcba")],

@@ -105,7 +105,7 @@ def test_nobody_dies_where_nobody_leads() -> None:
 
 
 def test_those_named_die_when_they_are_to_whatever_else_goes_wrong() -> None:
-    history = histories(Faults(held_up=20.0, killed={"r2": 50.0}))
+    history = histories(Faults(held_up=20.0, killed={"r2": 50.0, "r3": inf}))
     died = round(50.0 / DT)
     assert Health.DEAD not in history["r2"][:died]
     assert set(history["r2"][died:]) == {Health.DEAD}
@@ -121,6 +121,7 @@ def test_the_drill_keeps_account_of_the_dead_and_the_struck() -> None:
     suspended = Drill(Faults(suspended=1e-9), 1, DT)
     assert suspended.health("r2", 0.0, leads=False) is Health.SUSPENDED
     assert suspended.struck == {"r2"}
+    assert [Drill(Faults(late=late), 1, DT).late for late in (0.0, 0.05, 0.2)] == [0, 1, 4]
 
 
 def test_a_robot_that_is_dead_in_a_run_stands_and_its_fellow_drives() -> None:
@@ -130,13 +131,6 @@ def test_a_robot_that_is_dead_in_a_run_stands_and_its_fellow_drives() -> None:
     after = simulation.world.poses()
     assert after[0] == before[0]
     assert after[1] != before[1]
-
-
-def test_a_robot_held_up_for_ever_gets_nowhere() -> None:
-    simulation = Simulation.of(scenario_of(), 1, 1, Faults(held_up=1e-9))
-    before = simulation.world.poses()
-    simulation.run(10.0)
-    assert simulation.world.poses() == before
 
 
 def test_only_who_tells_a_joint_plan_leads() -> None:

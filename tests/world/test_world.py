@@ -185,38 +185,8 @@ def test_a_touch_is_an_event_and_counts_by_kind_in_the_report() -> None:
         events += world.step({name: drive(world, 0.6, 0.6) for name in world.robots})
     assert [(event.robot, event.text) for event in events] == [("r1", "touches robot r2"), ("r2", "touches robot r1")]
     assert [event.at for event in events] == [pytest.approx((4.0, 3.5), abs=0.02)] * 2
-    assert [dict(counts) for counts in world.measures.recorder.contact_counts] == [{"robot": 1}, {"robot": 1}]
-    assert world.measures.recorder.clearance_min == pytest.approx(0.0, abs=0.06)
-
-
-# --- what is recorded ---
-
-
-def test_the_recorder_measures_the_way_and_the_waiting() -> None:
-    world = world_of()
-    for _ in range(40):
-        world.step({"r1": drive(world, 0.4, 0.4)})
-    driven = world.measures.recorder.path_length[0]
-    assert driven == pytest.approx(world.poses()[0].x - AT.x)
-    for _ in range(60):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.GIVE_WAY)})
-    assert world.measures.recorder.waiting[0] == pytest.approx(3.0)
-
-
-def test_a_robot_that_is_done_may_stand_for_ever() -> None:
-    world = world_of()
-    for _ in range(400):
-        world.step({"r1": drive(world, 0.0, 0.0, activity=Activity.DONE, unreachable=[0, 1])})
-    assert world.finished
-
-
-def test_the_digest_changes_with_the_last_bit_of_one_pose() -> None:
-    digests = set()
-    for yaw in (0.0, 5e-324, 1e-12):
-        world = world_of(Pose(2.5, 2.5, yaw))
-        world.step({})
-        digests.add(world.measures.recorder.digest)
-    assert len(digests) == 3
+    assert [dict(counts) for counts in world.measures.recorder.counts.contact_counts] == [{"robot": 1}, {"robot": 1}]
+    assert world.measures.recorder.judge.smallest == pytest.approx(0.0, abs=0.06)
 
 
 # --- the radio model ---

@@ -1,7 +1,7 @@
 """The bodies of one run: what rolls, what it touches, what robots sense, and the floor under them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from world.bodies.physics import Numbers, Physics
 from world.bodies.said import Said
 from world.bodies.sensing import FreeDistances, Sensing, SensingState
 from world.bodies.shapes import Contact, PhysicsState
-
-PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
 
 Wheels = tuple[float, float]  # rim speeds left, right [m/s]
 
@@ -56,7 +54,7 @@ class Bodies:
         self._settings, robot = scenario.settings, scenario.settings.robot
         self.dt = 1.0 / self._settings.rate
         self._drive = DifferentialDrive(robot.track_width)
-        self._top_speed = PAPER_TOP_SPEED * robot.speed_scale
+        self._top_speed = robot.top_speed
         self.physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)
         self._movers = [Patrol(mover) for mover in self._settings.movers]
         for mover, patrol in zip(self._settings.movers, self._movers, strict=True):
@@ -100,11 +98,6 @@ class Bodies:
     def mover_poses(self, time: float) -> list[Pose]:
         """Return the pose of every moving obstacle at a time [s]."""
         return [patrol.at(time) for patrol in self._movers]
-
-    @property
-    def rolling(self) -> bool:
-        """True if a wheel turns."""
-        return any(map(any, self.wheels))
 
     # --- what robots sense ---
 

@@ -227,11 +227,6 @@ class Physics:
             made.velocity, made.angular_velocity = (was.vx, was.vy), was.turning
         self._sort()
 
-    def cast(self, robot: int, angles: Sequence[float] | Numbers, reach: float) -> list[float]:
-        """Measure the free distance [m, 0..reach] from a robot's edge along rays at body angles [rad]."""
-        measured: list[float] = self.cast_all(np.asarray(angles, np.float64), reach)[robot].tolist()
-        return measured
-
     def cast_all(self, angles: Numbers, reach: float) -> Numbers:
         """Measure the free distances [m] of all robots along the same rays: (robots, angles)."""
         self._place()

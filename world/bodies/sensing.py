@@ -96,10 +96,6 @@ class Sensing:
         drawn: list[float] = self._noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
         return drawn
 
-    def distances(self, physics: Physics, robot: int) -> FreeDistances:
-        """Return the nearest hit of each sector's rays, other robots included, and all the rays."""
-        return self._read(robot, physics.cast(robot, self._angles, self._settings.range))
-
     def all_distances(self, physics: Physics) -> list[FreeDistances]:
         """Return the distances of every robot; all rays are cast at once."""
         found = physics.cast_all(self._angles, self._settings.range)

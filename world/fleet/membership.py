@@ -75,11 +75,6 @@ class Membership:
         return bool(self._leaving or self._expected)
 
     @property
-    def expected(self) -> bool:
-        """True if the clock waits for a robot to come back."""
-        return bool(self._expected)
-
-    @property
     def awaited(self) -> list[str]:
         """Robots that were present before the router or the world went away, and are expected back."""
         return list(self._expected)

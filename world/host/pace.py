@@ -16,35 +16,26 @@ SLIP: Final = 0.5  # s behind the wall clock; a longer delay is not caught up, s
 class Times:
     """The wall times of many ticks, in a histogram of fixed size: a share is at most 1 % too high."""
 
-    def __init__(self) -> None:
-        self._bins = [0] * BINS
-        self._longest = 0.0
+    def __init__(self, bins: list[int] | None = None, longest: float = 0.0) -> None:
+        """Begin with no tick, or go on counting from ``bins`` and the ``longest`` time [s] of a world before."""
+        self.bins = bins if bins is not None and len(bins) == BINS else [0] * BINS
+        self.longest = longest
 
     def add(self, seconds: float) -> None:
         """Count one tick."""
-        self._bins[min(BINS - 1, ceil(log(max(seconds, SHORTEST) / SHORTEST) / STEP))] += 1
-        self._longest = max(self._longest, seconds)
+        self.bins[min(BINS - 1, ceil(log(max(seconds, SHORTEST) / SHORTEST) / STEP))] += 1
+        self.longest = max(self.longest, seconds)
 
     def within(self, share: float) -> float:
         """Return the time [s] within which this share of the ticks was over."""
-        ticks = list(accumulate(self._bins))
-        return min(SHORTEST * exp(bisect_left(ticks, share * ticks[-1]) * STEP), self._longest)
-
-    @property
-    def state(self) -> tuple[list[int], float]:
-        """The histogram and the longest time [s]; set it to go on counting."""
-        return self._bins, self._longest
-
-    @state.setter
-    def state(self, state: tuple[list[int], float]) -> None:
-        bins, self._longest = state
-        self._bins = bins if len(bins) == BINS else [0] * BINS
+        ticks = list(accumulate(self.bins))
+        return min(SHORTEST * exp(bisect_left(ticks, share * ticks[-1]) * STEP), self.longest)
 
     def report(self) -> dict[str, float] | None:
         """Return the times for a report [s]; None if no tick was counted."""
-        if not any(self._bins):
+        if not any(self.bins):
             return None
-        return {name: self.within(share) for name, share in SHARES.items()} | {"max": self._longest}
+        return {name: self.within(share) for name, share in SHARES.items()} | {"max": self.longest}
 
 
 class Timetable:

@@ -8,18 +8,7 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import (
-    BODY,
-    CLOCK,
-    COMMAND,
-    PLAN,
-    SENSE,
-    STATE,
-    STATUS,
-    TRUTH,
-    Phase,
-    Sense,
-)
+from swarm.messages import BODY, CLOCK, COMMAND, PLAN, SENSE, STATE, STATUS, TRUTH, Phase, Sense
 from swarm.scenario.load import Scenario
 from swarm.secure import Identity
 from swarm.settings import Pace
@@ -31,7 +20,7 @@ from world.host.last_messages import SILENT, Asked
 from world.host.requests import ANSWERED, Requests, waits_in_tick
 from world.host.run import Run
 from world.saving.snapshot_file import make_room
-from world.views.report import write
+from world.views.report_file import write
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 FIND: Final = 2.0  # s between two looks for robots that are away
@@ -192,11 +181,8 @@ class Host:
     def _await_all(self, stop: Flag) -> None:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         run, last = self._run, self._run.last
-        world, asked = (
-            run.world,
-            Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now()),
-        )
-        self._asked = asked
+        world = run.world
+        asked = self._asked = Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now())
         while run.in_tick and run.world is world and self._linked and not stop.is_set():
             present = run.membership.present
             lacking = last.lacking(present, world.tick)

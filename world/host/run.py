@@ -13,7 +13,7 @@ from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Accepted, Clock, Event, Phase, Places, State, Status, Truth
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import prepare
+from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
 from world.bodies.external import check_external
 from world.fleet.liveness import Liveliness, is_lost
@@ -27,7 +27,7 @@ from world.saving.saver import Saver
 from world.saving.snapshot import HostState, Snapshot
 from world.saving.snapshot_file import newest
 from world.tasks.places import Book
-from world.views.metrics import Shortest
+from world.views.metrics import shortest_lengths
 from world.views.report import ROOM, listed, missing, report
 from world.views.status import states, status
 from world.views.truth import truth
@@ -68,7 +68,8 @@ class Run:
         self.repeatable = Repeatable(lockstep=self.lockstep, outside=self.outside)
         self.phase, self.held, self._attended = Phase.WAITING, wait, wait  # held until go; attended: go was waited for
         self.last = LastMessages()
-        self._given_up, self._reason, self._shortest = given_up, "", Shortest()
+        self._given_up, self._reason = given_up, ""
+        self._lengths: list[float | None] = []  # m, once the run is over
         self._lost: list[str] = []
         self.stopwatch = Stopwatch()
         self.timetable = Timetable(self.world.dt, 1.0 if pace == "max" else pace)
@@ -95,7 +96,7 @@ class Run:
     @property
     def stands(self) -> bool:
         """True if the clock is stopped: the run is not running, robots are expected back, or nothing is left to do."""
-        return self.phase is not Phase.RUNNING or self.membership.expected or self._rests
+        return self.phase is not Phase.RUNNING or bool(self.membership.awaited) or self._rests
 
     @property
     def stays(self) -> bool:
@@ -130,7 +131,7 @@ class Run:
         self.world.restore(found.state)
         self.phase, self.held, self._reason, self._lost = host.phase, host.held, host.reason, host.lost
         self.last.late, self.last.states, self.last.plans = host.late, host.states, host.plans
-        self.stopwatch, self.timetable.times.state = Stopwatch(host.wall_time), (host.tick_bins, host.tick_longest)
+        self.stopwatch, self.timetable.times = Stopwatch(host.wall_time), Times(host.tick_bins, host.tick_longest)
         self.repeatable.reasons = host.not_reproducible
         self.publisher.events = tuple(host.events)
         self.liveliness.restore(host.seen, host.left)
@@ -152,11 +153,11 @@ class Run:
         self.save()
 
     def _state(self) -> HostState:
-        bins, longest = self.timetable.times.state
+        times = self.timetable.times
         return HostState(
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
             present=self.membership.members, most_in_one=self.membership.most_in_one, late=self.last.late,
-            states=self.last.states, plans=self.last.plans, tick_bins=bins, tick_longest=longest,
+            states=self.last.states, plans=self.last.plans, tick_bins=times.bins, tick_longest=times.longest,
             not_reproducible=self.repeatable.reasons, events=list(self.publisher.events),
             seen=dict(self.liveliness.seen), left=self.liveliness.left, pressed=self.pressed,
         )  # fmt: skip
@@ -182,7 +183,7 @@ class Run:
         with self._moving:
             world, over = self.world, self.phase is Phase.OVER
             reason = self._reason or missing(world) if over and not world.tasks.complete else ""
-            shortest = self._shortest.at(world, self.scenario if over else None)
+            shortest = self._shortest() if over else [None] * len(world.robots)
             return status(
                 world, self.phase, reason, self.liveliness.seen, self.last.states, self.publisher.events, shortest
             )
@@ -281,15 +282,20 @@ class Run:
         with self.changing():
             self.world = self._begun(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
             self.last = LastMessages()
-        self.stopwatch, self.timetable.times, self._shortest = Stopwatch(), Times(), Shortest()
+        self.stopwatch, self.timetable.times, self._lengths = Stopwatch(), Times(), []
         self.repeatable.begin()
         self.liveliness.begin()
         self.in_tick = False
 
+    def _shortest(self) -> list[float | None]:
+        """Return each robot's shortest length [m] on the floor at the end; it takes long, so it is computed once."""
+        self._lengths = self._lengths or shortest_lengths(self.world, planning_grid(self.scenario))
+        return self._lengths
+
     def report(self) -> dict[str, object]:
         """Return the report of the run."""
         return report(
-            self.world, self._shortest.at(self.world, self.scenario), scenario=self.scenario.settings.name,
+            self.world, self._shortest(), scenario=self.scenario.settings.name,
             seed=self.seed, robots_per_process=self.membership.most_in_one,
             pace="max" if self.pace == "max" else "realtime" if self.pace == 1.0 else f"{self.pace:g}",
             wall_time=self.stopwatch.seconds, late_commands=self.last.late,

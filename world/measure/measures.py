@@ -1,7 +1,6 @@
 """What the world measures in one run: the record, the checks of traffic and steering, progress, and the verdict."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -10,22 +9,12 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Moved
 from world.bodies.said import Said
-from world.bodies.sensing import FreeDistances
-from world.measure.progress import ProgressState, ProgressWatch
-from world.measure.recorder import WAITING, Recorder, RecorderState
-from world.measure.reservation_check import TrafficState, TrafficWatch
-from world.measure.steering import SteeringState, SteeringWatch
-from world.measure.verdict import Verdict, VerdictState
-
-
-class MeasuresState(NamedTuple):
-    """The state of `Measures`."""
-
-    recorder: RecorderState
-    reservations: TrafficState
-    progress: ProgressState
-    steering: SteeringState
-    verdict: VerdictState
+from world.measure.progress import ProgressWatch
+from world.measure.recorder import WAITING, Recorder
+from world.measure.reservation_check import TrafficWatch
+from world.measure.state import MeasuresState
+from world.measure.steering import SteeringWatch
+from world.measure.verdict import Verdict
 
 
 class Measures:
@@ -42,16 +31,14 @@ class Measures:
     @property
     def state(self) -> MeasuresState:
         """The state, which shares its values with this object."""
-        reservations, progress = self.reservations.state, self.progress.state
-        return MeasuresState(self.recorder.state, reservations, progress, self.steering.state, self.verdict.state)
+        recorder, reservations = self.recorder.state, self.reservations.state
+        return MeasuresState(recorder, reservations, self.progress.state, self.steering.state, self.verdict.state)
 
     def restore(self, state: MeasuresState) -> None:
         """Continue from a state."""
         self.recorder.restore(state.recorder)
         self.reservations.restore(state.reservations)
-        self.progress.restore(state.progress)
-        self.steering.restore(state.steering)
-        self.verdict.restore(state.verdict)
+        self.progress.state, self.steering.state, self.verdict.state = state.progress, state.steering, state.verdict
 
     @property
     def cells(self) -> CellMap:
@@ -67,17 +54,13 @@ class Measures:
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Measure on this floor from now on."""
-        self.recorder.set_floor(floor)
+        self.recorder.judge.set_floor(floor)
         self.reservations.set_floor(floor, self._settings)
 
     def begin(self, robot: int, time: float) -> None:
         """Judge a robot that was asked for something else from a time [s] on."""
         self.progress.begin(robot, time)
         self.verdict.clear()
-
-    def sensed(self, tick: int, distances: Sequence[FreeDistances]) -> None:
-        """Take in what robots sense at a tick."""
-        self.steering.sensed(tick, distances)
 
     def check(
         self, tick: int, time: float, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]

@@ -2,24 +2,14 @@
 
 from collections.abc import Sequence
 from math import floor, inf
-from typing import Final, NamedTuple
+from typing import Final
 
 from swarm.geometry import Pose
+from world.measure.state import ProgressState
 
 STALLED: Final = 60.0  # s without progress, with stops left; a slow queue takes less (benchmarks/traffic.py)
 SQUARE: Final = 1.0  # m, side of a square of the floor
 NOWHERE: Final = -1  # the stop of a robot before the first look
-
-
-class ProgressState(NamedTuple):
-    """The state of `ProgressWatch`."""
-
-    times: list[int]
-    longest: list[float]
-    stop: list[int | None]
-    seen: list[set[tuple[int, int]]]
-    since: list[float]
-    stalled: list[bool]
 
 
 class ProgressWatch:
@@ -30,57 +20,45 @@ class ProgressWatch:
     """
 
     def __init__(self, robots: int) -> None:
-        self.times: list[int] = []  # how often each has stalled
-        self.longest: list[float] = []  # s, longest time without progress
-        self._stop: list[int | None] = []
-        self._seen: list[set[tuple[int, int]]] = []
-        self._since: list[float] = []
-        self._stalled: list[bool] = []
+        self.state = ProgressState()
         for _ in range(robots):
             self.add_robot(0.0)
 
-    @property
-    def state(self) -> ProgressState:
-        """The state, which shares its values with this object."""
-        return ProgressState(self.times, self.longest, self._stop, self._seen, self._since, self._stalled)
-
-    def restore(self, state: ProgressState) -> None:
-        """Continue from a state."""
-        self.times, self.longest, self._stop, self._seen, self._since, self._stalled = state
-
     def add_robot(self, time: float) -> None:
         """Judge one more robot from a time [s] on."""
-        self.times.append(0)
-        self.longest.append(0.0)
-        self._stop.append(NOWHERE)
-        self._seen.append(set())
-        self._since.append(time)
-        self._stalled.append(False)
+        state = self.state
+        state.times.append(0)
+        state.longest.append(0.0)
+        state.stop.append(NOWHERE)
+        state.seen.append(set())
+        state.since.append(time)
+        state.stalled.append(False)
 
     def begin(self, robot: int, time: float) -> None:
         """Judge a robot from a time [s] on by other stops."""
-        self._stop[robot], self._since[robot] = NOWHERE, time
+        self.state.stop[robot], self.state.since[robot] = NOWHERE, time
 
     def look(self, time: float, poses: Sequence[Pose], stops: Sequence[int | None]) -> list[int]:
         """Return the numbers of the robots that begin to stall. ``stops`` is None for a robot with no stop left."""
-        begun = []
+        state, begun = self.state, []
         for number, (pose, stop) in enumerate(zip(poses, stops, strict=True)):
             square = floor(pose.x / SQUARE), floor(pose.y / SQUARE)
-            seen = self._seen[number]
-            if stop != self._stop[number]:
+            seen = state.seen[number]
+            if stop != state.stop[number]:
                 seen.clear()
             if stop is None or square not in seen:
                 seen.add(square)
-                self._stop[number], self._since[number], self._stalled[number] = stop, time, False
+                state.stop[number], state.since[number], state.stalled[number] = stop, time, False
                 continue
-            for_so_long = time - self._since[number]
-            self.longest[number] = max(self.longest[number], for_so_long)
-            if for_so_long >= STALLED and not self._stalled[number]:
-                self._stalled[number] = True
-                self.times[number] += 1
+            for_so_long = time - state.since[number]
+            state.longest[number] = max(state.longest[number], for_so_long)
+            if for_so_long >= STALLED and not state.stalled[number]:
+                state.stalled[number] = True
+                state.times[number] += 1
                 begun.append(number)
         return begun
 
     def standing(self, time: float) -> list[float]:
         """Return how long [s] each robot has made no progress; infinite if it has no stop left."""
-        return [inf if stop is None else time - since for stop, since in zip(self._stop, self._since, strict=True)]
+        state = self.state
+        return [inf if stop is None else time - since for stop, since in zip(state.stop, state.since, strict=True)]

@@ -1,7 +1,6 @@
 """The world's own check of traffic: reservations must not overlap, and bodies must stay inside their own."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
@@ -9,15 +8,9 @@ from swarm.messages import Activity, Command
 from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
 from swarm.traffic.peers.records import TrafficNote
-from world.measure.cell_watch import Fault, Watch, Watched, WatchState
+from world.measure.cell_watch import Watch, Watched
+from world.measure.state import Fault, TrafficState
 from world.measure.steering import IDLE
-
-
-class TrafficState(NamedTuple):
-    """The state of `TrafficWatch`."""
-
-    poses: Sequence[Pose]
-    watch: WatchState
 
 
 class TrafficWatch:
@@ -35,12 +28,11 @@ class TrafficWatch:
     @property
     def state(self) -> TrafficState:
         """The state, which shares its values with this object."""
-        return TrafficState(self._poses, self.watch.state)
+        return TrafficState(poses=self._poses, watch=self.watch.state)
 
     def restore(self, state: TrafficState) -> None:
         """Continue from a state."""
-        self._poses, watch = state
-        self.watch.restore(watch)
+        self._poses, self.watch.state = state.poses, state.watch
 
     def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
         """Judge against the cells of this floor from now on."""
@@ -59,9 +51,7 @@ class TrafficWatch:
                 continue  # the robot has not sent a command yet
             wants = command.activity not in IDLE
             moved = poses[number] != before[number]
-            robots[name] = Watched(
-                poses[number], command.held, wants, moved, command.waits, name in fresh, not command.held
-            )
+            robots[name] = Watched(poses[number], command.held, wants, moved, command.waits, not command.held)
             if name in fresh:
                 events += [TrafficNote(kind, (name,), text) for kind, text in command.notes]
         return self.watch.look(tick, robots, events)

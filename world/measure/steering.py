@@ -6,13 +6,14 @@ Only these two are taken from the robot. They are not checked: a robot could rep
 
 from collections.abc import Sequence
 from math import degrees, nan
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from world.bodies.sensing import FreeDistances
+from world.measure.state import SteeringState
 
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
 IDLE: Final = (Activity.READY, Activity.STOPPED, Activity.DONE)  # activities in which a robot has nowhere to go
@@ -21,8 +22,8 @@ BY: Final = ("ticks", "metres", "angle")  # units in which shares are computed
 RimSpeeds = tuple[float, float]  # left, right [m/s]
 
 
-def stands(speeds: RimSpeeds) -> bool:
-    """Return True if neither wheel turns."""
+def is_zero(speeds: RimSpeeds) -> bool:
+    """Return True if both rim speeds are 0, up to rounding."""
     return abs(speeds[0]) <= CLOSE and abs(speeds[1]) <= CLOSE
 
 
@@ -33,7 +34,7 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
     ['tables', 'tables', 'tightened', 'blended', 'braked']
     """
     (left, right), (left_wanted, right_wanted) = commanded, tables
-    if stands(commanded) and not stands(tables):
+    if is_zero(commanded) and not is_zero(tables):
         return Steering.BRAKED
     square = left_wanted**2 + right_wanted**2
     share = max(0.0, min(1.0, (left * left_wanted + right * right_wanted) / square)) if square else 0.0
@@ -46,17 +47,6 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
     return Steering.TURNED if abs(forward) <= CLOSE else Steering.BLENDED
 
 
-class SteeringState(NamedTuple):
-    """The state of `SteeringWatch`."""
-
-    sensed: dict[tuple[int, int], FreeDistances]
-    poses: Sequence[Pose]
-    weights: dict[Steering, list[float]]
-    scaled: int
-    scales: float
-    labels: list[Steering | None]
-
-
 class SteeringWatch:
     """The labels of all commands, and how many ticks, metres driven and radians turned each label has."""
 
@@ -65,31 +55,19 @@ class SteeringWatch:
         self._robot = scenario.settings.robot
         self._dt = 1.0 / scenario.settings.rate
         self._kept = round(COMMAND.timeout / self._dt) + 1  # ticks: an older command is not in force
-        self._sensed: dict[tuple[int, int], FreeDistances] = {}  # in the last ticks, by robot and tick
-        self._poses = starts
-        self.weights = {label: [0.0, 0.0, 0.0] for label in Steering}  # robot ticks, m, rad
-        self._scaled, self._scales = 0, 0.0  # robot ticks in which distances were scaled, and the sum of their scales
-        self.labels: list[Steering | None] = [None] * len(starts)  # of the last tick; None: no command is in force
-
-    @property
-    def state(self) -> SteeringState:
-        """The state, which shares its values with this object."""
-        return SteeringState(self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels)
-
-    def restore(self, state: SteeringState) -> None:
-        """Continue from a state."""
-        self._sensed, self._poses, self.weights, self._scaled, self._scales, self.labels = state
+        weights = {label: [0.0, 0.0, 0.0] for label in Steering}
+        self.state = SteeringState(poses=starts, weights=weights, labels=[None] * len(starts))
 
     def add_robot(self, start: Pose) -> None:
         """Check one more robot from now on."""
-        self._poses = [*self._poses, start]
-        self.labels.append(None)
+        self.state.poses = [*self.state.poses, start]
+        self.state.labels.append(None)
 
     def sensed(self, tick: int, distances: Sequence[FreeDistances]) -> None:
         """Take in what robots sense at a tick."""
         for number, one in enumerate(distances):
-            self._sensed[number, tick] = one
-            self._sensed.pop((number, tick - self._kept), None)
+            self.state.sensed[number, tick] = one
+            self.state.sensed.pop((number, tick - self._kept), None)
 
     def look(self, commands: Sequence[Command | None], poses: Sequence[Pose]) -> None:
         """Take in the commands in force in a tick, None for a robot without one, and the poses after the tick.
@@ -97,19 +75,19 @@ class SteeringWatch:
         A tick counts if a wheel is commanded to turn, or if the robot is under way and braked against the tables.
         Metres and angle are those of the body, with the wheels' inertia and pushes from others.
         """
-        for number, (command, before, pose) in enumerate(zip(commands, self._poses, poses, strict=True)):
-            self.labels[number] = None if command is None else self._weigh(number, command, before, pose)
-        self._poses = poses
+        for number, (command, before, pose) in enumerate(zip(commands, self.state.poses, poses, strict=True)):
+            self.state.labels[number] = None if command is None else self._weigh(number, command, before, pose)
+        self.state.poses = poses
 
     def _weigh(self, number: int, command: Command, before: Pose, pose: Pose) -> Steering:
         commanded, tables = (command.left, command.right), self._ask(number, command)
         label = classify(commanded, tables)
-        weights = self.weights[label]
-        if not stands(commanded) or (label is Steering.BRAKED and command.activity not in IDLE):
+        weights = self.state.weights[label]
+        if not is_zero(commanded) or (label is Steering.BRAKED and command.activity not in IDLE):
             weights[0] += 1
             if command.scale < 1.0:
-                self._scaled += 1
-                self._scales += command.scale
+                self.state.scaled += 1
+                self.state.scales += command.scale
         if pose != before:
             weights[1] += distance(before, pose)
             weights[2] += abs(wrap(pose.yaw - before.yaw))
@@ -117,7 +95,7 @@ class SteeringWatch:
 
     def _ask(self, number: int, command: Command) -> RimSpeeds:
         """Return the tables' rim speeds [m/s] for a command, or NaN if the command answers no recent sense."""
-        sensed = self._sensed.get((number, command.tick))
+        sensed = self.state.sensed.get((number, command.tick))
         if sensed is None:
             return nan, nan  # they differ from every command
         unit, speed = self._robot.distance_scale * command.scale, self._robot.speed_scale
@@ -131,9 +109,12 @@ class SteeringWatch:
         ``scaled`` is the time [s, summed over robots] in which the tables got distances with a scale below 1, and the
         mean of those scales.
         """
+        state = self.state
         found: dict[str, Any] = {}
         for k, name in enumerate(BY):
-            total = sum(weights[k] for weights in self.weights.values())
-            found[name] = {label.value: weights[k] / total if total else 0.0 for label, weights in self.weights.items()}
-        mean = self._scales / self._scaled if self._scaled else 1.0
-        return found | {"scaled": {"time": self._scaled * self._dt, "mean": mean}}
+            total = sum(weights[k] for weights in state.weights.values())
+            found[name] = {
+                label.value: weights[k] / total if total else 0.0 for label, weights in state.weights.items()
+            }
+        mean = state.scales / state.scaled if state.scaled else 1.0
+        return found | {"scaled": {"time": state.scaled * self._dt, "mean": mean}}

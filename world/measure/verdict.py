@@ -2,17 +2,11 @@
 
 from collections.abc import Collection
 from math import isfinite
-from typing import Final, NamedTuple
+from typing import Final
+
+from world.measure.state import VerdictState
 
 PROVEN: Final = 5.0  # s without progress of anybody, since the proof and by the world's own watch, that end a run
-
-
-class VerdictState(NamedTuple):
-    """The state of `Verdict`."""
-
-    text: str
-    proofs: dict[str, float]
-    told: dict[str, str]
 
 
 class Verdict:
@@ -23,32 +17,22 @@ class Verdict:
     """
 
     def __init__(self) -> None:
-        self.text = ""
-        self._proofs: dict[str, float] = {}  # robot -> when it first said that its jam has no solution [s]
-        self._told: dict[str, str] = {}  # robot -> the last proof that it told, which is no news a second time
-
-    @property
-    def state(self) -> VerdictState:
-        """The state, which shares its values with this object."""
-        return VerdictState(self.text, self._proofs, self._told)
-
-    def restore(self, state: VerdictState) -> None:
-        """Continue from a state."""
-        self.text, self._proofs, self._told = state
+        self.state = VerdictState()
 
     def take(self, robot: str, kind: str, text: str, time: float) -> bool:
         """Take in a note of a robot; return False if it repeats a proof that this robot has told already."""
-        repeated = kind == "unsolvable" and self._told.get(robot) == text
+        state = self.state
+        repeated = kind == "unsolvable" and state.told.get(robot) == text
         if kind in {"unsolvable", "no_plan_found"}:
-            self.text = text
+            state.text = text
         if kind == "unsolvable":
-            self._told[robot] = text
-            self._proofs.setdefault(robot, time)
+            state.told[robot] = text
+            state.proofs.setdefault(robot, time)
         return not repeated
 
     def clear(self) -> None:
         """Forget the verdict: a robot has reached a stop. A proof that still holds is told again by its robot."""
-        self.text, self._proofs = "", {}
+        self.state.text, self.state.proofs = "", {}
 
     def ends(self, time: float, standing: dict[str, float], waiting: Collection[str]) -> bool:
         """Return True if the jam ends the run at a time [s].
@@ -56,8 +40,9 @@ class Verdict:
         ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left; ``waiting`` are
         the robots that say that they wait.
         """
-        if not self._proofs or time - min(self._proofs.values()) < PROVEN or min(standing.values()) < PROVEN:
+        proofs = self.state.proofs
+        if not proofs or time - min(proofs.values()) < PROVEN or min(standing.values()) < PROVEN:
             return False
         under_way = [robot for robot, seconds in standing.items() if isfinite(seconds)]
-        voices = [robot for robot in under_way if robot in self._proofs or robot in waiting]
+        voices = [robot for robot in under_way if robot in proofs or robot in waiting]
         return len(voices) >= min(2, len(under_way))

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Final
 
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import Edit, Kind
-from swarm.settings import Settings
 from swarm.traffic.lattice.placement import cells_of
 from world.bodies.bodies import Bodies
 from world.tasks.reachable import Reachable
@@ -28,10 +27,10 @@ def looked_ahead(tasks: Tasks, bodies: Bodies, edit: Edit, *, sensed: bool) -> t
     floor = bodies.edited(edit, tasks.robots, sensed=sensed)
     if edit.kind is Kind.FREE or floor == bodies.floor:
         return floor != bodies.floor, []
-    before, after = FloorWays(tasks.settings, bodies.floor), FloorWays(tasks.settings, floor)
+    before, after = (Reachable(tasks.settings, one, cells_of(one, tasks.settings)) for one in (bodies.floor, floor))
     here = [(pose.x, pose.y) for pose in bodies.poses()]
     lost = list(islice(_lost(tasks, after, here), LOOKS))
-    led = [(who, what) for who, what, starts, there in lost if any(before.lead(start, there) for start in starts)]
+    led = [(who, what) for who, what, starts, there in lost if not all(before.wrong("", one, there) for one in starts)]
     return True, led
 
 
@@ -53,27 +52,17 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0]
 
 
-class FloorWays:
-    """The ways on one floor, by the same check as an order's targets."""
-
-    def __init__(self, settings: Settings, floor: OccupancyMap) -> None:
-        self.cells = cells_of(floor, settings)
-        self._floor, self._reachable = floor, Reachable(settings)
-
-    def lead(self, here: Point, there: Point) -> bool:
-        """Return True if a robot can come from ``here`` to a target ``there`` [m]."""
-        return self._reachable.leads(here, there, self._floor, self.cells)
-
-
-def _lost(tasks: Tasks, ways: FloorWays, here: Sequence[Point]) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
+def _lost(
+    tasks: Tasks, reachable: Reachable, here: Sequence[Point]
+) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
     """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
     for number, (name, row) in enumerate(zip(tasks.robots, tasks.missions.orders.rows, strict=True)):
         reached, given_up = tasks.missions.reached_at[number], tasks.commands[number].unreachable
         for stop, there in enumerate([] if row.pooled else row.stops):
             left = (reached[stop] is None or tasks.settings.patrol) and stop not in given_up
-            if left and not ways.lead(here[number], there):
+            if left and reachable.wrong("", here[number], there):
                 yield name, tasks.missions.label(number, stop), here[number : number + 1], there
     for name, errand in tasks.pool.open.items():
         takers = [place for number, place in enumerate(here) if not tasks.missions.orders.withdrawn(number)]
-        if not any(ways.lead(place, errand.at) for place in takers):
+        if all(reachable.wrong("", place, errand.at) for place in takers):
             yield POOL, f"pool target {name}", takers, errand.at

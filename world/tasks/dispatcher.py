@@ -10,9 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from swarm.errors import PeerError
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Command, PoolTargets
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -22,6 +21,7 @@ from world.bodies.said import Said
 from world.tasks.missions import Missions
 from world.tasks.orders import OrderChange
 from world.tasks.pairing import cheapest_pairs
+from world.tasks.reachable import Reachable
 from world.tasks.task_pool import Errand, TaskChange, TaskPool
 
 EVERY: Final = 0.25  # s between two looks for pairs
@@ -38,14 +38,12 @@ class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
     def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
-        self.pool = TaskPool(settings.pool)
+        self.pool = TaskPool.of(settings.pool)
         self._settings, self._missions, self._robots = settings, missions, robots
         self._every = max(1, round(EVERY * settings.rate))
 
-    def add(
-        self, request: PoolTargets, poses: Sequence[Pose], floor: OccupancyMap, cells: CellMap, time: float
-    ) -> OrderChange:
-        """Put targets into the pool.
+    def add(self, request: PoolTargets, poses: Sequence[Pose], reachable: Reachable, time: float) -> OrderChange:
+        """Put targets into the pool at a time [s].
 
         Raises:
             PeerError: the request is refused, nothing has changed; also if no robot can reach a target.
@@ -53,23 +51,10 @@ class Dispatcher:
 
         def check(targets: Sequence[Point]) -> None:
             for number, target in enumerate(targets, start=1):
-                self._check(number, target, poses, floor, cells)
+                if all(reachable.wrong("", pose[:2], target) for pose in poses):
+                    reachable.check(self._robots[0], poses[0][:2], [target], number)
 
-        outcome = self.pool.add(request, time, check)
-        if outcome.changed:
-            self._missions.record_pool(request)
-        return outcome
-
-    def _check(self, number: int, target: Point, poses: Sequence[Pose], floor: OccupancyMap, cells: CellMap) -> None:
-        """Check that some robot can reach a target; the refusal is that of the robot asked first."""
-        first: PeerError | None = None
-        for name, pose in zip(self._robots, poses, strict=True):
-            try:
-                return self._missions.reachable.check(name, pose[:2], [target], floor, cells, number)
-            except PeerError as fault:
-                first = first or fault
-        assert first is not None
-        raise first
+        return self.pool.add(request, time, check)
 
     def matters(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
@@ -119,7 +104,7 @@ class Dispatcher:
         missions = self._missions
         if missions.orders.rows[robot].number != errand.assignment:
             return TaskChange.REPLACED
-        if missions.been_everywhere(robot):
+        if missions.progress(robot).done:
             return TaskChange.REACHED
         if command.unreachable:
             return TaskChange.GIVEN_UP

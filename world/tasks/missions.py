@@ -1,6 +1,7 @@
 """The missions of all robots: the stops that each has now, which of them it has been at, and requests for others."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -8,16 +9,14 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import Activity, Assigned, Command, Order, PoolTargets, RobotAction
+from swarm.maps.occupancy import Point
+from swarm.messages import Activity, Assigned, Command, Order, RobotAction
 from swarm.robot.mission import LEAST
 from swarm.settings import Settings
-from swarm.traffic.lattice.cell_map import CellMap
+from world.bodies.said import Said
 from world.measure.recorder import Recorder
 from world.tasks.orders import OrderChange, Orders, OrdersState, Past, StopProgress
 from world.tasks.reachable import Reachable
-
-Told = tuple[str, str]  # kind and text of an event
 
 
 class MissionsState(NamedTuple):
@@ -43,7 +42,6 @@ class Missions:
         self._robots, self._homes = robots, [(start.x, start.y) for start in starts]
         self._reach, self._patrols = settings.reach, settings.patrol
         self._recorder = recorder
-        self.reachable = Reachable(settings)
         self.orders = Orders(robots, stops, returns=settings.return_home)
         self.left: list[int | None] = [
             0 if row else None for row in stops
@@ -84,11 +82,11 @@ class Missions:
         return known[1]
 
     def label(self, number: int, stop: int) -> str:
-        """Return the name of a stop for people."""
+        """Return the name of a stop for people: ``target 1``, ..., ``home``."""
         row = self.orders.rows[number]
         if row.pooled:
             return row.what
-        return stop_label(stop, len(row.stops), row.home)
+        return "home" if row.home and stop == len(row.stops) - 1 else f"target {stop + 1}"
 
     def stopped(self, number: int) -> bool:
         """Return True if a robot was told to stop."""
@@ -123,53 +121,41 @@ class Missions:
         done = command.activity is Activity.DONE and command.assignment == self.orders.rows[number].number
         return done and self.left[number] is None
 
+    def progress(self, number: int) -> StopProgress:
+        """Return how far a robot is with the stops that it has now."""
+        return StopProgress(self.reached_at[number], self.laps[number])
+
     def history(self, number: int) -> list[Past]:
         """Return all stops that a robot has had, the present ones last."""
-        return self.orders.history(number, self._progress(number))
+        return self.orders.history(number, self.progress(number))
 
     # --- requests ---
 
-    def take(
-        self, number: int, request: Order | RobotAction, here: Point, floor: OccupancyMap, cells: CellMap
-    ) -> OrderChange:
+    def take(self, number: int, request: Order | RobotAction, here: Point, reachable: Reachable) -> OrderChange:
         """Carry out a request to a robot that is at ``here`` [m].
 
         Raises:
             PeerError: the request is refused; nothing has changed.
         """
-
-        def check(targets: Sequence[Point]) -> None:
-            self.reachable.check(self._robots[number], here, targets, floor, cells)
-
-        outcome = self.orders.take(number, request, self._progress(number), self._homes[number], check)
+        check = partial(reachable.check, self._robots[number], here)
+        outcome = self.orders.take(number, request, self.progress(number), self._homes[number], check)
         if outcome.new_stops:
             self._begin(number)
         if outcome.changed:
             self._recorder.request(number, request)
         return outcome
 
-    def been_everywhere(self, number: int) -> bool:
-        """Return True if a robot has been at all the stops that it has now."""
-        return self._progress(number).done
-
     def hand(self, number: int, errand: str | None, *targets: Point) -> OrderChange:
         """Give a robot an errand of the pool, a name and its target [m], or take back the one that it has."""
-        outcome = self.orders.hand(number, self._progress(number), errand, targets)
+        outcome = self.orders.hand(number, self.progress(number), errand, targets)
         self._begin(number)
         self._recorder.request(number, Order(id="pool", targets=list(targets)))
         return outcome
-
-    def record_pool(self, request: PoolTargets) -> None:
-        """Record targets that were put into the pool."""
-        self._recorder.request(len(self._robots), request)
 
     def _begin(self, number: int) -> None:
         """Begin with new stops."""
         self.reached_at[number], self.laps[number] = [None] * len(self.orders.rows[number].stops), 0
         self.left[number] = self._next_stop(number, ())
-
-    def _progress(self, number: int) -> StopProgress:
-        return StopProgress(self.reached_at[number], self.laps[number])
 
     # --- what robots say, and where they are ---
 
@@ -179,10 +165,11 @@ class Missions:
             return command
         return replace(command, reached=[], unreachable=[])
 
-    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Told]:
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
         """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
+        name = self._robots[number]
         said = [
-            ("unreachable", f"gives up {self.label(number, stop)}: no path leads there")
+            Said("unreachable", f"gives up {self.label(number, stop)}: no path leads there", name)
             for stop in command.unreachable
             if stop < len(self.orders.rows[number].stops) and stop not in before.unreachable
         ]
@@ -194,35 +181,35 @@ class Missions:
             if claimed and self.reached_at[number][stop] is None and before.reached[stop : stop + 1] != [True]:
                 away = distance(pose, stops[stop])
                 text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
-                said.append(("false_claim", text))
+                said.append(Said("false_claim", text, name))
         ours = command.assignment == self.orders.rows[number].number
         done = ours and Activity.DONE is command.activity is not before.activity
         if done and (lacks := self.left[number]) is not None:
-            said.append(
-                ("false_claim", f"says it is done but has not reached {self.label(number, lacks)}; not counted")
-            )
+            text = f"says it is done but has not reached {self.label(number, lacks)}; not counted"
+            said.append(Said("false_claim", text, name))
         return said
 
-    def _taken_up(self, number: int, before: Command, command: Command) -> list[Told]:
+    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
         """Name the stops that a robot takes up again; it drives home again after them."""
         row = self.orders.rows[number]
         stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
         stops = [stop for stop in stops if self.reached_at[number][stop] is None]
         if stops and row.home:
             self.reached_at[number][-1] = None
-        return [("taken_up", f"takes up {self.label(number, stop)} again: a path leads there now") for stop in stops]
+        text = "takes up {} again: a path leads there now".format
+        return [Said("taken_up", text(self.label(number, stop)), self._robots[number]) for stop in stops]
 
     def is_at_next_stop(self, number: int, pose: Pose) -> bool:
         """Return True if the next stop counts at the end of this tick."""
         stop = self.left[number]
         return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
 
-    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Told]:
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
         """Count the stops that a robot is at, at a time [s]."""
         said = []
         while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
             self.reached_at[number][stop] = time
-            said.append(("reached", f"is at {self.label(number, stop)}"))
+            said.append(Said("reached", f"is at {self.label(number, stop)}", self._robots[number]))
             if self._next(number, given_up):
                 break
         return said
@@ -245,8 +232,3 @@ class Missions:
         if not given_up:
             return row.index(None) if None in row else None
         return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
-
-
-def stop_label(stop: int, stops: int, return_home: bool) -> str:
-    """Return the name of a stop for people: ``target 1``, ..., ``home``."""
-    return "home" if return_home and stop == stops - 1 else f"target {stop + 1}"

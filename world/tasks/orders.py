@@ -54,9 +54,9 @@ class RobotOrder(Struct, kw_only=True, forbid_unknown_fields=True):
     pooled: bool = False  # they are an errand of the pool, or none because it was taken back
     stopped: bool = False
     dropped: str = ""  # "order" or "mission": what was cancelled, and no order has replaced
-    given: dict[str, LastUpdate]  # by id, the newest last
-    past: list[Past]
-    older: dict[str, int]  # how many stops of each fate are no longer in ``past``
+    given: dict[str, LastUpdate] = {}  # by id, the newest last
+    past: list[Past] = []
+    older: dict[str, int] = {}  # how many stops of each fate are no longer in ``past``
 
 
 class OrderChange(NamedTuple):
@@ -94,10 +94,7 @@ class Orders:
     def __init__(self, robots: Sequence[str], stops: Sequence[Sequence[Point]], *, returns: bool) -> None:
         self._robots = robots
         self.last = 0  # the newest number
-        self.rows = [
-            RobotOrder(what="the scenario's targets", stops=list(row), home=returns, given={}, past=[], older={})
-            for row in stops
-        ]
+        self.rows = [RobotOrder(what="the scenario's targets", stops=list(row), home=returns) for row in stops]
 
     @property
     def state(self) -> OrdersState:
@@ -111,11 +108,7 @@ class Orders:
     def add_robot(self) -> None:
         """Add a robot that has no stops; unlike one that was cancelled, it takes errands."""
         self.last += 1
-        self.rows.append(
-            RobotOrder(
-                number=self.last, what="no targets yet", stops=[], home=False, pooled=True, given={}, past=[], older={}
-            )
-        )
+        self.rows.append(RobotOrder(number=self.last, what="no targets yet", stops=[], home=False, pooled=True))
 
     def assigned(self, robot: int) -> Assigned | None:
         """Return the stops that a robot has instead of the scenario's; None: it has those."""

@@ -17,12 +17,11 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Places
 from swarm.messages.naming import meant
 from swarm.robot.tuning import SAFETY
-from swarm.scenario.check import pieces
+from swarm.scenario.check import not_free
 from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import traffic_settings
 from world.bodies.edits import stops_before
-from world.tasks.reachable import not_free
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
@@ -167,7 +166,7 @@ class Spots:
         cells, taken = self._cells, 0
         standing = [cell for cell in range(len(cells)) if cells.stands[cell]]
         centres = np.array([cells.centre(cell) for cell in standing], np.float64).reshape(-1, 2)
-        piece = pieces(cells)
+        piece = cells.pieces
         joined = {piece[cells.cell_of(*other.pose[:2])] for other in self._occupants}
         worse = np.array([4.0 * (piece[cell] not in joined) + 2.0 * (cell in self._wanted) for cell in standing])
         apart = np.full(len(standing), self._enough)  # m to the nearest body

@@ -5,7 +5,7 @@ The book is pure: it knows no clock, no map and no bus. It keeps all errands tha
 
 from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Final
 
 from msgspec import Struct
 
@@ -70,36 +70,22 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
         return f"{self.request}/{self.number}"
 
 
-class PoolState(NamedTuple):
-    """The state of `TaskPool`."""
+class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
+    """The book of one run, as a snapshot saves it."""
 
-    given: int
-    done: int
-    open: dict[str, Errand]
-    closed: dict[str, Errand]
-    requests: dict[str, list[Point]]
+    given: int = 0
+    done: int = 0
+    open: dict[str, Errand] = {}  # by name, oldest first
+    closed: dict[str, Errand] = {}  # those done last, the newest last
+    requests: dict[str, list[Point]] = {}  # the targets of each request, the newest last
 
-
-class TaskPool:
-    """The book of one run."""
-
-    def __init__(self, targets: Sequence[Point]) -> None:
-        self.given = 0
-        self.done = 0
-        self.open: dict[str, Errand] = {}  # by name, oldest first
-        self.closed: dict[str, Errand] = {}  # those done last, the newest last
-        self.requests: dict[str, list[Point]] = {}  # the targets of each request, the newest last
+    @classmethod
+    def of(cls, targets: Sequence[Point]) -> "TaskPool":
+        """Return a pool that begins with the ``targets`` [m] of the scenario."""
+        pool = cls()
         if targets:
-            self._enter(SCENARIO, targets, 0.0)
-
-    @property
-    def state(self) -> PoolState:
-        """The state, which shares its values with this object."""
-        return PoolState(self.given, self.done, self.open, self.closed, self.requests)
-
-    def restore(self, state: PoolState) -> None:
-        """Continue from a state."""
-        self.given, self.done, self.open, self.closed, self.requests = state
+            pool._enter(SCENARIO, targets, 0.0)
+        return pool
 
     @property
     def waiting(self) -> list[Errand]:
@@ -150,7 +136,7 @@ class TaskPool:
 
     def _enter(self, name: str, targets: Sequence[Point], time: float) -> None:
         for number, at in enumerate(targets, start=1):
-            errand = Errand(request=name, number=number, at=at, given=time, refused=[], last=[])
+            errand = Errand(request=name, number=number, at=at, given=time)
             self.open[errand.name] = errand
         self.given += len(targets)
         self.requests[name] = list(targets)

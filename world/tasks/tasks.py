@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import COMMAND, Activity, Command, Edit, Order, PoolTargets, RobotAction
+from swarm.maps.occupancy import Point
+from swarm.messages import COMMAND, Activity, Command, Edit, Order, RobotAction
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Bodies
@@ -15,8 +15,9 @@ from world.tasks.dispatcher import Dispatcher
 from world.tasks.missions import Missions, MissionsState
 from world.tasks.orders import OrderChange
 from world.tasks.places import Book, Occupant, Spots
+from world.tasks.reachable import Reachable
 from world.tasks.schedule import Planned
-from world.tasks.task_pool import PoolState
+from world.tasks.task_pool import TaskPool
 
 REST: Final = Command(
     run=0, tick=0, left=0.0, right=0.0, heading=0.0, activity=Activity.READY,
@@ -29,7 +30,7 @@ class TasksState(NamedTuple):
 
     commands: list[Command]
     missions: MissionsState
-    pool: PoolState
+    pool: TaskPool
     passed_edits: int
     passed_orders: int
 
@@ -45,7 +46,6 @@ class Tasks:
         self.commands = [REST] * len(starts)  # the last one of each robot
         self.missions = Missions(self.settings, starts, stops, robots, recorder)
         self.dispatcher = Dispatcher(self.settings, self.missions, robots)
-        self.pool = self.dispatcher.pool
         self.places = places
         self.planned_edits, self.planned_orders = Planned(self.settings.edits), Planned(self.settings.orders)
 
@@ -58,13 +58,18 @@ class Tasks:
     def state(self) -> TasksState:
         """The state, which shares its values with this object."""
         passed = self.planned_edits.passed, self.planned_orders.passed
-        return TasksState(self.commands, self.missions.state, self.pool.state, *passed)
+        return TasksState(self.commands, self.missions.state, self.pool, *passed)
 
     def restore(self, state: TasksState) -> None:
         """Continue from a state; places were given at the beginning."""
         self.commands, missions, pool, self.planned_edits.passed, self.planned_orders.passed = state
         self.missions.restore(missions)
-        self.pool.restore(pool)
+        self.dispatcher.pool = pool
+
+    @property
+    def pool(self) -> TaskPool:
+        """The pool: targets that any robot may take."""
+        return self.dispatcher.pool
 
     # --- how far they are ---
 
@@ -107,11 +112,10 @@ class Tasks:
 
     def arrivals(self, poses: Sequence[Pose], time: float) -> list[Said]:
         """Count the stops that robots are at, at a time [s]: by their poses, whatever they say."""
-        return [
-            Said(kind, text, name)
-            for number, (name, pose, command) in enumerate(zip(self.robots, poses, self.commands, strict=True))
-            for kind, text in self.missions.tick_off(number, pose, command.unreachable, time)
-        ]
+        said = []
+        for number, (pose, command) in enumerate(zip(poses, self.commands, strict=True)):
+            said += self.missions.tick_off(number, pose, command.unreachable, time)
+        return said
 
     def admit(self, commands: Mapping[int, Command], poses: Sequence[Pose]) -> list[Said]:
         """Take in commands, in their order; return what they say that is not so."""
@@ -119,8 +123,7 @@ class Tasks:
         for number, given in commands.items():
             command = self.missions.of_these_stops(number, given)
             before, self.commands[number] = self.commands[number], command
-            told = self.missions.admit(number, before, command, poses[number])
-            said += [Said(kind, text, self.robots[number]) for kind, text in told]
+            said += self.missions.admit(number, before, command, poses[number])
         return said
 
     def in_force(self, tick: int) -> list[Command | None]:
@@ -141,26 +144,16 @@ class Tasks:
 
     # --- requests ---
 
-    def request(
-        self, number: int, request: Order | RobotAction, pose: Pose, floor: OccupancyMap, cells: CellMap
-    ) -> OrderChange:
+    def request(self, number: int, request: Order | RobotAction, pose: Pose, reachable: Reachable) -> OrderChange:
         """Carry out a request to a robot.
 
         Raises:
             PeerError: the request is refused; nothing has changed.
         """
-        outcome = self.missions.take(number, request, pose[:2], floor, cells)
+        outcome = self.missions.take(number, request, pose[:2], reachable)
         if outcome.new_stops:
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         return outcome
-
-    def put_in(self, targets: PoolTargets, bodies: Bodies, cells: CellMap, time: float) -> OrderChange:
-        """Put targets into the pool.
-
-        Raises:
-            PeerError: the request is refused; nothing has changed.
-        """
-        return self.dispatcher.add(targets, bodies.poses(), bodies.floor, cells, time)
 
     def spots(self, starts: Sequence[Pose], bodies: Bodies, cells: CellMap, time: float) -> Spots:
         """Return the free floor as it is now; ``starts`` are those of all robots."""

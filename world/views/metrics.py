@@ -9,8 +9,6 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Account
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
-from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import planning_grid
 from world.world import World
 
 WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand rows
@@ -18,7 +16,7 @@ WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand ro
 
 def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
     """Return the account of every robot; ``shortest`` are the lengths [m] of ``shortest_lengths``."""
-    record, missions = world.measures.recorder, world.tasks.missions
+    record, missions = world.measures.recorder.counts, world.tasks.missions
     return {
         name: Account(
             targets=len(missions.stops(number)),
@@ -31,7 +29,7 @@ def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Accoun
             replans=command.replans,
             contacts=record.contact_counts[number].total(),
             struck=record.struck[number],
-            stalled=world.measures.progress.times[number],
+            stalled=world.measures.progress.state.times[number],
             unreachable=command.unreachable,
             standing=record.standing[number],
         )
@@ -41,14 +39,14 @@ def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Accoun
 
 def contacts(world: World) -> dict[str, int]:
     """Return the contacts of the run by what was touched; a contact of two robots, counted for both, is one."""
-    counts = world.measures.recorder.contact_counts
+    counts = world.measures.recorder.counts.contact_counts
     total = {kind: sum(row[kind] for row in counts) for kind in ("robot", "wall", "obstacle")}
     return total | {"robot": total["robot"] // 2}
 
 
 def clearance_min(world: World) -> float | None:
     """Return the smallest gap [m], or None if there was nothing to touch."""
-    gap = world.measures.recorder.clearance_min
+    gap = world.measures.recorder.judge.smallest
     return gap if isfinite(gap) else None
 
 
@@ -58,21 +56,6 @@ def shortest_lengths(world: World, grid: Grid) -> list[float | None]:
         shortest_length(grid, start[:2], world.tasks.missions.stops(number))
         for number, start in enumerate(world.starts)
     ]
-
-
-class Shortest:
-    """The shortest lengths of a run that is over. They take long in a large fleet, so they are computed once."""
-
-    def __init__(self) -> None:
-        self._lengths: list[float | None] | None = None
-
-    def at(self, world: World, scenario: Scenario | None) -> list[float | None]:
-        """Return each robot's length [m] on the floor of a scenario as it is at the end; None: it is not over yet."""
-        if scenario is None:
-            return [None] * len(world.robots)
-        if self._lengths is None:
-            self._lengths = shortest_lengths(world, planning_grid(scenario))
-        return self._lengths
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:

@@ -1,12 +1,8 @@
 """The report of a run: one JSON object, every field measured by the recorder or recomputed from its poses."""
 
-import json
 from collections.abc import Sequence
-from math import isfinite
-from pathlib import Path
 from typing import Any, Final
 
-from swarm.errors import ConfigError
 from world.tasks.orders import FATES
 from world.views.metrics import accounts, contacts
 from world.world import World
@@ -59,15 +55,12 @@ def report(
         "tick_wall": tick_wall,
         "contacts": contacts(world),
         "avoidable_contacts": record.avoidable,
-        "clearance_min": record.clearance_min,
+        "clearance_min": record.judge.smallest,
         "steering": world.measures.steering.report(),
         "traffic": _traffic(world),
         **_pool(world),
         "per_robot": {
-            name: {
-                **{field: getattr(account, field) for field in account.__struct_fields__},
-                **_orders(world, number),
-            }
+            name: {**{field: getattr(account, field) for field in account.__struct_fields__}, **_orders(world, number)}
             for number, (name, account) in enumerate(accounts(world, shortest).items())
         },
         "digest": record.digest,
@@ -111,18 +104,19 @@ def _pool(world: World) -> dict[str, Any]:
 
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
-    watch = world.measures.reservations.watch
-    for_good = not world.tasks.complete and not watch.in_circle and world.stands_for_good
+    watch = world.measures.reservations.watch.state
+    kinds = [fault.kind for fault in watch.faults]
+    for_good = not world.tasks.complete and not watch.stuck and world.stands_for_good
     return {
         "conflicts": watch.conflicts,
         "joint_plans": watch.joint_plans,
         "deadlocks": watch.deadlocks + for_good,
-        "stalled": sum(world.measures.progress.times),
+        "stalled": sum(world.measures.progress.state.times),
         "longest_wait": watch.longest_wait,
         "settling": _settling(world),
-        "overlaps": watch.count("overlap"),
-        "outside": watch.count("outside"),
-        "intrusions": watch.count("intrusion"),
+        "overlaps": kinds.count("overlap"),
+        "outside": kinds.count("outside"),
+        "intrusions": kinds.count("intrusion"),
     }
 
 
@@ -154,9 +148,13 @@ def missing(world: World) -> str:
     cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped]
     parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
     if lacking:
-        stuck = [f"{name} made no progress for {world.measures.progress.longest[number]:.0f} s"
-                 for number, name in enumerate(world.robots) if world.measures.progress.times[number]]  # fmt: skip
-        parts += [world.measures.verdict.text[:ROOM]] if world.measures.verdict.text else []
+        progress, verdict = world.measures.progress.state, world.measures.verdict.state.text
+        stuck = [
+            f"{name} made no progress for {longest:.0f} s"
+            for name, times, longest in zip(world.robots, progress.times, progress.longest, strict=True)
+            if times
+        ]
+        parts += [verdict[:ROOM]] if verdict else []
         parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
         parts += [listed(stuck, ", ", ROOM)] if stuck else []
     return "; ".join(parts)
@@ -176,24 +174,3 @@ def listed(parts: Sequence[str], separator: str, room: int) -> str:
         fitting += 1
     more = f" and {len(parts) - fitting} more" if fitting < len(parts) else ""
     return separator.join(parts[:fitting]) + more
-
-
-def write(summary: dict[str, Any], path: Path) -> None:
-    """Write a report as JSON; a number that is not finite becomes null.
-
-    Raises:
-        ConfigError: the file cannot be written.
-    """
-    text = json.dumps(_plain(summary), indent=1, allow_nan=False) + "\n"
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as fault:
-        raise ConfigError(f"--report {path}: expected a file that can be written, got {fault.strerror}") from None
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return value if not isinstance(value, float) or isfinite(value) else None

@@ -12,24 +12,12 @@ def truth(world: World) -> Truth:
         left_v, right_v = world.bodies.wheels[number]
         bodies.append(
             Body(
-                robot=name,
-                x=pose.x,
-                y=pose.y,
-                yaw=pose.yaw,
-                left_v=left_v,
-                right_v=right_v,
-                left=left,
-                front=front,
-                right=right,
-                heading=command.heading,
-                steering=world.measures.steering.labels[number],
-                scale=command.scale,
-                activity=command.activity,
-                held=command.held,
-                waits=command.waits,
-                members=command.members,
+                robot=name, x=pose.x, y=pose.y, yaw=pose.yaw, left_v=left_v, right_v=right_v,
+                left=left, front=front, right=right, heading=command.heading,
+                steering=world.measures.steering.state.labels[number], scale=command.scale,
+                activity=command.activity, held=command.held, waits=command.waits, members=command.members,
             )
-        )
+        )  # fmt: skip
     movers = [
         Mover(x=pose.x, y=pose.y, yaw=pose.yaw, radius=mover.radius or 0.0, size=mover.size or (0.0, 0.0))
         for mover, pose in zip(world.settings.movers, world.mover_poses(), strict=True)

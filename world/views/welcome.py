@@ -12,17 +12,11 @@ def welcome(name: str, world: World, publisher: Publisher, session: str, sender:
     """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
     floor = publisher.floor
     return Welcome(
-        robot=name,
-        world=world.identity,
-        session=session,
-        scenario=replace(floor.scenario, starts=UNSET),
-        packed=floor.packed,
-        edits=floor.edits,
-        start=world.starts[world.number(name)],
-        state=progress(name, world) if world.tick else None,
+        robot=name, world=world.identity, session=session, sender=sender,
+        scenario=replace(floor.scenario, starts=UNSET), packed=floor.packed, edits=floor.edits,
+        start=world.starts[world.number(name)], state=progress(name, world) if world.tick else None,
         assigned=world.tasks.missions.orders.assigned(world.number(name)),
-        sender=sender,
-    )
+    )  # fmt: skip
 
 
 def progress(name: str, world: World) -> State:
@@ -31,15 +25,8 @@ def progress(name: str, world: World) -> State:
     command, reached_at = world.tasks.commands[number], world.tasks.missions.reached_at[number]
     stop = world.tasks.missions.left[number]
     return State(
-        robot=name,
-        run=world.run,
-        tick=world.tick,
-        activity=command.activity,
-        target=len(reached_at) if stop is None else stop,
-        reached=[time is not None for time in reached_at],
+        robot=name, run=world.run, tick=world.tick, activity=command.activity, distance=0.0, replans=command.replans,
+        target=len(reached_at) if stop is None else stop, reached=[time is not None for time in reached_at],
         unreachable=[stop for stop in command.unreachable if stop < len(reached_at)],
-        distance=0.0,
-        replans=command.replans,
-        laps=world.tasks.missions.laps[number],
-        assignment=world.tasks.missions.orders.rows[number].number,
-    )
+        laps=world.tasks.missions.laps[number], assignment=world.tasks.missions.orders.rows[number].number,
+    )  # fmt: skip

@@ -5,6 +5,7 @@ from math import inf
 from typing import Final, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, Twist, bearing, distance
@@ -215,7 +216,19 @@ class CellPilot:
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
         if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
+        if expected := self._lateness.expected():
+            sense, constraints = self._when_obeyed(sense, constraints, body, expected)
         return Driven(self._filter.check(sense, tables, constraints), heading, scale, drawn_to, circles, target)
+
+    def _when_obeyed(
+        self, sense: Sense, constraints: Constraints, body: DriveState, expected: tuple[RimSpeeds, ...]
+    ) -> tuple[Sense, Constraints]:
+        """Return both as they are expected to be when the wheels obey the next command [m/s], after ``expected``."""
+        pose, left, right = self._filter.after(body, expected)
+        linear, angular = self._drive.twist(left, right)
+        front = max(0.0, sense.front - distance(body.pose, pose))
+        then = replace(sense, x=pose.x, y=pose.y, yaw=pose.yaw, linear=linear, angular=angular, front=front)
+        return then, constraints._replace(local=self._aiming.local(pose))
 
     def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
         """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""

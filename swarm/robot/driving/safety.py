@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist
+from swarm.geometry import Pose, Twist, integrate
 from swarm.messages import COMMAND, Sense
 from swarm.motion.drive import NO_COMMANDS, DifferentialDrive, braking_points, first_clear, ramp
 from swarm.planning.grid import Grid
@@ -125,6 +125,15 @@ class SafetyFilter:
         )
         return points
 
+    def after(self, body: DriveState, late: Sequence[tuple[float, float]]) -> DriveState:
+        """Return where the body is, and how fast, when the wheels have carried out the ``late`` commands [m/s]."""
+        pose, left, right = body
+        most = self._acceleration * self._dt
+        for wanted in late:
+            left, right = ramp(left, wanted[0], most), ramp(right, wanted[1], most)
+            pose = integrate(pose, self._drive.twist(left, right), self._dt)
+        return DriveState(pose, left, right)
+
     def near_threats(
         self, body: DriveState, late: Sequence[tuple[float, float]], threats: Sequence[MovingObstacle], nearest: float
     ) -> float:
@@ -197,11 +206,13 @@ class SafetyFilter:
 
 
 class Lateness:
-    """One robot's newest commands, and whether they reach the wheels late."""
+    """One robot's newest commands, and how late they reach the wheels."""
 
     def __init__(self, acceleration: float, dt: float) -> None:
         self._most = acceleration * dt
-        self._commands: deque[RimSpeeds] = deque(maxlen=max(1, round(COMMAND.timeout / dt)))
+        self._longest = max(1, round(COMMAND.timeout / dt))
+        self._commands: deque[RimSpeeds] = deque(maxlen=self._longest + 1)
+        self._delay = 0  # ticks by which the wheels obeyed late when that was last seen
         self._before: RimSpeeds | None = None
         self._tick = -1
         self._believed = round(BELIEVED / dt)
@@ -215,16 +226,30 @@ class Lateness:
         ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
         after a pause in which all commands expired.
         """
-        if tick - self._tick > len(self._commands) + 1:
+        if tick - self._tick > min(len(self._commands), self._longest) + 1:
             self._commands.clear()
         self._tick = tick
         before, self._before = self._before, now
         self._ticks = max(0, self._ticks - 1)
         if before is not None and self._commands:
-            for was, wanted, seen in zip(before, self._commands[-1], now, strict=True):
-                if abs(seen - ramp(was, wanted, self._most)) > DIFFERS:
-                    self._ticks = self._believed
-        return tuple(self._commands) if self._ticks else ()
+            if not self._are_obeyed(self._commands[-1], before, now):
+                self._ticks = self._believed
+            if self._ticks:
+                newest = enumerate(reversed(self._commands))
+                delays = [delay for delay, wanted in newest if self._are_obeyed(wanted, before, now)]
+                self._delay = delays[0] if delays and self._delay not in delays else self._delay
+        return tuple(self._commands)[-self._longest :] if self._ticks else ()
+
+    def expected(self) -> tuple[RimSpeeds, ...]:
+        """Return the commands that the wheels carry out before the next one if they stay as late as they were."""
+        return tuple(self._commands)[len(self._commands) - self._delay :] if self._ticks else ()
+
+    def _are_obeyed(self, wanted: RimSpeeds, before: RimSpeeds, now: RimSpeeds) -> bool:
+        """Return True if the wheels got from the speeds ``before`` to those of ``now`` by a command."""
+        return all(
+            abs(seen - ramp(was, speed, self._most)) <= DIFFERS
+            for was, speed, seen in zip(before, wanted, now, strict=True)
+        )
 
     def command(self, speeds: RimSpeeds) -> None:
         """Record the rim speeds [m/s] commanded at this tick."""

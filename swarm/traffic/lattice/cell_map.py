@@ -18,6 +18,7 @@ from swarm.traffic.lattice.discs import OPEN, STANDS, cells_under, line_is_clear
 from swarm.traffic.lattice.distances import Distances
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
+ACROSS: Final = 16  # parts of a cell's side, at whose ends a body is tried
 SIGHT: Final = 0.1  # m; a line of sight that passes a wall nearer than this does not count
 ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
@@ -54,6 +55,7 @@ class CellMap:
         x, y, yaw = occupancy.origin
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
         self._blind: dict[tuple[int, int], bool] = {}
+        self._passable: dict[tuple[int, int], bool] = {}
         if like is None:
             self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
             self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
@@ -120,6 +122,12 @@ class CellMap:
         rows = range(max(0, row - reach), min(self.rows, row + reach + 1))
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
+
+    def beside(self, cell: int) -> list[int]:
+        """List the cells that share a side with a cell, joined or not, in ascending order."""
+        row, column = divmod(cell, self.columns)
+        near = ((row - 1, column), (row, column - 1), (row, column + 1), (row + 1, column))
+        return [number for place in near if (number := self._number(*place)) != OUTSIDE]
 
     def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
         """Return every cell of the lattice that a disc reaches into at any of the points [m, map frame]."""
@@ -191,6 +199,20 @@ class CellMap:
             self._blind[key] = not all(self.in_sight(here, other) for other in others)
         return self._blind[key]
 
+    def is_passable(self, a: int, b: int) -> bool:
+        """Return True if a body can get from one cell to a neighbour somewhere across their common side.
+
+        Somewhere on that side the disc that has to fit is clear of walls; the cells need not be joined.
+        """
+        key = (min(a, b), max(a, b))
+        if key not in self._passable:
+            (x0, y0), (x1, y1) = self.centre(a), self.centre(b)
+            x, y, dx, dy = (x0 + x1) / 2, (y0 + y1) / 2, y1 - y0, x0 - x1  # its middle, and a side's length along it
+            shares = [number / ACROSS - 0.5 for number in range(ACROSS + 1)]
+            places = ((x + share * dx, y + share * dy) for share in shares)
+            self._passable[key] = any(self._is_clear(place, place, self.radius, 2) for place in places)
+        return self._passable[key]
+
     def in_sight(self, a: Point, b: Point, room: float = SIGHT) -> bool:
         """Return True if no wall comes nearer than ``room`` [m] to the line between two points [m, map frame]."""
         return self._is_clear(a, b, room, ceil(hypot(b[0] - a[0], b[1] - a[1]) / SIGHT))
@@ -200,6 +222,14 @@ class CellMap:
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
         """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``. Do not change the list."""
         return self._distances.to(goal, without)
+
+    @property
+    def pieces(self) -> list[int]:
+        """A number for each cell: the same for two cells if a way joins them. Do not change the list.
+
+        A cell not to stand in has a number of its own. The list ends with OUTSIDE, the number of the place OUTSIDE.
+        """
+        return self._distances.pieces
 
     # ---- other floors, on the same lattice
 

@@ -1,6 +1,6 @@
-"""Breadth-first distances over cells, in tables. Compiled: a joint plan needs those to the goals of all its robots."""
+"""What is joined over a lattice's cells, and how far: breadth-first. Compiled, for joint plans need many tables."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -55,8 +55,9 @@ def breadth_first(near: Joined, source: int, without: NDArray[np.int64]) -> NDAr
 class Distances:
     """The tables of cells with these neighbours. Those asked for lately are kept."""
 
-    def __init__(self, neighbours: Collection[Collection[int]]) -> None:
+    def __init__(self, neighbours: Sequence[Collection[int]]) -> None:
         self._neighbours = neighbours
+        self._pieces: list[int] | None = None
         self._joined: Joined | None = None
         self._numbers: NDArray[np.object_] = np.array([FAR], object)  # 0, 1, 2 ... and FAR: the objects in all tables
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
@@ -73,6 +74,22 @@ class Distances:
                 del self._tables[next(iter(self._tables))]
             self._tables[key] = table
         return table
+
+    @property
+    def pieces(self) -> list[int]:
+        """A number for each cell: the same for two cells if a way joins them. The last one, at index -1, is none."""
+        if self._pieces is None:
+            numbers = [NONE] * len(self._neighbours)
+            for first in range(len(numbers)):
+                if numbers[first] == NONE:
+                    numbers[first], ready = first, [first]
+                    for cell in ready:
+                        for other in self._neighbours[cell]:
+                            if numbers[other] == NONE:
+                                numbers[other] = first
+                                ready.append(other)
+            self._pieces = [*numbers, NONE]
+        return self._pieces
 
     def _shared(self, steps: NDArray[np.int64]) -> list[int]:
         """Return steps as a list without objects of its own: each FAR of its own would take four times the list."""

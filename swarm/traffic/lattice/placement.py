@@ -1,5 +1,6 @@
 """The cells of a scenario: the same for every robot and for the world that watches them."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
@@ -14,7 +15,6 @@ from swarm.geometry import distance, on_circle
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
@@ -140,7 +140,8 @@ def _serves(cells: CellMap, settings: Settings) -> bool:
         if len(drawn) < settings.robots:
             return False
         joined += drawn
-    return not joined or (OUTSIDE not in joined and max(cells.distances(joined[0])[cell] for cell in joined) < FAR)
+    pieces = {cells.pieces[cell] for cell in joined}
+    return len(pieces) <= 1 and OUTSIDE not in pieces
 
 
 def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> list[int]:
@@ -150,16 +151,21 @@ def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> lis
     return [cell for cell, (x, y) in centres if x0 <= x <= x1 and y0 <= y <= y1]
 
 
+def standable_under(cells: CellMap, place: Point, settings: Settings) -> list[int]:
+    """List the cells to stand in that a robot at a place [m] reaches into; none: it is in a nook between cells."""
+    return [cell for cell in cells.touched(*place, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
+
+
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
     """Return True if a robot at ``here`` [m] can come within ``reach`` of a place [m] over cells.
 
     The result is also True if no cell to stand in is under the robot: the cells tell nothing then.
     """
-    under = [cell for cell in cells.touched(*here, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
-    goal = cells.cell_of(*there)
-    if not under or (goal != OUTSIDE and any(cells.distances(goal)[cell] < FAR for cell in under)):
+    under, pieces = standable_under(cells, here, settings), cells.pieces
+    joined = {pieces[cell] for cell in under}
+    if not under or pieces[cells.cell_of(*there)] in joined:
         return True
-    reachable = {cell for start in under for cell, steps in enumerate(cells.distances(start)) if steps < FAR}
+    reachable = (cell for cell in range(len(cells)) if pieces[cell] in joined)
     nearest = min(reachable, key=lambda cell: (distance(cells.centre(cell), there), cell))
     stand = cells.moved_inside(nearest, there, traffic_settings(settings).standing_room)
     return distance(stand, there) <= settings.reach
@@ -195,14 +201,8 @@ def best_offset(
 
     def worth(offset: Point) -> tuple[float, int, int]:
         cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
-        pieces: list[int] = []
-        seen: set[int] = set()
-        for cell, stands in enumerate(cells.stands):
-            if stands and cell not in seen:
-                piece = [other for other, steps in enumerate(cells.distances(cell)) if steps < FAR]
-                seen.update(piece)
-                pieces.append(len(piece))
-        together = sum(size * size for size in pieces) / max(1, sum(pieces)) ** 2
+        sizes = Counter(piece for piece, stands in zip(cells.pieces, cells.stands, strict=False) if stands).values()
+        together = sum(size * size for size in sizes) / max(1, sum(sizes)) ** 2
         return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
     return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
@@ -216,7 +216,7 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         every=radio.every,
         radius=robot.radius,
         radio_range=radio.range,
-        speed=4.0 * robot.speed_scale,
+        speed=robot.top_speed,
         acceleration=robot.wheel_acceleration,
         sensor_range=settings.sensors.range,
         learns=not settings.map.known,

@@ -65,6 +65,9 @@ class ProtectiveStop(NamedTuple):
     stopped: bool
     found: Point | None = None  # m, where an obstacle seems to stay: reported once
     threats: tuple[MovingObstacle, ...] = ()  # obstacles that move near the robot
+    bodies: tuple[
+        Point, ...
+    ] = ()  # m, centres of discs as large as a robot, whose edges are where rays end on obstacles
 
 
 class ObstacleDetector:
@@ -85,13 +88,17 @@ class ObstacleDetector:
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
         seen = inputs.scan.bodies(settings, WATCH)
-        known = self._known(inputs, others, mine) if seen else []
-        near = list(strange(seen, inputs.pose, cells, known, settings))
-        hits = [hit_by(inputs.pose, one, settings.radius) for one in near]
-        first = next((one for one in near if one.measured < settings.stop_distance), None)
+        robots = self._robots(inputs, others, mine) if seen else []
+        near = tuple(strange(seen, inputs.pose, cells, robots, settings))
+        hits = [hit_by(inputs.pose, one, settings.radius) for one in near]  # what was found to stay may move again
+        close = [one for one in near if one.measured < settings.stop_distance]
+        bodies = [hit_by(inputs.pose, one, 2 * settings.radius) for one in close]
+        found = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        first = next(strange(close, inputs.pose, cells, found, settings), None)
         halt = self._stop(inputs, None if first is None else body_at(inputs.pose, first, settings.radius))
         told = [one for record in others for one in record.moving]
-        return halt._replace(threats=self._tracker.track(tick, inputs.pose, hits, inputs.scan, told))
+        threats = self._tracker.track(tick, inputs.pose, hits, inputs.scan, told)
+        return halt._replace(threats=threats, bodies=tuple(bodies))
 
     def _stop(self, inputs: TrafficInputs, place: Point | None) -> ProtectiveStop:
         """Return whether to stop for an obstacle that seems to be near, at ``place`` [m], and where it stays."""
@@ -118,11 +125,11 @@ class ObstacleDetector:
         """Return where obstacles stay that were found lately [m]."""
         return tuple([place for until, place in self._found if until > tick])
 
-    def _known(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[KnownBody]:
-        """List bodies that are expected: robots near where they were last heard, and obstacles found before."""
+    def _robots(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[KnownBody]:
+        """List the robots that may be seen, near where they were last heard."""
         (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
         farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at
-        known = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        known = []
         for record in others:
             age = (tick - record.stamp) * settings.tick
             within = settings.radius + ABOUT + settings.driven(record.speed, age)[0]

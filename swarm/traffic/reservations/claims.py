@@ -228,13 +228,14 @@ def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, .
     beside = _beside(progress, cells)
     if here in beside:
         return ()
-    return tuple([cell for cell in cells.around(here, 1) if cell in beside and abs(cell - here) in {1, cells.columns}])
+    return tuple([cell for cell in cells.beside(here) if cell in beside and cells.is_passable(here, cell)])
 
 
 def _beside(progress: RouteProgress, cells: CellMap) -> set[int]:
-    """Return the cells that share a side with a cell of the way that the robot holds."""
+    """Return the cells that share a side with a cell of the way that the robot holds, no wall all along it."""
     held = zip(progress.reservations.held, progress.steps, strict=True)
-    return {cell + off for cell, step in held if step != BESIDE for off in (-1, 1, -cells.columns, cells.columns)}
+    way = [cell for cell, step in held if step != BESIDE]
+    return {near for cell in way for near in cells.beside(cell) if cells.is_passable(cell, near)}
 
 
 def _is_wanted(cell: int, fresh: Mapping[str, Record]) -> bool:

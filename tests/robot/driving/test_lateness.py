@@ -1,6 +1,7 @@
 """Detection of late wheels, from the commands and the wheels' speeds."""
 
 from math import inf
+from random import Random
 
 import pytest
 
@@ -9,6 +10,7 @@ from swarm.messages import COMMAND
 from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
 from swarm.robot.driving.safety import DIFFERS, DriveState, Lateness, SafetyFilter
+from swarm.robot.tuning import SAFETY
 from swarm.traffic.interface import MovingObstacle
 from swarm.traffic.obstacles.detector import HALF_WIDTH
 from tests.robot.driving import shared as driving
@@ -109,3 +111,42 @@ def test_a_robot_that_answers_late_has_stopped_when_a_threat_that_it_sees_is_nea
     assert max(within[False]) > 0.4, "without the limit it should drive at the threat"
     assert max(within[True]) < 0.1
     assert max(v for _, v in towards_a_threat(limited=True)) > 0.55, "far from the threat it drives as fast as ever"
+
+
+def towards_a_wall(seed: int, ticks: int, *, expected: bool) -> float:
+    """Let tables that change their mind drive near the hall's wall, wheels ``ticks`` late; return the least gap [m].
+
+    ``expected`` says whether the filter checks from where the wheels will obey the next command.
+    """
+    draw, speeds, tables = Random(seed), (0.4, 0.6, 0.9, 1.2), (0.9, 0.9)
+    safety, lateness, queue = SafetyFilter(SETTINGS), Lateness(ACCELERATION, DT), [(0.0, 0.0)] * ticks
+    body, least = DriveState(Pose(26.5, 10.0, draw.uniform(-1.0, 1.0)), 0.0, 0.0), inf
+    for tick in range(160):
+        tables = (draw.choice(speeds), draw.choice(speeds)) if draw.random() < 0.2 else tables
+        lateness.compare(tick, (body.left, body.right))
+        then = safety.after(body, lateness.expected()) if expected else body
+        wanted = safety.check(sense_of(then, tick), tables, constraints(WIDE, then.pose))
+        lateness.command(wanted)
+        queue.append(wanted)
+        body = driving.rolled(body, queue.pop(0))
+        least = min(least, 29.0 - body.pose.x - driving.RADIUS)  # the wall begins at 29 m
+    return least
+
+
+@pytest.mark.parametrize("late", range(6))
+def test_a_robot_that_answers_late_keeps_as_far_from_a_wall_as_any(late: int) -> None:
+    assert min(towards_a_wall(seed, late, expected=True) for seed in range(20)) > SAFETY.gap - 0.002
+
+
+def test_without_the_delay_in_mind_it_would_touch_the_wall() -> None:
+    assert towards_a_wall(69, 5, expected=False) < -0.005
+
+
+def test_after_the_late_commands_the_body_is_where_the_wheels_bring_it() -> None:
+    safety, body = SafetyFilter(SETTINGS), DriveState(Pose(5.0, 5.0, 0.3), 0.1, -0.2)
+    commands = [(0.6, 0.4), (0.2, 0.9), (-0.4, 0.4)]
+    there = safety.after(body, commands)
+    for wanted in commands:
+        body = driving.rolled(body, wanted)
+    assert (*there.pose, there.left, there.right) == pytest.approx((*body.pose, body.left, body.right))
+    assert safety.after(body, ()) == body

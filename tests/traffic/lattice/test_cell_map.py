@@ -159,6 +159,28 @@ def test_the_cells_around_are_a_square_cut_at_the_edge() -> None:
     assert cells.around(OUTSIDE, 3) == []
 
 
+def test_the_cells_beside_share_a_side_and_are_on_the_lattice() -> None:
+    cells = Drawn("ab", "cd", "ef").cells  # row 0 is e and f
+    assert [cells.beside(cell) for cell in range(6)] == [[1, 2], [0, 3], [0, 3, 4], [1, 2, 5], [2, 5], [3, 4]]
+
+
+@pytest.mark.parametrize(
+    ("walls", "passes"), [((), True), ((0, 4), False), ((1, 4), False), ((2, 4), True), ((0, 2), True)]
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_body_passes_where_the_wall_along_a_common_side_leaves_it_room(
+    walls: tuple[int, ...], passes: bool, turned: bool
+) -> None:
+    """The disc is 0.46 m wide, fine cells are 0.3 m: it passes where two of them are free."""
+    solid = np.zeros((8, 8), np.uint8)
+    solid[4, slice(*walls) if walls else slice(0)] = 1
+    solid[:, 4] = 1  # beyond the other end of that side there is a wall
+    cells = CellMap(OccupancyMap(np.ascontiguousarray(solid.T if turned else solid), 0.3), side=1.2, radius=0.23)
+    other = 1 if turned else 2
+    assert cells.is_passable(0, other) is passes
+    assert cells.is_passable(other, 0) is passes
+
+
 def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outside() -> None:
     cells = Drawn("abcd").cells
     x, y = cells.centre(0)

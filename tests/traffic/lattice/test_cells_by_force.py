@@ -195,3 +195,17 @@ def test_parted_cells_are_no_neighbours_and_no_way_leads_from_one_to_the_other(
     for cell, near in enumerate(cells.neighbours):
         gone = {a: b, b: a}.get(cell)
         assert parted.neighbours[cell] == tuple(other for other in near if other != gone)
+
+
+@given(floors, st.data())
+def test_two_cells_are_of_one_piece_exactly_if_a_way_joins_them_also_when_cells_are_parted(
+    floor: OccupancyMap, data: st.DataObject
+) -> None:
+    cells = lattice(floor, (0.0, 0.0))
+    pairs = [(a, b) for a, near in enumerate(cells.neighbours) for b in near]
+    shut = data.draw(st.lists(st.sampled_from(pairs), max_size=9)) if pairs else []
+    for one in (cells, cells.without(shut)):
+        assert one.pieces[OUTSIDE] == OUTSIDE
+        for cell in range(len(one)):
+            same = [other for other in range(len(one)) if one.pieces[other] == one.pieces[cell]]
+            assert same == [other for other, steps in enumerate(one.distances(cell)) if steps < FAR]

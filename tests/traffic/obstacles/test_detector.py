@@ -202,6 +202,30 @@ def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
     assert halting.places(100 + HALTED + SETTINGS.obstacle) == ()
 
 
+@pytest.mark.parametrize("bearing", [0.0, 1.2])
+def test_the_body_of_an_obstacle_is_where_the_rays_end_on_it_also_when_it_was_found_elsewhere(bearing: float) -> None:
+    halting = ObstacleDetector(SETTINGS)
+    halts(*[0.4] * (HALTED + 1), bearing=bearing, halting=halting)
+    for off in (0.0, 0.1):  # it has come nearer since, and is explained by what was found
+        (said,) = halts(0.4 - off, bearing=bearing, halting=halting, start=200)
+        away = 2 * SETTINGS.radius + 0.4 - off
+        assert not said.stopped
+        (body,) = said.bodies
+        assert body == pytest.approx((HERE.x + away * cos(bearing), HERE.y + away * sin(bearing)))
+    assert halts(STOP + 0.01, halting=halting, start=300)[0].bodies == ()
+    x, y = ahead(0.4)
+    others = (Record(robot="r2", stamp=100, x=x, y=y, goal=B, held=(cell(x, y),)),)
+    assert halts(0.4, others=others)[0].bodies == (), "a robot that was heard is kept from by cells"
+
+
+@pytest.mark.parametrize("speed", [0.3, -0.3])
+def test_an_obstacle_that_was_found_to_stay_is_a_threat_when_it_moves(speed: float) -> None:
+    halting = ObstacleDetector(SETTINGS)
+    halts(*[0.8] * 3, *[0.5] * (HALTED + 1), halting=halting)
+    moves = halts(*[0.5 - speed * SETTINGS.tick * tick for tick in range(12)], halting=halting, start=100 + HALTED + 4)
+    assert bool(moves[-1].threats)
+
+
 @pytest.mark.parametrize("speed", [0.3, -0.3])
 def test_what_comes_or_goes_is_not_taken_to_stay_where_it_was(speed: float) -> None:
     """A moving obstacle: what was found in one place would explain it where it drives against the robot."""

@@ -1,11 +1,15 @@
 """What a robot claims, beside its way too, takes and waits for in one step: one robot among others, on cells of 1.2 m."""
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.interface import MovingObstacle
 from swarm.traffic.joint.states import Following
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
 from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
@@ -269,6 +273,18 @@ BACK: dict[str, tuple[str, int, str, dict[str, str], str]] = {  # held, how many
 def test_back_to_its_way_round_a_corner(name: str) -> None:
     held, beside, at, others, cells = BACK[name]
     assert asked(progress(held, beside), at, others, sweeps=()) == cells
+
+
+@pytest.mark.parametrize(("walled", "back", "room"), [(False, (), (0,)), (True, (1,), ())])
+def test_a_wall_between_a_cell_and_its_way_leads_round_it(walled: bool, back: tuple[int, ...], room: object) -> None:
+    """The way is 2, 5, 4, 3. A wall stands between 0 and 3, along all their common side."""
+    fine = OccupancyMap(np.zeros((8, 12), np.uint8), 0.3)
+    fine.cells[4, 0:4] = walled
+    cells = CellMap(fine, side=1.2, radius=0.23)
+    astray = RouteProgress(Reservations((0, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
+    assert room_beside(astray, Pose(0.6, 0.6, 0.0), (), {}, (), cells) == back
+    beside = RouteProgress(Reservations((1, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
+    assert room_beside(beside, Pose(1.8, 0.6, 0.0), (0,), {}, (), cells) == room
 
 
 def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str = "") -> str:

@@ -100,13 +100,6 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
     assert drawn[0][1] == drawn[1][1]
 
 
-def test_all_at_once_read_what_each_reads_alone() -> None:
-    poses = [AT, Pose(6.0, 2.2, 2.0), Pose(1.6, 1.6, -1.0)]
-    physics = Physics(QUIET.map, QUIET.settings.robot.radius, poses, 1.6, 0.05)
-    one, all_of_them = (Sensing(NOISY.settings.sensors, [0, 0, 0], 7) for _ in range(2))
-    assert all_of_them.all_distances(physics) == [one.distances(physics, robot) for robot in range(3)]
-
-
 def test_who_stands_sees_a_target_until_a_wall_is_put_up_before_it() -> None:
     """Neither the pose nor the targets change, only the floor; then only the targets, then only the pose."""
     physics, sensing = Physics(QUIET.map, 0.2, [AT], 1.6, 0.05), Sensing(QUIET.settings.sensors, [0], 7)

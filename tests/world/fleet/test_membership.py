@@ -132,26 +132,26 @@ def test_when_the_router_goes_nobody_has_gone_and_all_are_expected(tokens_first:
         for presence in gone:
             one.take(presence, 1.0)
     assert kinds(one, 1000.0) == [], "the router may stay away for long"
-    assert (one.present, one.members, one.expected) == ([], ["r1", "r2"], True)
+    assert (one.present, one.members, sorted(one.awaited)) == ([], ["r1", "r2"], ["r1", "r2"])
     one.link(up=True, now=1000.0)
     one.take(token("r2", "b"), 1000.1)
-    assert one.expected
+    assert one.awaited
     assert one.present == ["r2"], "nobody joins again"
     assert kinds(one, 1000.0 + 0.9 * BACK) == []
     assert kinds(one, 1000.1 + BACK) == [("gone", "r1")]
-    assert not one.expected
+    assert not one.awaited
 
 
 def test_after_the_world_was_away_its_robots_are_expected_and_have_to_join() -> None:
     one = membership()
     one.take(token("r1", "a"), 0.0)  # it lives, and has not noticed yet that this is another process
     one.expect(["r1", "r2", "r9"], BACK)
-    assert one.expected
+    assert one.awaited
     one.place("r1", "a", 0.1)
     assert one.present == ["r1"], "its token was there"
     one.place("r2", "b", 0.1)
     one.take(token("r2", "b"), 0.2)
-    assert not one.expected
+    assert not one.awaited
     assert kinds(one, 2 * BACK) == []
 
 
@@ -216,9 +216,9 @@ def test_nobody_else_can_make_a_robot_leave(name: str, session: str) -> None:
 def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
     one = membership(("r1", "a"))
     one.link(up=False, now=0.0)
-    assert one.expected
+    assert one.awaited
     assert one.leave("r1", "a", 0.0)
-    assert not one.expected
+    assert not one.awaited
 
 
 def test_a_leave_in_the_name_of_a_robot_that_stays_changes_nothing() -> None:

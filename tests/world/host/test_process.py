@@ -182,8 +182,7 @@ def test_an_edit_after_the_robots_have_sensed_reaches_them_a_tick_later(in_tick:
 
 
 @pytest.mark.parametrize(
-    ("ends", "begun", "over"),
-    [(None, [0.0], 0.05), ("the tick", [0.0, 0.04], 0.09), ("the process", [0.0], 0.04)],
+    ("ends", "begun", "over"), [(None, [0.0], 0.05), ("the tick", [0.0, 0.04], 0.09), ("the process", [0.0], 0.04)]
 )
 def test_time_is_let_pass_until_it_is_over_or_the_tick_or_the_process_ends(
     ends: str | None, begun: list[float], over: float

@@ -61,7 +61,7 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
         simulation.step()
         assert world.time < 60.0
     assert world.tasks.complete
-    assert world.measures.recorder.contact_counts[0].total() == 0
+    assert world.measures.recorder.counts.contact_counts[0].total() == 0
 
 
 # --- the run ---
@@ -108,11 +108,7 @@ def test_only_a_limit_ends_a_run_of_a_fleet_that_stays(
     ids=["all are done", "one is not", "real time", "a limit", "an order is planned", "an edit is planned"],
 )
 def test_in_lockstep_the_clock_stands_while_nobody_has_anything_to_do(
-    pace: Pace,
-    limit: float,
-    fields: dict[str, object],
-    done: tuple[str, ...],
-    stands: bool,
+    pace: Pace, limit: float, fields: dict[str, object], done: tuple[str, ...], stands: bool
 ) -> None:
     one = run(pace, limit, serve=True, **fields)
     assert not one.stands

@@ -181,11 +181,7 @@ def changes(request: Request, run: Run, bus: Bus) -> None:
 
 @pytest.mark.parametrize(
     ("fault", "says"),
-    [
-        (swallows, "got 0 answers"),
-        (accepts, "expected one refusal"),
-        (changes, "the state has changed"),
-    ],
+    [(swallows, "got 0 answers"), (accepts, "expected one refusal"), (changes, "the state has changed")],
 )
 def test_the_judge_speaks_of_a_planted_fault(
     make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch, fault: Callable[..., None], says: str

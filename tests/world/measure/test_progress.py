@@ -50,15 +50,15 @@ def test_who_enters_no_new_square_for_long_has_stalled(name: str) -> None:
     states, when, longest = STALLS[name]
     watch, begun = progress(states)
     assert begun == [(tick, 0) for tick in when]
-    assert watch.times == [len(when)]
-    assert watch.longest == [pytest.approx(longest)]
+    assert watch.state.times == [len(when)]
+    assert watch.state.longest == [pytest.approx(longest)]
 
 
 def test_each_robot_is_judged_by_itself() -> None:
     moving: list[tuple[float, int | None]] = [(SQUARE * tick, 0) for tick in range(FULL + 1)]
     watch, begun = progress(moving, still(FULL + 1), still(FULL + 1, stop=None))
     assert begun == [(FULL, 1)]
-    assert watch.times == [0, 1, 0]
+    assert watch.state.times == [0, 1, 0]
     assert watch.standing(FULL * DT) == [0.0, STALLED, inf]
 
 

@@ -37,8 +37,8 @@ def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
 
 def test_a_record_begins_with_nothing() -> None:
     record = recorder(A, B)
-    assert (record.path_length, record.struck, record.waiting) == ([0.0, 0.0], [0, 0], [0.0, 0.0])
-    assert record.begun == []
+    assert (record.counts.path_length, record.counts.struck, record.counts.waiting) == ([0.0, 0.0], [0, 0], [0.0, 0.0])
+    assert record.counts.begun == []
 
 
 # --- contacts ---
@@ -70,14 +70,14 @@ def test_a_touch_counts_when_it_begins_and_was_let_go_of_before(name: str) -> No
         fresh = record.contacts([WALL] if tick in begins else [], touching, [STANDS], [A])
         counted += [tick] * len(fresh)
     assert counted == counting
-    assert record.contact_counts[0] == {"wall": len(counting)}
+    assert record.counts.contact_counts[0] == {"wall": len(counting)}
 
 
 def test_contacts_are_each_robots_own_and_of_a_kind() -> None:
     record = recorder(A, B)
     both = [WALL, OTHER, Contact(1, "robot", 0), BOX]
     assert record.contacts(both, both, [STANDS, STANDS], [A, B]) == both
-    assert [dict(counts) for counts in record.contact_counts] == [
+    assert [dict(counts) for counts in record.counts.contact_counts] == [
         {"wall": 1, "robot": 1, "obstacle": 1},
         {"robot": 1},
     ]
@@ -99,7 +99,7 @@ def test_contacts_are_each_robots_own_and_of_a_kind() -> None:
 def test_who_stands_is_struck(wheels: tuple[float, float], struck: int) -> None:
     record = recorder(A, B)
     record.contacts([WALL], [WALL], [wheels, (1.0, 1.0)], [A, B])
-    assert record.struck == [struck, 0]
+    assert record.counts.struck == [struck, 0]
 
 
 def test_a_touch_that_does_not_count_strikes_nobody() -> None:
@@ -107,7 +107,7 @@ def test_a_touch_that_does_not_count_strikes_nobody() -> None:
     for _ in range(3):
         record.poses([A])
         record.contacts([WALL], [WALL], [STANDS], [A])
-    assert record.struck == [1]
+    assert record.counts.struck == [1]
 
 
 # --- ways and gaps ---
@@ -117,20 +117,20 @@ def test_the_way_is_the_sum_of_the_steps_of_each() -> None:
     record = recorder(A, B)
     for pose in ((2.8, 2.9), (2.8, 2.9), (2.5, 2.5)):
         record.poses([Pose(*pose, 0.0), B._replace(yaw=2.0)])
-    assert record.path_length == pytest.approx([1.0, 0.0])
+    assert record.counts.path_length == pytest.approx([1.0, 0.0])
 
 
 def test_the_smallest_gap_is_of_all_ticks_and_of_the_floor_of_its_time() -> None:
     record = recorder()
     record.poses([Pose(1.5, 2.5, 0.0)])  # 0.5 m off the wall, of which 0.2 are its own
     record.poses([A])
-    assert record.clearance_min == pytest.approx(0.3)
+    assert record.judge.smallest == pytest.approx(0.3)
     walled = from_text("####\n####\n#..#\n#.##\n####\n####\n", 1.0)  # a wall on the right at x = 2, two rows up
-    record.set_floor(walled)
+    record.judge.set_floor(walled)
     record.poses([Pose(1.7, 2.5, 0.0)])
-    assert record.clearance_min == pytest.approx(0.1)
+    assert record.judge.smallest == pytest.approx(0.1)
     beside = recorder(A, A._replace(x=A.x + 0.45))
-    assert beside.clearance_min == pytest.approx(0.05)
+    assert beside.judge.smallest == pytest.approx(0.05)
 
 
 # --- waiting ---
@@ -156,14 +156,14 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     record = recorder(A, B)
     for activity in activities:
         record.doing([doing(activity), doing()])
-    assert record.waiting == [ticks * DT, 0.0]
+    assert record.counts.waiting == [ticks * DT, 0.0]
 
 
 def test_who_stands_is_told_by_the_wheels_and_only_with_a_stop_left() -> None:
     record = recorder(A, B)
     record.stood([0, None], [(0.0, 0.0), (0.0, 0.0)])
     record.stood([0, 1], [(0.2, -0.2), (0.0, 0.005)])  # one that turns in place does not stand
-    assert record.standing == [DT, DT]
+    assert record.counts.standing == [DT, DT]
 
 
 # --- the digest ---

@@ -51,7 +51,7 @@ def test_who_is_done_or_not_told_to_go_waits_for_nobody() -> None:
         watching = watch()
         last = [say(HERE, waits=("r2",), activity=activity), say(THERE)]
         watching.look(0, [AT[HERE], AT[THERE]], {}, last)
-        assert watching.watch.conflicts == conflicts, activity
+        assert watching.watch.state.conflicts == conflicts, activity
 
 
 def test_who_moves_is_known_from_its_poses() -> None:
@@ -60,11 +60,11 @@ def test_who_moves_is_known_from_its_poses() -> None:
     for tick in range(6):  # r1 turns from the 3rd tick on, r2 stands
         watching.look(tick, [AT[HERE]._replace(yaw=max(0.0, 0.1 * (tick - 1))), AT[THERE]], {}, last)
     dt = 1.0 / SCENARIO.settings.rate
-    assert watching.watch.longest_wait == 6 * dt
+    assert watching.watch.state.longest_wait == 6 * dt
     moving = watch()
     for tick in range(6):
         moving.look(tick, [AT[HERE]._replace(yaw=0.1 * tick), AT[THERE]._replace(x=6.5 + 1e-9 * tick)], {}, last)
-    assert moving.watch.longest_wait == dt, "of the first tick, before which nothing is known"
+    assert moving.watch.state.longest_wait == dt, "of the first tick, before which nothing is known"
 
 
 def test_a_note_counts_when_it_comes_and_not_again_while_the_command_lasts() -> None:
@@ -72,7 +72,7 @@ def test_a_note_counts_when_it_comes_and_not_again_while_the_command_lasts() -> 
     told, last = say(HERE, notes=2), [say(HERE, notes=2), say(THERE)]
     watching.look(0, [AT[HERE], AT[THERE]], {"r1": told}, last)
     watching.look(1, [AT[HERE], AT[THERE]], {}, last)
-    assert watching.watch.joint_plans == 2
+    assert watching.watch.state.joint_plans == 2
 
 
 def test_a_fault_is_an_event_of_the_run() -> None:

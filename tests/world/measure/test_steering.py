@@ -134,9 +134,9 @@ def test_each_label_is_weighed_by_ticks_metres_and_angle() -> None:
         commanded, label = LABELS[name]
         pose = Pose(pose.x, pose.y + metres, pose.yaw + angle)
         watch.look([command_of(*commanded), idle], [pose, BESIDE])
-        assert watch.labels == [label, BRAKED]
+        assert watch.state.labels == [label, BRAKED]
     assert watch.report() == BY_HAND
-    assert [sum(weights) for weights in zip(*watch.weights.values(), strict=True)] == pytest.approx([8, 2.0, 2.0])
+    assert [sum(weights) for weights in zip(*watch.state.weights.values(), strict=True)] == pytest.approx([8, 2.0, 2.0])
 
 
 def test_robots_are_summed_up_and_an_angle_is_the_shorter_way_round() -> None:
@@ -160,7 +160,7 @@ def test_a_robot_that_stands_is_braked_if_it_is_under_way(activity: Activity) ->
 def test_without_a_command_in_force_nothing_is_weighed() -> None:
     watch = watch_of(BEND, AT)
     watch.look([None], [Pose(2.6, 2.5, 0.4)])
-    assert watch.labels == [None]
+    assert watch.state.labels == [None]
     assert all(set(watch.report()[by].values()) == {0.0} for by in BY)
     watch.look([command_of(FAST, SLOW)], [Pose(2.6, 2.5, 0.5)])
     assert watch.report()["angle"]["tables"] == 1.0, "of the 0.1 rad since then"
@@ -179,7 +179,7 @@ def asked(sense: FreeDistances, heading: float, scale: float = 1.0, unit: float 
 
 def label_of(watch: SteeringWatch, command: Command) -> Steering | None:
     watch.look([command], [AT])
-    return watch.labels[0]
+    return watch.state.labels[0]
 
 
 @pytest.mark.parametrize(
@@ -223,7 +223,7 @@ def test_each_robot_is_judged_by_its_own_sense() -> None:
     watch.sensed(0, [TIGHT, FAR])
     commands = [command_of(*asked(TIGHT, 0.0)), command_of(*asked(TIGHT, 0.0))]
     watch.look(commands, [AT, BESIDE])
-    assert watch.labels == [TABLES, BLENDED]
+    assert watch.state.labels == [TABLES, BLENDED]
 
 
 def test_scales_are_told_by_their_time_and_mean() -> None:
@@ -241,7 +241,7 @@ def test_a_label_that_a_robot_gives_itself_changes_nothing() -> None:
     world = World(ROOM, [AT], 1)
     fields = msgspec.to_builtins(command_of(0.3, -0.3)) | {"v": VERSION, "steering": "tables"}
     world.step({"r1": decode(msgpack.packb(fields), Command, COMMAND.limit)})
-    assert world.measures.steering.labels == [TURNED]
+    assert world.measures.steering.state.labels == [TURNED]
 
 
 def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
@@ -250,7 +250,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
     labels = []
     for tick in range(lasting + 3):
         world.step({"r1": command_of(FAST, SLOW)} if tick == 0 else {})
-        labels.append(world.measures.steering.labels[0])
+        labels.append(world.measures.steering.state.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
     assert truth(world).bodies[0].steering is None
 
@@ -259,7 +259,7 @@ def test_in_a_run_every_metre_is_some_labels(paper: Scenario) -> None:
     simulation = Simulation.of(paper, 3, 1)
     simulation.run(limit=30.0)
     watch, record = simulation.world.measures.steering, simulation.world.measures.recorder
-    assert sum(weights[1] for weights in watch.weights.values()) == pytest.approx(sum(record.path_length))
+    assert sum(weights[1] for weights in watch.state.weights.values()) == pytest.approx(sum(record.counts.path_length))
     assert all(sum(watch.report()[by].values()) == pytest.approx(1.0) for by in BY)
 
 

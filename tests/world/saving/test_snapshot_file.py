@@ -144,23 +144,9 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.bodies.floor.cells == one.world.bodies.floor.cells).all()
     assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
-    assert other.membership.expected, "both are to come back"
+    assert other.membership.awaited, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert run_of().world.identity != one.world.identity, "without a file it is another one"
-
-
-def test_in_real_time_an_order_within_a_tick_is_saved_before_its_answer(tmp_path: Path) -> None:
-    file = tmp_path / "world.snapshot"
-    one = run_of(file=file, pace=1.0)
-    come(one, "r1", "a")
-    one.world.senses(lockstep=False)
-    one.in_tick = True
-    order = Order(id="a", targets=[(2.5, 2.5)])
-    said = ask(one, ORDER, order, robot="r1")
-    assert said.number == 1
-    other = run_of(file=file, pace=1.0)
-    assert other.world.tasks.missions.orders.assigned(0) == one.world.tasks.missions.orders.assigned(0) != None  # noqa: E711
-    assert ask(other, ORDER, order, robot="r1") == said, "said again it changes nothing"
 
 
 def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
@@ -174,16 +160,6 @@ def test_within_a_tick_of_lockstep_nothing_is_saved(tmp_path: Path) -> None:
     one.save()
     assert file.exists()
     assert run_of(file=file).world.tick == 1
-
-
-def test_a_file_that_cannot_be_written_is_told_once_and_costs_no_run(tmp_path: Path) -> None:
-    said: list[str] = []
-    one = run_of(file=tmp_path / "no folder" / "world.snapshot", log=said.append)
-    for _ in range(60):
-        step(one)
-    lines = [line for line in said if "cannot be written" in line]
-    assert len(lines) == 1
-    assert "No such file or directory" in lines[0]
 
 
 def test_after_a_full_disk_it_is_written_again_and_nothing_is_lost(tmp_path: Path) -> None:

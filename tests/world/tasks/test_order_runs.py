@@ -228,7 +228,7 @@ def test_a_run_of_a_stopped_robot_with_stops_left_does_not_end() -> None:
     simulation = simulation_of({"at": 2.0, "robot": "r1", "do": "stop"}, robots=1)
     events_of(simulation, 90.0)
     assert simulation.world.tasks.unfinished == ["r1"]
-    assert simulation.world.measures.progress.times == [0]
+    assert simulation.world.measures.progress.state.times == [0]
 
 
 # --- stops that were given up ---

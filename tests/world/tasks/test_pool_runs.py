@@ -1,6 +1,5 @@
 """The pool in whole runs, in one process: who takes what, what goes back, and what the report says."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,7 +9,6 @@ from swarm.messages import Edit, Event, Kind, Order, PoolTargets, RobotAction, R
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
-from tests.world.shared import reborn
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
 from world.tasks.dispatcher import STUCK, WINDOW
@@ -56,7 +54,7 @@ def kinds(events: list[Event], *of: str) -> list[tuple[str | None, str]]:
 
 
 def clean(world: World) -> bool:
-    return not sum(counts.total() for counts in world.measures.recorder.contact_counts)
+    return not sum(counts.total() for counts in world.measures.recorder.counts.contact_counts)
 
 
 def test_each_target_is_visited_once_by_one_robot_and_the_run_ends() -> None:
@@ -299,15 +297,6 @@ def test_the_digest_covers_the_pool_and_runs_without_one_have_none() -> None:
         digests.add(world.measures.recorder.digest)
     assert len(digests) == 3
     assert "pool" not in Simulation.of(scenario_of(), 2, 1).run()
-
-
-def test_a_run_from_a_snapshot_goes_on_bit_for_bit(tmp_path: Path) -> None:
-    expected = Simulation.of(pool_of(CORNERS), 4, 1).run()
-    simulation = Simulation.of(pool_of(CORNERS), 4, 1)
-    while simulation.world.tasks.pool.done < 2:
-        simulation.step()
-    simulation.world = reborn(simulation, tmp_path / "s")
-    assert simulation.run()["digest"] == expected["digest"]
 
 
 def test_a_scenario_with_a_bad_target_in_its_pool_is_refused() -> None:

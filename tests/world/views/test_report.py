@@ -7,9 +7,7 @@ r2 creeps into the wall on the right. r4 creeps into r3, which stands, and both 
 other, for ever. r3 gives its only stop up.
 """
 
-import json
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -17,7 +15,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
@@ -25,7 +22,7 @@ from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 from world.tasks.tasks import REST
 from world.views.metrics import shortest_length, shortest_lengths
-from world.views.report import listed, missing, report, write
+from world.views.report import listed, missing, report
 from world.world import World
 
 COLUMNS = 10
@@ -193,14 +190,14 @@ def test_what_is_missing_is_one_sentence() -> None:
     assert missing(run(30)) == "not reached: r2 target 1, target 2; r3 target 1 (no path); r4 target 1"
     assert missing(run()).endswith("; r4 target 1; r2 made no progress for 61 s, r4 made no progress for 61 s")
     world = run(30)
-    world.measures.verdict.text = "no way exists for r1, r2 to reach their targets together"
-    assert missing(world).startswith(f"{world.measures.verdict.text}; not reached: r2 target 1, ")
+    world.measures.verdict.state.text = "no way exists for r1, r2 to reach their targets together"
+    assert missing(world).startswith(f"{world.measures.verdict.state.text}; not reached: r2 target 1, ")
 
 
 def test_a_status_message_takes_the_sentence_however_many_robots_there_are() -> None:
     robots = 256
     world = World(scenario_of(map={"text": "\n".join(["." * 20] * 20)}), [Pose(1.0, 1.0, 0.0)] * robots, 1)
-    world.measures.verdict.text = "x" * 2000
+    world.measures.verdict.state.text = "x" * 2000
     assert "not reached: r001 target 1, home; r002" in missing(world)
     assert len(missing(world)) < 2000
 
@@ -215,19 +212,6 @@ def test_the_shortest_way_is_from_stop_to_stop_or_there_is_none() -> None:
     assert shortest_length(grid, (2.5, 2.5), [(4.5, 2.5), (4.5, 3.5), (4.5, 2.5)]) == pytest.approx(4.0)
     assert shortest_length(grid, (2.5, 2.5), []) == 0.0
     assert shortest_length(grid, (2.5, 2.5), [(4.5, 2.5), (0.5, 0.5), (4.5, 2.5)]) is None
-
-
-def test_a_report_is_written_as_json_without_numbers_that_json_lacks(tmp_path: Path) -> None:
-    summary = {"gap": float("inf"), "rows": [1.5, float("nan"), {"least": -float("inf")}], "none": None, "text": "é"}
-    write(summary, tmp_path / "report.json")
-    text = (tmp_path / "report.json").read_text(encoding="utf-8")
-    assert json.loads(text) == {"gap": None, "rows": [1.5, None, {"least": None}], "none": None, "text": "é"}
-    assert text.endswith("}\n")
-
-
-def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="expected a file that can be written, got Is a directory"):
-        write({}, tmp_path)
 
 
 @given(st.lists(st.text("ab", min_size=1, max_size=50), min_size=1), st.integers(1, 100))

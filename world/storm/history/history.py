@@ -13,7 +13,7 @@ from swarm.messages import Broadcast, Command, Event, Sense
 from swarm.settings import Settings
 from world.bodies.shapes import Contact
 from world.faults import Health
-from world.measure.cell_watch import Fault
+from world.measure.state import Fault
 from world.simulate import Simulation
 from world.storm.plans.plan import StormPlan
 from world.storm.uncooperative import make_mute
@@ -94,8 +94,8 @@ def record(plan: StormPlan) -> History:
         history.report = simulation.report(perf_counter() - began, limit)
     except Exception:
         history.crash = format_exc()
-    history.contacts = world.measures.recorder.begun
-    history.faults = world.measures.reservations.watch.faults
+    history.contacts = world.measures.recorder.counts.begun
+    history.faults = world.measures.reservations.watch.state.faults
     history.wall_time = perf_counter() - began
     return history
 

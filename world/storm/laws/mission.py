@@ -200,7 +200,7 @@ def report_agrees(history: History) -> Found:
             if time is None:
                 continue
             away = distance(track[round(time / history.dt)], history.stops[number][stop])
-            slack = (2 + history.late) * 4.0 * settings.robot.speed_scale * history.dt
+            slack = (2 + history.late) * settings.robot.top_speed * history.dt
             if away > settings.reach + slack:
                 yield last, (name,), f"the report says {name} reached target {stop + 1}, it was {away:.2f} m away"
     arrivals = [time for row in report["per_robot"].values() for time in row["reached"] if time is not None]
